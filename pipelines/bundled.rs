@@ -35,6 +35,10 @@ pub const PIPELINES: &[(&str, &str)] = &[
 pub struct Bundled<F>(pub F);
 
 impl<F: Files> Files for Bundled<F> {
+    fn has_scheme(&self, scheme: &str) -> bool {
+        SCHEME.strip_suffix(':') == Some(scheme) || self.0.has_scheme(scheme)
+    }
+
     fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
         let name = path.to_string_lossy().replace('\\', "/");
         let Some(bundled) = name.strip_prefix(SCHEME).map(|name| name.trim_start_matches('/')) else {

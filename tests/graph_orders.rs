@@ -448,7 +448,7 @@ fn what_lasts_what_is_culled_and_what_is_only_written_may_find_a_part() {
     assert_eq!(ranges(Transient, Usage::StorageReadWrite, true), (false, vec!["UG0401"]));
     assert_eq!(ranges(Transient, Usage::CopyDestinationLoad, true), (false, vec!["UG0401"]));
     assert_eq!(ranges(Transient, Usage::StorageWrite, true), (true, vec![]));
-    assert_eq!(ranges(Persistent, Usage::StorageRead, true), (true, vec![]));
+    assert_eq!(ranges(Persistent, Usage::StorageRead, true), (true, vec!["UG0401"]), "a warning");
 }
 
 #[test]

@@ -59,6 +59,10 @@ impl compose::Files for Named {
 }
 
 impl compose::Files for Overlaid<'_> {
+    fn has_scheme(&self, scheme: &str) -> bool {
+        Bundled(Named).has_scheme(scheme)
+    }
+
     fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
         let name = path.display().to_string();
         let file = match self.texts.get(&name) {

@@ -139,6 +139,29 @@ fn documents_read_below_the_working_folder_their_own_and_the_roots_given() {
     assert!(said.contains("there is no folder \"nowhere\""), "{said}");
 }
 
+#[test]
+fn a_colon_in_the_name_of_a_folder_is_no_scheme() {
+    let folder = ScratchFolder::new("input-colon");
+    std::fs::create_dir_all(folder.join("ab:c/d:ef")).unwrap();
+    std::fs::write(folder.join("ab:c/base.json"), SMALLEST).unwrap();
+    let part = r#"{ "inputs": { "to": "a texture" }, "passes": { "again": { "after": [], "fullscreen": {
+        "shader": "gradient.wgsl.jinja", "color": [{ "to": "to", "blend": "add" }] } } } }"#;
+    std::fs::write(folder.join("ab:c/d:ef/part.json"), part.replace("\"after\": [], ", "")).unwrap();
+    let more = r#"{ "parameters": { "size": { "type": "f32", "default": 1 } } }"#;
+    std::fs::write(folder.join("ab:c/d:ef/more.json"), more).unwrap();
+    let main = r#"{ "format": 1, "name": "main", "extends": "base.json", "include": ["d:ef/more.json"],
+        "passes": { "part": { "use": "d:ef/part.json", "after": ["fill"], "with": { "to": "target" } } } }"#;
+    std::fs::write(folder.join("ab:c/main.json"), main).unwrap();
+    for (from, path) in [("", "ab:c/main.json"), ("ab:c", "main.json"), ("ab:c/d:ef", "../main.json")] {
+        let output = run(&folder.join(from), &["check", path]);
+        assert!(output.status.success(), "{path} from {from:?}: {}", errors(&output));
+    }
+    // What comes with the module still has one.
+    std::fs::write(folder.join("own.json"), main.replace("base.json", "umbragraph:nebula.json")).unwrap();
+    let said = errors(&run(&folder.join(""), &["check", "own.json"]));
+    assert!(!said.contains("nebula.json\" cannot be read") && said.contains("d:ef/more.json"), "{said}");
+}
+
 /// Whether a text commands a terminal, or turns the order of its letters.
 fn commands(text: &str) -> bool {
     let is_bidirectional =
@@ -146,6 +169,7 @@ fn commands(text: &str) -> bool {
     text.chars().any(|c| c.is_control() && c != '\n' && c != '\t' || is_bidirectional(c))
 }
 
+/// Everything that files and arguments can say, in the output of every command and form.
 #[test]
 fn names_and_excerpts_command_no_terminal() {
     let folder = ScratchFolder::new("input-escapes");
@@ -155,48 +179,109 @@ fn names_and_excerpts_command_no_terminal() {
     let raw = "\u{202e}\u{2066}\u{9b}31m\u{7f}";
     let broken = SMALLEST
         .replace("\"fill\"", &format!("\"fi{evil}{raw}ll\""))
+        .replace(
+            "\"target\": {",
+            &format!("\"ta{evil}{raw}\": {{ \"buffer\": {{ \"size\": 4 }} }}, \"target\": {{"),
+        )
         .replace("gradient", &format!("g{evil}{raw}"));
     std::fs::write(folder.join("broken.json"), broken).unwrap();
     let described = SMALLEST.replace(
         "\"fill\": {",
-        &format!("\"fill\": {{ \"description\": \"{evil}{raw}\", \"when\": \"soft\","),
+        &format!("\"fill\": {{ \"description\": \"{evil}{raw}\", \"when\": \"soft\", \"toggle\": \"lit\","),
     );
     let described = described.replace(
         "\"resources\"",
         &format!(
-            "\"features\": {{ \"soft\": {{ \"type\": \"bool\", \"default\": true, \"description\": \"{evil}{raw}\" }} }}, \"resources\""
+            r#""features": {{ "soft": {{ "type": "bool", "default": true, "description": "{evil}{raw}" }} }},
+               "parameters": {{ "size": {{ "type": "f32", "default": 1, "description": "{evil}{raw}" }} }},
+               "toggles": {{ "lit": {{ "default": true, "description": "{evil}{raw}" }} }},
+               "presets": {{ "high": {{ "description": "{evil}{raw}", "parameters": {{ "size": 2 }} }} }},
+               "constraints": {{ "small": {{ "holds": "size > 9", "message": "{evil}{raw}", "severity": "warning" }} }},
+               "resources""#
         ),
     );
+    let described = described.replace(
+        "\"passes\": {",
+        "\"passes\": { \"base\": { \"fullscreen\": { \"shader\": \
+        \"gradient.wgsl.jinja\", \"color\": [{ \"to\": \"target\", \"contents\": \"discard\" }] } },",
+    );
+    let described = described.replace("\"when\": \"soft\"", "\"after\": [\"base\"], \"when\": \"soft\"");
     std::fs::write(folder.join("fine.json"), described.replace("smallest", &format!("s{evil}{raw}")))
         .unwrap();
     let named = format!("na\u{1b}[31mme{raw}.json");
     std::fs::write(folder.join(&named), "{").unwrap();
-    let mut shown = 0;
-    for arguments in [
+    let scene = format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "scene": 7, "nodes": [{{ "name": "{evil}{raw}", "mesh": 5 }}] }}"#
+    );
+    std::fs::write(folder.join("scene.gltf"), scene).unwrap();
+    let wrong = [format!("no{raw}"), format!("no{raw}=1"), format!("--no{raw}"), format!("UG{raw}")];
+    let [no, set, option, code] = wrong.each_ref().map(String::as_str);
+    let of = |command: &'static str| [command, "fine.json"];
+    let lines: Vec<Vec<&str>> = [
         &["check", "broken.json"][..],
         &["check", "broken.json", "--format", "json"],
         &["check", "broken.json", "--format", "github"],
         &["check", "broken.json", "--format", "sarif"],
+        &["check", "broken.json", "--fix", "--dry-run"],
+        &of("check"),
+        &["check", "fine.json", "--format", "json"],
+        &["check", "fine.json", "--format", "sarif", "--verify"],
         &["permutations", "broken.json"],
         &["permutations", "broken.json", "--format", "json"],
+        &["permutations", "fine.json", "--all"],
+        &["permutations", "fine.json", "--format", "github", "--all"],
         &["check", &named],
         &["fmt", "--check", &named],
-        &["plan", "fine.json"],
+        &["fmt", "--strict", "fine.json"],
+        &of("plan"),
+        &["plan", "broken.json"],
+        &["graph", "fine.json", "--format", "svg"],
+        &["graph", "fine.json", "--format", "html"],
+        &["graph", "fine.json", "--format", "dot"],
+        &["graph", "fine.json", "--format", "mermaid"],
         &["graph", "fine.json", "--format", "json"],
+        &["graph", "fine.json", "--out", no],
         &["why", "fine.json", "fill"],
         &["why", "fine.json", "fill", "--format", "json"],
         &["why", "fine.json", "soft"],
-        &["why", "fine.json", &format!("no{raw}")],
+        &["why", "fine.json", "size"],
+        &["why", "fine.json", "lit"],
+        &["why", "fine.json", no],
         &["diff", "fine.json", "broken.json"],
-        &["reference", &format!("UG{raw}")],
-        &["check", "fine.json", "--set", &format!("no{raw}=1")],
-        &["check", "fine.json", &format!("--no{raw}")],
+        &["diff", "fine.json", "fine.json", "--after-set", set],
+        &["reference", code],
+        &["reference", no],
+        &["schema", "--of", no],
+        &["wgsl", "fine.json", "--pass", no],
+        &["wgsl", "broken.json"],
+        &["check", "fine.json", "--set", set],
+        &["check", "fine.json", "--preset", no],
+        &["check", "fine.json", "--params", no],
+        &["check", "fine.json", "--extension", no],
+        &["check", "fine.json", "--profile", no],
+        &["check", "fine.json", "--root", no],
+        &["check", "fine.json", "--templates", no],
+        &["check", "fine.json", option],
+        &[no],
         &["render", "fine.json", "--scene", &named, "--out", &named],
-    ] {
+        &["render", "fine.json", "--scene", "scene.gltf", "--out", "out.png"],
+        &["render", "fine.json", "--scene", "scene.gltf", "--out", "out.png", "--camera", no],
+        &["score", "fine.json", "--scene", "scene.gltf"],
+        &["score", "fine.json", "--scene", &named, "--limits", no],
+    ]
+    .iter()
+    .map(|line| line.to_vec())
+    .collect();
+    let shows = |arguments: &Vec<&str>| {
         let output = run(&here, arguments);
         let said = errors(&output) + &String::from_utf8_lossy(&output.stdout);
         assert!(!commands(&said), "{arguments:?}: {said:?}");
-        shown += usize::from(said.contains("u{202e}") || said.contains("u202e"));
-    }
-    assert!(shown >= 12, "only {shown} of the commands show what they name");
+        said.contains("u{202e}") || said.contains("u202e")
+    };
+    let shown: usize = std::thread::scope(|scope| {
+        let count = |lines: &[Vec<&str>]| lines.iter().filter(|line| shows(line)).count();
+        let some = lines.chunks(13).map(|lines| scope.spawn(move || count(lines))).collect::<Vec<_>>();
+        some.into_iter().map(|some| some.join().expect("no raw character")).sum()
+    });
+    assert!(shown >= 30, "only {shown} of the commands show what they name");
 }

@@ -70,6 +70,7 @@ fn output_that_is_lost_is_an_error_of_every_command() {
     let mended = mended.display().to_string();
     let render =
         ["render", "pipelines/learn/01-smallest.json", "--scene", &scene, "--out", &out, "--size", "8x8"];
+    let score = ["score", "pipelines/nebula.json", "--scene", "examples/scenes/figure.glb", "--size", "8x8"];
     let further: &[&[&str]] = &[
         &["--help"],
         &["--version"],
@@ -80,7 +81,17 @@ fn output_that_is_lost_is_an_error_of_every_command() {
         &["check", &mended, "--fix", "--dry-run"],
         &["graph", "pipelines/nebula.json", "--format", "json"],
         &["graph", "pipelines/nebula.json", "--format", "html"],
+        &["graph", "pipelines/nebula.json", "--format", "dot"],
+        &["graph", "pipelines/nebula.json", "--format", "mermaid"],
+        &["diff", "pipelines/nebula.json", "--after-feature", "cached=on"],
+        &["why", "pipelines/nebula.json", "color", "maps"],
+        &["wgsl", "pipelines/nebula.json", "--map"],
+        &["schema", "--of", "extension"],
+        &["reference", "draw"],
+        &["reference", "--help"],
         &render,
+        &[&render[..], &["--timings"]].concat(),
+        &score,
     ];
     let printing = PRINTING.iter().filter(|(_, status)| *status == 0).map(|(arguments, _)| *arguments);
     let mut lost = 0;

@@ -10,6 +10,7 @@ fn ribbon(draw: &str) -> crate::common::Outcome {
     let text = format!(
         r#"{{
           "format": 1, "name": "ribbon",
+          "parameters": {{ "many": {{ "type": "u32", "default": 6, "min": 0, "max": 4294967295 }} }},
           "resources": {{
             "points": {{ "buffer": {{ "size": 1024 }} }},
             "arguments": {{ "buffer": {{ "size": 16 }} }},
@@ -92,4 +93,32 @@ fn what_does_not_fit_the_shader_or_the_buffers_is_found() {
     assert_eq!(one(r#"{ "name": "position", "format": "uint32x2" }"#), ["UG0607"]);
     assert_eq!(one(r#"{ "name": "position", "format": "float31" }"#), ["UG0607"]);
     assert_eq!(one(r#"{ "name": "position", "format": "float32x2", "offset": 3 }"#), ["UG0409"]);
+}
+
+#[test]
+fn a_live_count_beyond_the_buffers_is_refused_and_the_frame_after_it_is_drawn() {
+    let Some(gpu) = gpu::device() else { return };
+    let instanced = POINTS.replace(r#""buffer": "points","#, r#""buffer": "points", "step": "instance","#);
+    for (draw, most, buffer) in [
+        (format!(r#"{POINTS}, "count": "many""#), 64, "points"),
+        (format!(r#"{POINTS}, "count": "many", "indices": {{ "buffer": "order" }}"#), 6, "order"),
+        (format!(r#"{instanced}, "count": 3, "instances": "many""#), 64, "points"),
+    ] {
+        let outcome = ribbon(&draw);
+        let plan = outcome.plan();
+        let mut executor = crate::common::gpu::executor(&gpu, plan, None);
+        let target = crate::common::gpu::import(&gpu, plan, "target");
+        let many = executor.parameter::<u32>("many").expect("a live parameter");
+        let mut play = |many_now: u32| {
+            executor.set(many, many_now).expect("within the parameter's own range");
+            crate::stage::play(&gpu, &mut executor, None, &target, &crate::views::frame(&[]))
+        };
+        assert!(play(most).is_ok(), "{draw}");
+        for beyond in [most + 1, u32::MAX] {
+            let refused = format!("{:?}", play(beyond).expect_err("a diagnostic"));
+            let wanted = format!("\\\"{buffer}\\\" has {most} of the {beyond} that are drawn of it");
+            assert!(refused.contains("UG0409") && refused.contains(&wanted), "{refused}");
+        }
+        assert!(play(0).is_ok() && play(most).is_ok(), "{draw}");
+    }
 }

@@ -123,3 +123,47 @@ fn an_order_given_through_a_pass_that_is_not_there_holds() {
         assert_eq!(color(&gpu, &picture, 0), GREEN);
     }
 }
+
+#[test]
+fn ranges_that_are_cleared_apart_are_cleared_before_what_adds_to_all_of_them() {
+    let Some(gpu) = gpu::device() else { return };
+    let image = r#""image": { "texture": { "format": "rgba8unorm", "size": "viewport", "layers": 2 } }"#;
+    let clear = |layer: u32, color: &str| {
+        let to = format!(r#"{{ "to": "image", "layer": {layer} }}"#);
+        fill(&format!("clear{layer}"), &to, color)
+    };
+    let (red, blue) = (clear(0, "[1, 0, 0, 1]"), clear(1, "[0, 0, 1, 1]"));
+    // Both storage passes may write every layer; the second makes the left half blue again.
+    let half = |name: &str, common: &str| {
+        format!(
+            r#""{name}": {{ {common} "compute": {{ "shader": "halves.wgsl.jinja", "workgroups": [1, 1, 2],
+                "bind": {{ "image": "image" }} }} }}"#
+        )
+    };
+    let (first, second) = (half("first", ""), half("second", r#""after": ["first"],"#));
+    let shown = copy("shown", "image");
+    let keys = [&red, &blue, &first, &second, &shown].map(String::as_str);
+    for order in [[0, 1, 2, 3, 4], [3, 2, 4, 1, 0], [4, 3, 2, 1, 0], [2, 0, 3, 1, 4]] {
+        let passes = order.map(|at| keys[at]).join(", ");
+        let plan = plan(&format!("{}, {image}", target(2)), &passes);
+        let names: Vec<&str> = plan.passes.iter().map(|pass| pass.name.as_str()).collect();
+        let at = |name: &str| names.iter().position(|known| *known == name);
+        assert!(at("clear0").max(at("clear1")) < at("first") && at("first") < at("second"), "{names:?}");
+        let mut executor = executor(&gpu, &plan, None);
+        let picture = import(&gpu, &plan, "target");
+        show(&gpu, &mut executor, None, &picture, &frame(&[]));
+        for (layer, color) in [(0, RED), (1, BLUE)] {
+            let texels = crate::stage::texels(&gpu, &picture, layer);
+            assert_eq!((texels[0], texels[7]), (GREEN, color), "layer {layer} of {passes}");
+        }
+    }
+    // Who clears what a clear has cleared is not known.
+    let again = clear(0, "[0, 0, 0, 1]").replace("clear0", "again");
+    let passes = [&red, &again, &first, &shown].map(String::as_str).join(", ");
+    let text = format!(
+        r#"{{ "format": 1, "name": "test", "resources": {{ {}, {image} }}, "passes": {{ {passes} }} }}"#,
+        target(2)
+    );
+    let said = crate::stage::try_plan_of_text(text, crate::stage::SIDE).expect_err("a diagnostic");
+    assert!(said.contains("UG0402") && said.contains(r#""clear0" and "again""#), "{said}");
+}

@@ -272,3 +272,80 @@ fn what_cannot_be_kept_is_found() {
     said("persistent", &format!(r#""over": "maps", {depth}"#), "UG0405");
     said("transient", depth, "UG04");
 }
+
+#[test]
+fn what_is_drawn_over_another_texture_lies_over_it_texel_by_texel() {
+    let over = |below: &str| {
+        let text = format!(
+            r#"{{ "format": 1, "name": "test", {}, "resources": {{ {},
+                "below": {{ "texture": {{ "lifetime": "persistent", "view": "2d-array", {below} }} }},
+                "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", "layers": 2, "view": "2d-array",
+                  "lifetime": "persistent" }} }} }},
+              "passes": {{ "views": {{ "views": {{ "to": "views", "max": 2 }} }},
+                "squares": {{ "draw": {{ "geometry": "squares", "filter": "all", "views": "views",
+                  "shader": "square_depth.wgsl.jinja", {CHANGED}, "over": "below",
+                  "depth": {{ "to": "maps", "compare": "less" }} }} }},
+                "show": {{ "fullscreen": {{ "shader": "show_depth.wgsl.jinja",
+                  "bind": {{ "maps": "maps", "settings": {{ "values": {{ "layer": 1 }} }} }},
+                  "color": [{{ "to": "target" }}] }} }} }} }}"#,
+            crate::squares::GEOMETRY,
+            target(1)
+        );
+        try_plan_of_text(text, 8).map(drop)
+    };
+    let depth = r#""format": "depth32float""#;
+    assert_eq!(over(&format!(r#"{depth}, "size": "viewport", "layers": 2"#)), Ok(()));
+    assert_eq!(over(r#""format": "depth16unorm", "size": "viewport", "layers": 2"#), Ok(()));
+    for (below, wanted) in [
+        (
+            format!(r#"{depth}, "size": [4, 8], "layers": 2"#),
+            "\"below\" is 4 by 8 with 2 layers and 1 samples",
+        ),
+        (format!(r#"{depth}, "size": "viewport", "layers": 3"#), "\"below\" is 8 by 8 with 3 layers"),
+        (format!(r#"{depth}, "size": "viewport""#), "\"below\" is 8 by 8 with 1 layers"),
+        (r#""format": "rgba8unorm", "size": "viewport", "layers": 2"#.to_owned(), "\"below\" has no depth"),
+    ] {
+        let error = over(&below).expect_err("a diagnostic");
+        assert!(error.contains("UG0405") && error.contains(wanted), "{error}");
+        assert!(error.contains("/over") || error.contains(r#""over": "below""#), "{error}");
+    }
+}
+
+#[test]
+fn a_parameter_draws_those_views_again_that_are_drawn_with_it() {
+    let Some(gpu) = gpu::device() else { return };
+    let text = format!(
+        r#"{{ "format": 1, "name": "test", {}, "parameters": {{
+            "layer": {{ "type": "u32", "default": 0, "min": 0, "max": 1 }},
+            "far": {{ "type": "f32", "default": 1, "min": 0, "max": 1 }},
+            "idle": {{ "type": "f32", "default": 1, "min": 0, "max": 1 }} }},
+          "resources": {{ "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", "layers": 2,
+            "view": "2d-array", "lifetime": "persistent" }} }}, {} }},
+          "passes": {{ "views": {{ "views": {{ "to": "views", "max": 2 }} }},
+            "squares": {{ "draw": {{ "geometry": "squares", "filter": "all", "views": "views", "cull": "none",
+              "shader": "square_depth.wgsl.jinja", {CHANGED},
+              "depth": {{ "to": "maps", "clear": "far * idle / idle", "compare": "less-equal" }} }} }},
+            "show": {{ "fullscreen": {{ "shader": "show_depth.wgsl.jinja",
+              "bind": {{ "maps": "maps", "settings": {{ "values": {{ "layer": "layer" }} }} }},
+              "color": [{{ "to": "target" }}] }} }} }} }}"#,
+        crate::squares::GEOMETRY,
+        target(1)
+    );
+    let plan = try_plan_of_text(text, 8).unwrap_or_else(|said| panic!("{said}"));
+    let mut stage = Stage::new(&gpu, &plan);
+    // Both views look elsewhere, where nothing is.
+    let views = ["0 0 0 8 8 2", "1 0 0 8 8 2"];
+    assert_eq!((stage.play(&views), stage.play(&views)), (2, 0));
+    assert!(stage.steps().iter().all(|step| *step == STEPS));
+    // What shows the maps is no part of them; nor is a value that stays the same.
+    let layer = stage.executor.parameter::<u32>("layer").expect("a live parameter");
+    stage.executor.set(layer, 1).expect("a value");
+    assert_eq!(stage.play(&views), 0);
+    let idle = stage.executor.parameter::<f32>("idle").expect("a live parameter");
+    stage.executor.set(idle, 0.5).expect("a value");
+    assert_eq!(stage.play(&views), 0);
+    let far = stage.executor.parameter::<f32>("far").expect("a live parameter");
+    stage.executor.set(far, 0.4).expect("a value");
+    assert_eq!((stage.play(&views), stage.play(&views)), (2, 0));
+    assert!(stage.steps().iter().all(|step| *step == STEPS * 2 / 5), "{:?}", stage.steps());
+}

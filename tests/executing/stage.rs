@@ -103,6 +103,13 @@ const HALF: &str = r#"@group(1) @binding(0) var image: texture_storage_2d<rgba8u
 }
 "#;
 
+/// The same in each layer.
+const HALVES: &str = r#"@group(1) @binding(0) var image: texture_storage_2d_array<rgba8unorm, write>;
+@compute @workgroup_size(4, 8) fn half(@builtin(global_invocation_id) at: vec3<u32>) {
+    textureStore(image, at.xy, at.z, vec4<f32>(0.0, 1.0, 0.0, 1.0));
+}
+"#;
+
 /// Fills the left half, and leaves the right one.
 const LEFT: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
 struct Settings { color: vec4<f32> }
@@ -220,6 +227,7 @@ pub(crate) fn try_plan_with(text: String, side: u32, features: wgpu::Features) -
         ("counts.wgsl.jinja", COUNTS),
         ("count.wgsl.jinja", COUNT),
         ("half.wgsl.jinja", HALF),
+        ("halves.wgsl.jinja", HALVES),
         ("left.wgsl.jinja", LEFT),
         ("masked.wgsl.jinja", MASKED),
         ("two_sources.wgsl.jinja", TWO_SOURCES),

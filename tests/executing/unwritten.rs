@@ -189,3 +189,45 @@ fn of_a_pass_that_no_output_needs_a_read_of_nothing_is_told_and_of_a_part_is_not
         umbragraph::diagnostic::codes::ALL.iter().find(|code| code.id == "UG0401").expect("a code");
     assert!(explained.page.contains("only a read of which nothing at all is written is told"));
 }
+
+#[test]
+fn what_lasts_and_is_never_written_is_a_warning_as_far_as_it_is_read() {
+    use crate::common::{With, check_with};
+    let reads = r#""{% include 'lib/fullscreen.wgsl.jinja' %}"#;
+    let shader = format!(
+        "{}\n@group(1) @binding(0) var image: texture_2d_array<f32>;\n@fragment fn show(covered: Covered) -> @location(0) \
+         vec4<f32> {{ return textureLoad(image, vec2<i32>(covered.position.xy), 1, 0); }}\n",
+        &reads[1..]
+    );
+    let half = "@group(1) @binding(0) var image: texture_storage_2d<rgba8unorm, write>;
+        @compute @workgroup_size(8, 8) fn half(@builtin(global_invocation_id) at: vec3<u32>) {
+            textureStore(image, at.xy, vec4<f32>(0.0, 1.0, 0.0, 1.0));
+        }";
+    let templates = [("shown.wgsl.jinja", shader.as_str()), ("half.wgsl.jinja", half)];
+    let warnings = |lifetime: &str, written: &str, bound: &str| {
+        let text = format!(
+            r#"{{ "format": 1, "name": "test", "resources": {{ {}, "image": {{ "texture": {{ "format": "rgba8unorm",
+              "size": "viewport", "layers": 2, {lifetime} }} }} }}, "passes": {{ {written}
+              "shown": {{ "fullscreen": {{ "shader": "shown.wgsl.jinja", "bind": {{ "image": {bound} }},
+                "color": [{{ "to": "target" }}] }} }} }} }}"#,
+            target(1)
+        );
+        let with = With { templates: &templates, size: Some([8, 8]), ..With::default() };
+        let outcome = check_with("lasting.json", &text, &with);
+        assert!(!outcome.diagnostics.has_errors(), "{:?}", outcome.diagnostics);
+        outcome.diagnostics.iter().map(|one| format!("{} {}", one.code.id, one.message)).collect::<Vec<_>>()
+    };
+    let (persistent, history) =
+        (r#""lifetime": "persistent""#, r#""lifetime": "history", "initial": [0, 0, 0, 1]"#);
+    let half = r#""half": { "compute": { "shader": "half.wgsl.jinja", "workgroups": [1, 1, 1],
+        "bind": { "image": { "texture": { "name": "image", "layer": 0 } } } } },"#;
+    let never =
+        |what: &str| vec![format!("UG0401 \"shown\" reads {what}, which no pass writes in any frame")];
+    assert_eq!(warnings(persistent, "", r#""image""#), never(r#""image""#));
+    assert_eq!(warnings(persistent, half, r#""image""#), never(r#"layer 1 of "image""#));
+    assert_eq!(warnings(history, half, r#""image@-1""#), never(r#"layer 1 of "image@-1""#));
+    let one = |name: &str| format!(r#"{{ "texture": {{ "name": "{name}", "layer": 0, "layers": 1 }} }}"#);
+    assert_eq!(warnings(persistent, half, &one("image")), Vec::<String>::new());
+    assert_eq!(warnings(history, half, &one("image@-1")), Vec::<String>::new());
+    assert_eq!(warnings(r#""lifetime": "imported""#, "", r#""image""#), Vec::<String>::new());
+}

@@ -6,11 +6,12 @@
 //! bindings for each stage) are checked with the shader's variants, and what a copy joins where copies are planned
 //! ([`super::copies`]).
 
+use super::drawn_buffers::DrawnBuffer;
 use super::planned::{Plan, PlannedPass, PlannedResource};
 use super::texture_size::TextureSize;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{TextureShape, format_name};
-use crate::pipeline::{Pass, Program, ProgramBinding};
+use crate::pipeline::{LiveTarget, Pass, Program, ProgramBinding};
 use crate::shader::Stage;
 use crate::source::Span;
 use crate::work::{
@@ -55,23 +56,9 @@ impl Rules<'_> {
     /// Vertex and index buffers hold all that is drawn of them, as far as that is known.
     fn buffer_draw(&self, draw: &BufferDraw) -> Vec<Diagnostic> {
         let DrawCounts::Direct { count, instances } = draw.counts else { return Vec::new() };
-        let (count, instances) = (u64::from(count), u64::from(instances));
-        let streams = draw.vertices.iter().filter_map(|stream| {
-            let elements = match (stream.step, &draw.indices) {
-                (wgpu_types::VertexStepMode::Instance, _) => instances,
-                (_, None) => count,
-                // Which vertices indices name is not known.
-                (_, Some(_)) => return None,
-            };
-            let end = stream.attributes.iter().map(|one| one.offset + one.format.size()).max().unwrap_or(0);
-            Some((
-                stream.buffer.resource,
-                if elements == 0 { 0 } else { (elements - 1) * stream.stride + end },
-            ))
-        });
-        let indices = draw.indices.as_ref().map(|indices| {
-            let size = if indices.format == wgpu_types::IndexFormat::Uint16 { 2 } else { 4 };
-            (indices.buffer.resource, count * size)
+        let drawn = DrawnBuffer::all(draw).into_iter().map(|one| {
+            let elements = if one.counted == LiveTarget::Count { count } else { instances };
+            (one.buffer, one.bytes(elements.into()))
         });
         let too_short = |(resource, wanted): (ResourceHandle, u64)| {
             let bytes = self.planned(resource)?.bytes;
@@ -81,7 +68,7 @@ impl Rules<'_> {
             let diagnostic = Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer);
             (bytes < wanted).then(|| diagnostic.help("make the buffer larger, or draw less"))
         };
-        streams.chain(indices).filter_map(too_short).collect()
+        drawn.filter_map(too_short).collect()
     }
 
     /// Each variant has one entry point of each stage that the pass needs.

@@ -25,6 +25,7 @@ mod cycle;
 mod device_rules;
 mod discards;
 mod dispatch;
+mod drawn_buffers;
 mod extents;
 mod format;
 mod graph;

@@ -57,6 +57,8 @@ enum PlannedTarget {
     Workgroups(usize, u32),
     /// A setting of the CPU node.
     Node,
+    /// A count of a draw from buffers, and how many of what is counted a buffer has, with its name.
+    Drawn(LiveTarget, Option<(u64, String)>),
     /// Something else.
     Other(LiveTarget),
 }
@@ -82,6 +84,8 @@ pub enum Changed<'a> {
     Count(u32),
     /// The number of instances.
     Instances(u32),
+    /// Settings of the CPU node, which has taken them over.
+    Node,
 }
 
 /// What a plan says of the parameters of a pipeline.
@@ -119,11 +123,19 @@ pub(super) fn of_dispatch(
     }
 }
 
-/// Adds what a pass says is live.
-pub(super) fn of_pass(sizes: &Sizes<'_>, all: &[LiveSetting], settings: &mut Vec<PlannedSetting>) {
+/// Adds what a pass says is live; `most` is how many of what a draw counts its buffers have.
+pub(super) fn of_pass(
+    sizes: &Sizes<'_>,
+    all: &[LiveSetting],
+    most: impl Fn(LiveTarget) -> Option<(u64, String)>,
+    settings: &mut Vec<PlannedSetting>,
+) {
     for setting in all {
         settings.extend(match setting.target {
             LiveTarget::Node => Some(fold(sizes, &setting.value, PlannedTarget::Node)),
+            target @ (LiveTarget::Count | LiveTarget::Instances) => {
+                live(sizes, &setting.value, || PlannedTarget::Drawn(target, most(target)))
+            }
             other => live(sizes, &setting.value, || PlannedTarget::Other(other)),
         });
     }
@@ -253,8 +265,8 @@ pub struct Parameters {
     blocks: Vec<Vec<PackedBlock>>,
     /// For each pass where its live settings went, those that are members of blocks.
     packings: Vec<Vec<Packing>>,
-    /// For each pass the values of its node's live settings.
-    nodes: Vec<Vec<Value>>,
+    /// For each pass the values of its live settings.
+    taken: Vec<Vec<Value>>,
     numbers: Vec<f64>,
     scratch: Value,
 }
@@ -296,20 +308,32 @@ impl Parameters {
             values.names.insert(following.name.clone(), values.list.len());
             values.list.push(scope.lookup(&following.name).unwrap_or(Value::Bool(false)));
         }
-        Self {
+        let mut parameters = Self {
             is_set: vec![false; settled.len()],
             is_changed: false,
             id: hasher.finish(),
             blocks: plan.passes.iter().map(|pass| pass.blocks.clone()).collect(),
             packings: plan.passes.iter().map(|pass| vec![Packing::default(); pass.live.len()]).collect(),
-            nodes: plan.passes.iter().map(|_| Vec::new()).collect(),
+            taken: Vec::new(),
             numbers: Vec::new(),
             scratch: Value::Bool(false),
             given: settled.clone(),
             settled,
             values,
             plan,
-        }
+        };
+        parameters.taken = parameters.taken_first();
+        parameters
+    }
+
+    /// The values of the live settings of each pass with which the plan was made.
+    fn taken_first(&self) -> Vec<Vec<Value>> {
+        let value = |setting: &PlannedSetting| {
+            let mut value = Value::Bool(false);
+            self.value(setting, &mut value, &mut Diagnostics::new());
+            value
+        };
+        self.plan.passes.iter().map(|planned| planned.live.iter().map(value).collect()).collect()
     }
 
     /// The position of a live parameter.
@@ -393,7 +417,7 @@ impl Parameters {
     }
 
     /// Lets passes take over the parameters that have changed: CPU nodes at once, everything else through `set`, with the
-    /// position of the pass. Whether there was anything to take over.
+    /// position of the pass.
     ///
     /// # Errors
     /// What loading and planning would say of these values; all parameters have the values before then.
@@ -401,9 +425,9 @@ impl Parameters {
         &mut self,
         cpu_passes: &mut CpuPasses,
         set: &mut dyn FnMut(usize, Changed<'_>),
-    ) -> Result<bool, Diagnostics> {
+    ) -> Result<(), Diagnostics> {
         if !std::mem::take(&mut self.is_changed) {
-            return Ok(false);
+            return Ok(());
         }
         let mut diagnostics = Diagnostics::new();
         let count = self.settled.len();
@@ -419,7 +443,7 @@ impl Parameters {
                 assign(settled, value);
             }
         }
-        Ok(true)
+        Ok(())
     }
 
     fn attempt(
@@ -431,7 +455,7 @@ impl Parameters {
         let plan = self.plan.clone();
         self.follow(&plan.pipeline, diagnostics)?;
         for (at, planned) in plan.passes.iter().enumerate() {
-            let mut node = 0;
+            let mut is_node = false;
             for (position, setting) in planned.live.iter().enumerate() {
                 let is_list = !setting.elements.is_empty();
                 let mut value = Value::Bool(false);
@@ -439,66 +463,79 @@ impl Parameters {
                     std::mem::swap(&mut value, &mut self.scratch);
                 }
                 self.value(setting, &mut value, diagnostics)?;
-                let refuse = |diagnostics: &mut Diagnostics, code: Code, message: String, help: &str| {
-                    let diagnostic = Diagnostic::error(code, setting.place, message);
-                    diagnostics.push(diagnostic.pointer(&setting.pointer).help(help));
-                };
-                match &setting.target {
-                    PlannedTarget::Node => {
-                        match self.nodes[at].get_mut(node) {
-                            Some(known) => assign(known, &value),
-                            None => self.nodes[at].push(value.clone()),
-                        }
-                        node += 1;
-                    }
-                    PlannedTarget::Member(block, member) => {
-                        let block = &mut self.blocks[at][*block];
-                        let packing = &mut self.packings[at][position];
-                        if let Err(message) =
-                            pack_member(member, &value, (packing, &mut self.numbers), &mut block.bytes)
-                        {
-                            let help = format!(
-                                "the shader declares \"{}\" as {}",
-                                member.name,
-                                member.layout.spelling()
-                            );
-                            refuse(diagnostics, codes::EXPRESSION_TYPE, message, &help);
-                            return None;
-                        }
-                        set(at, Changed::Block(block));
-                    }
-                    PlannedTarget::Workgroups(axis, limit) => {
-                        let Some(count) = whole(&value, *limit) else {
-                            let help =
-                                format!("whole numbers from 0 to {limit} are possible; ceil() rounds up");
-                            let message = format!("{value} is not a workgroup count");
-                            refuse(diagnostics, codes::DISPATCH, message, &help);
-                            return None;
-                        };
-                        set(at, Changed::Workgroups(*axis, count));
-                    }
-                    PlannedTarget::Other(target) => match changed(*target, &value) {
-                        Ok(changed) => set(at, changed),
-                        Err(help) => {
-                            refuse(
-                                diagnostics,
-                                codes::OUT_OF_BOUNDS,
-                                format!("{value} cannot be set here"),
-                                help,
-                            );
-                            return None;
-                        }
-                    },
+                if self.taken[at][position] != value {
+                    is_node |= matches!(setting.target, PlannedTarget::Node);
+                    assign(&mut self.taken[at][position], &value);
+                    self.take(at, (position, setting), &value, set, diagnostics)?;
                 }
                 if is_list {
                     self.scratch = value;
                 }
             }
-            if node > 0 {
+            if is_node {
                 let settings = &plan.pipeline.pass(planned.handle).live;
-                let mut settings = LiveSettings { settings, values: &self.nodes[at], diagnostics };
+                let mut settings = LiveSettings { settings, values: &self.taken[at], diagnostics };
                 cpu_passes.update(at, &mut settings)?;
+                set(at, Changed::Node);
             }
+        }
+        Some(())
+    }
+
+    /// Lets a pass take over the value of a live setting, but for those of CPU nodes, which take over all at once.
+    fn take(
+        &mut self,
+        at: usize,
+        (position, setting): (usize, &PlannedSetting),
+        value: &Value,
+        set: &mut dyn FnMut(usize, Changed<'_>),
+        diagnostics: &mut Diagnostics,
+    ) -> Option<()> {
+        let mut refuse = |code: Code, message: String, help: &str| {
+            let diagnostic = Diagnostic::error(code, setting.place, message);
+            diagnostics.push(diagnostic.pointer(&setting.pointer).help(help));
+            None
+        };
+        match &setting.target {
+            PlannedTarget::Node => {}
+            PlannedTarget::Member(block, member) => {
+                let block = &mut self.blocks[at][*block];
+                let packing = &mut self.packings[at][position];
+                if let Err(message) =
+                    pack_member(member, value, (packing, &mut self.numbers), &mut block.bytes)
+                {
+                    let spelling = member.layout.spelling();
+                    let help = format!("the shader declares \"{}\" as {spelling}", member.name);
+                    return refuse(codes::EXPRESSION_TYPE, message, &help);
+                }
+                set(at, Changed::Block(block));
+            }
+            PlannedTarget::Workgroups(axis, limit) => {
+                let Some(count) = whole(value, *limit) else {
+                    let help = format!("whole numbers from 0 to {limit} are possible; ceil() rounds up");
+                    return refuse(codes::DISPATCH, format!("{value} is not a workgroup count"), &help);
+                };
+                set(at, Changed::Workgroups(*axis, count));
+            }
+            PlannedTarget::Drawn(target, most) => {
+                let Some(count) = whole(value, u32::MAX) else {
+                    let message = format!("{value} cannot be set here");
+                    return refuse(codes::OUT_OF_BOUNDS, message, "write a whole number from 0");
+                };
+                if let Some((most, buffer)) = most.as_ref().filter(|(most, _)| u64::from(count) > *most) {
+                    let message = format!("\"{buffer}\" has {most} of the {count} that are drawn of it");
+                    let help = "make the buffer larger, or draw less";
+                    return refuse(codes::DEVICE_RULE, message, help);
+                }
+                let is_count = *target == LiveTarget::Count;
+                set(at, if is_count { Changed::Count(count) } else { Changed::Instances(count) });
+            }
+            PlannedTarget::Other(target) => match changed(*target, value) {
+                Ok(changed) => set(at, changed),
+                Err(help) => {
+                    return refuse(codes::OUT_OF_BOUNDS, format!("{value} cannot be set here"), help);
+                }
+            },
         }
         Some(())
     }
@@ -643,12 +680,11 @@ fn changed(target: LiveTarget, value: &Value) -> Result<Changed<'static>, &'stat
             let is_clear = target == LiveTarget::Stencil;
             return Ok(if is_clear { Changed::Stencil(byte) } else { Changed::Reference(byte) });
         }
-        LiveTarget::Count | LiveTarget::Instances => {
-            let count = whole(value, u32::MAX).ok_or("write a whole number from 0")?;
-            let is_count = target == LiveTarget::Count;
-            return Ok(if is_count { Changed::Count(count) } else { Changed::Instances(count) });
-        }
-        LiveTarget::Node | LiveTarget::Workgroups | LiveTarget::Block => None,
+        LiveTarget::Count
+        | LiveTarget::Instances
+        | LiveTarget::Node
+        | LiveTarget::Workgroups
+        | LiveTarget::Block => None,
     };
     found.ok_or("write red, green, blue and alpha: [0, 0, 0, 1]")
 }

@@ -5,15 +5,18 @@
 
 use super::copies;
 use super::dispatch;
+use super::drawn_buffers::DrawnBuffer;
 use super::format;
 use super::parameters;
 use super::planned::{PlannedAttachment, PlannedPass};
-use super::resolved_resources::{ResolvedResources, TextureProperties};
+use super::resolved_resources::{Descriptor, ResolvedResources, TextureProperties};
 use super::values::{self, PackedBlock};
 use crate::diagnostic::{Diagnostic, codes};
-use crate::pipeline::ResourceKind;
+use crate::pipeline::{LiveTarget, ResourceKind};
 use crate::source::Span;
-use crate::work::{Dispatch, Draw, PassHandle, RenderWork, ResourceHandle, Work};
+use crate::work::{
+    AttachmentTarget, Dispatch, Draw, PassHandle, Redraw, RenderWork, ResourceHandle, SceneDraw, Work,
+};
 
 impl ResolvedResources<'_> {
     /// Fills in, or makes again, what depends on sizes.
@@ -35,8 +38,10 @@ impl ResolvedResources<'_> {
                 }
             }
         }
-        parameters::of_pass(&self.sizes, &self.pipeline.pass(handle).live, &mut planned.live);
-        match self.pipeline.pass(handle).work() {
+        let pass = self.pipeline.pass(handle);
+        let most = |counted| self.most(pass.work(), counted);
+        parameters::of_pass(&self.sizes, &pass.live, most, &mut planned.live);
+        match pass.work() {
             Work::Render(render) => self.check_attachments(handle, planned, render, diagnostics),
             Work::Compute(compute) => {
                 planned.workgroups = dispatch::workgroups(self, compute, handle, diagnostics);
@@ -50,6 +55,18 @@ impl ResolvedResources<'_> {
             }
             Work::Nothing | Work::Cpu(_) => {}
         }
+    }
+
+    /// How many vertices, indices or instances the buffers of a draw have, and the name of that with the fewest.
+    fn most(&self, work: &Work, counted: LiveTarget) -> Option<(u64, String)> {
+        let Work::Render(render) = work else { return None };
+        let Draw::Buffers(draw) = &render.draw else { return None };
+        let drawn = DrawnBuffer::all(draw).into_iter().filter(|one| one.counted == counted);
+        let most = drawn.filter_map(|one| {
+            let Descriptor::Buffer { bytes, .. } = self.get(one.buffer)?.descriptor? else { return None };
+            Some((one.elements(bytes)?, self.pipeline.resource(one.buffer).name.clone()))
+        });
+        most.min()
     }
 
     /// The place of an attachment of a pass.
@@ -97,6 +114,49 @@ impl ResolvedResources<'_> {
             }
         }
         self.check_views(handle, planned, render, diagnostics);
+        diagnostics.extend(self.check_over(handle, render));
+    }
+
+    /// Finds a texture that does not lie texel by texel below the views that are drawn over it.
+    fn check_over(&self, handle: PassHandle, render: &RenderWork) -> Option<Diagnostic> {
+        let Draw::Scene(SceneDraw { redraw: Some(Redraw { over: Some(over), .. }), .. }) = &render.draw
+        else {
+            return None;
+        };
+        let (over, depth) = (over.target(), render.depth.as_ref()?.to.target());
+        let shape = |target: AttachmentTarget| {
+            let TextureProperties { size, format, .. } = self.texture(target.resource)?;
+            let side = |length: u32| (length >> target.mip.min(31)).max(1);
+            let layers = target.layer.map_or(size.layers, |_| 1);
+            Some(([side(size.width), side(size.height), layers, size.samples], format))
+        };
+        let ((own, format), (wanted, _)) = (shape(over)?, shape(depth)?);
+        let name = |target: AttachmentTarget| &self.pipeline.resource(target.resource).name;
+        let (below, above) = (name(over), name(depth));
+        let words = |[width, height, layers, samples]: [u32; 4]| {
+            format!("{width} by {height} with {layers} layers and {samples} samples")
+        };
+        let (message, help) = if !format.has_depth_aspect() {
+            let message = format!("\"{below}\" has no depth, over which \"{above}\" could be drawn");
+            (message, "name a depth texture of the same size")
+        } else if own != wanted {
+            let message = format!(
+                "\"{below}\" is {}, but \"{above}\", which is drawn over it, is {}",
+                words(own),
+                words(wanted)
+            );
+            (message, "what is drawn over another texture has its width, height and layers, and its samples")
+        } else if own[3] > 1 {
+            let message = format!("\"{below}\" has {} samples, over which nothing is drawn", own[3]);
+            (message, "give both textures one sample")
+        } else {
+            return None;
+        };
+        let pass = self.pipeline.pass(handle);
+        let found =
+            pass.accesses().iter().find(|one| one.resource == over.resource && !one.usage.is_attachment());
+        let (place, pointer) = found.map_or((pass.place, &pass.pointer), |one| (one.place, &one.pointer));
+        Some(Diagnostic::error(codes::ATTACHMENTS, place, message).pointer(pointer).help(help))
     }
 
     /// Finds attachments with fewer layers than there are views, or of another size than these are made for.

@@ -24,7 +24,7 @@ use super::resolved_resources::ResolvedResources;
 use super::subresources;
 use super::toggles;
 use super::uninitialised;
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 use crate::source::Sources;
 
 impl Plan {
@@ -75,7 +75,8 @@ impl Plan {
             resolved.size_pass(pass, &mut diagnostics);
         }
         resolved.check_all_sizes();
-        if !diagnostics.is_empty() || !resolved.take_diagnostics().is_empty() {
+        let is_error = |one: &Diagnostic| one.severity == Severity::Error;
+        if diagnostics.iter().any(is_error) || !resolved.take_diagnostics().is_empty() {
             return None;
         }
         let mut plan = Self {

@@ -8,6 +8,9 @@
 //! written in each frame in which others of the history are, which would be from some frame longer ago, and for the bytes that a copy leaves between rows of
 //! texels and behind them, where something reads them.
 //!
+//! Persistent resources and earlier frames of histories hold what they held: there, what no pass writes in any frame is
+//! a warning.
+//!
 //! A pass that also writes (an attachment that is loaded, storage that is read and written, a copy to a box) reads all
 //! that it does not say to discard. A read with more writers than are [told apart](super::visible) has no diagnostic.
 //!
@@ -25,6 +28,7 @@ use super::resolved_resources::{Descriptor, ResolvedResources};
 use super::runs::{Runs, between, joined};
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, codes};
+use crate::language::Lifetime;
 use crate::pipeline::{Access, Condition, Pipeline, ResourceKind, Usage};
 use crate::work::PassHandle;
 
@@ -90,6 +94,52 @@ pub(super) fn check(
         }
     }
     check_earlier_frames(resolved, graph, &is_live, diagnostics);
+    check_lasting(resolved, graph, &is_live, diagnostics);
+}
+
+/// Finds what is read of resources with memory of their own, and no pass writes in any frame.
+fn check_lasting(
+    resolved: &ResolvedResources<'_>,
+    graph: &Graph,
+    is_live: &dyn Fn(PassHandle) -> bool,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    let pipeline = resolved.pipeline;
+    for reader in pipeline.pass_handles().filter(|pass| is_live(*pass)) {
+        for one in pipeline.pass(reader).accesses().iter().filter(|one| one.usage.reads()) {
+            let resource = pipeline.resource(one.resource);
+            let of = match (resource.lifetime(), resource.history) {
+                (Lifetime::Persistent, _) => one.resource,
+                (_, Some(history)) if history.back > 0 => history.of,
+                _ => continue,
+            };
+            // A history that no pass writes at all has a warning of its own.
+            let is_known = !pipeline.uncertain.contains(&of)
+                && (of == one.resource || graph.versions_of(of).next().is_some());
+            let mut effort = Effort::default();
+            let mut view = View::new(one.range, &[], &mut effort);
+            for (rank, (range, _)) in graph.versions_of(of).enumerate() {
+                if view.is_covered() {
+                    break;
+                }
+                view.cover(Write { range, condition: None, writer: rank, passes_on: false });
+            }
+            let unwritten = view.unwritten();
+            let Some(pieces) = existing(resolved, one, &unwritten).filter(|_| is_known) else { continue };
+            let (name, by) = (&resource.name, &pipeline.pass(reader).name);
+            let pieces = if pieces.is_empty() { String::new() } else { format!("{pieces} of ") };
+            let message = format!("\"{by}\" reads {pieces}\"{name}\", which no pass writes in any frame");
+            let help = match of == one.resource {
+                true => {
+                    "it holds zeros: let a pass write it, or make it \"lifetime\": \"imported\" if the host fills it"
+                }
+                false => "it holds its initial value: let a pass write it",
+            };
+            let diagnostic = Diagnostic::warning(codes::NEVER_WRITTEN, one.place, message);
+            let diagnostic = diagnostic.pointer(&one.pointer).help(help);
+            diagnostics.push(diagnostic.related(resource.place, "declared here"));
+        }
+    }
 }
 
 /// What of boxes a use covers and exists, in words: empty for all of it, `None` for nothing.

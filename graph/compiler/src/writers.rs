@@ -3,7 +3,8 @@
 //! **Order of writers.** The writers of one subresource range of a resource have to be ordered by something that the
 //! document says: data that flows from one to the other, `after`, or a version (`color@opaque`). One rule is added for
 //! what that leaves open: a single writer that does not load, and that nothing says is later, runs before those that
-//! do, and so do two with opposite toggles; without one, what need not find anything counts as such. What is left
+//! do, and so do several of which no two write the same, and two with opposite toggles; without one, what need not find
+//! anything counts as such. What is left
 //! unordered is an error that names both, because any choice would be a guess. Since an order found for one resource
 //! can order the writers of another, resources are tried until nothing changes, those that need the rule after the
 //! others.
@@ -239,19 +240,22 @@ impl<'a> Builder<'a> {
         let list = &self.accesses[resource.index()];
         let mut order: SmallVec<[usize; 2]> = (0..list.len()).filter(|at| list[*at].writes).collect();
         let condition = |access: &PassAccess<'_>| self.pipeline.pass(access.pass).condition;
-        let mut fresh: Vec<usize> = order.iter().copied().filter(|at| !list[*at].reads).take(3).collect();
-        if fresh.is_empty() {
-            let keeps = |at: &usize| list[*at].one.usage.keeps_what_is_there();
-            fresh = order.iter().copied().filter(keeps).take(3).collect();
+        let mut fresh: Vec<usize> = Vec::new();
+        if rule {
+            fresh = order.iter().copied().filter(|at| !list[*at].reads).collect();
+            if fresh.is_empty() {
+                let keeps = |at: &usize| list[*at].one.usage.keeps_what_is_there();
+                fresh = order.iter().copied().filter(keeps).collect();
+            }
+            let is_single = match fresh[..] {
+                [a, b] if never_together(condition(&list[a]), condition(&list[b])) => true,
+                _ => !in_conflict(list, &fresh),
+            };
+            if !is_single {
+                fresh.clear();
+            }
         }
-        let single = match fresh[..] {
-            [_] => true,
-            [a, b] => never_together(condition(&list[a]), condition(&list[b])),
-            _ => false,
-        };
-        if !rule || !single {
-            fresh.clear();
-        }
+        let all = Writers::new(list, order.clone());
         fresh.retain(|at| {
             let first = &list[*at];
             let leads = |other: &PassAccess<'_>| {
@@ -260,9 +264,10 @@ impl<'a> Builder<'a> {
                     && position[other.pass.index()] < position[first.pass.index()]
                     && self.reaches(other.pass, first.pass, position)
             };
-            !order.iter().any(|other| leads(&list[*other]))
+            !all.after(0, first.range).any(|rank| leads(&list[all.list[rank]]))
         });
-        order.sort_by_key(|at| (!fresh.contains(at), position[list[*at].pass.index()]));
+        let is_fresh = |at: usize| fresh.binary_search(&at).is_ok();
+        order.sort_by_key(|at| (!is_fresh(*at), position[list[*at].pass.index()]));
         let writers = Writers::new(list, order);
         for (rank, at) in writers.list.iter().enumerate() {
             let later = &list[*at];
@@ -275,7 +280,7 @@ impl<'a> Builder<'a> {
                 if never_together(before, after) || !unmet.has_to_meet(earlier.range, before) {
                     continue;
                 }
-                if !fresh.contains(&earlier_at) && !self.reaches(earlier.pass, later.pass, position) {
+                if !is_fresh(earlier_at) && !self.reaches(earlier.pass, later.pass, position) {
                     return Err((earlier_at, *at));
                 }
                 unmet.meet(earlier.range, before);

@@ -15,7 +15,7 @@ use super::host_groups::{HostLayout, Materials, Objects as HostObjects};
 use super::imports::Imports;
 use super::objects::Objects;
 use super::pipelines::{Layouts, Pipelines};
-use super::redraw::Kept;
+use super::redraw::{self, Kept};
 use super::resources::Resources;
 use super::scroll::Scroll;
 use super::textures::Textures;
@@ -42,6 +42,8 @@ pub(super) struct Instantiated {
     pub(super) interfaces: Vec<(String, HostInterface)>,
     /// For each pass the views whose texels it keeps.
     pub(super) kept: Vec<Kept>,
+    /// For each pass those that keep views which are drawn with what it makes.
+    pub(super) keepers: Vec<Vec<usize>>,
     /// The CPU passes, with what they keep from frame to frame, and the toggles of the frame.
     pub(super) cpu_passes: CpuPasses,
     /// The parameters of the frame.
@@ -167,6 +169,7 @@ impl Instantiated {
             objects: Vec::new(),
             interfaces,
             kept: plan.passes.iter().map(|_| Kept::default()).collect(),
+            keepers: redraw::keepers(&plan),
             cpu_passes: CpuPasses::new(plan.clone()),
             parameters: Parameters::new(plan.clone()),
             plan: plan.clone(),

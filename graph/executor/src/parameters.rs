@@ -135,8 +135,12 @@ impl Instantiated {
     /// # Errors
     /// Values that loading or planning would refuse; the ones before hold then.
     pub(super) fn apply_parameters(&mut self) -> Result<(), Diagnostics> {
-        let Self { parameters, cpu_passes, passes, blocks, plan, kept, .. } = self;
+        let Self { parameters, cpu_passes, passes, blocks, plan, kept, keepers, .. } = self;
         let mut set = |at: usize, changed: Changed<'_>| {
+            // What a view is drawn with may be other than when it was kept.
+            for keeper in keepers.get(at).into_iter().flatten() {
+                kept[*keeper].forget();
+            }
             if let Changed::Block(block) = changed {
                 blocks.replace(plan, at, block);
                 return;
@@ -168,10 +172,6 @@ impl Instantiated {
                 _ => {}
             }
         };
-        // What a view is drawn with may be other than when it was kept.
-        if parameters.apply(cpu_passes, &mut set)? {
-            kept.iter_mut().for_each(super::redraw::Kept::forget);
-        }
-        Ok(())
+        parameters.apply(cpu_passes, &mut set)
     }
 }

@@ -9,8 +9,9 @@
 //! A view that covers its layer alone is cleared by the render pass; of any other a triangle clears the texels, whose
 //! depth is that of its viewport.
 //!
-//! What is noted belongs to the textures of one plan: after another plan everything is drawn again. Nothing is allocated
-//! once there was room for as many views.
+//! What is noted belongs to the textures of one plan: after another plan everything is drawn again. A live parameter lets
+//! those draw again whose own settings it changes, or those of passes whose data, textures or buffers they read. Nothing is
+//! allocated once there was room for as many views.
 //!
 //! Limits: the views of a pass do not overlap, and no other pass writes the texture. Blackboard data and values that the
 //! shader reads besides are not compared.
@@ -18,7 +19,10 @@
 use super::creation::Creation;
 use super::objects::{Objects, Primitive, RenderKey};
 use super::scroll;
+use crate::compiler::Plan;
 use crate::data::View;
+use crate::work::{BoundSlot, Draw, ResourceHandle, SlotSource, Work};
+use std::collections::HashMap;
 
 /// The key of this module in the cache of modules; all others are hashes.
 const CLEAR_KEY: [u8; 32] = *b"executor: clears a tile of depth";
@@ -97,6 +101,42 @@ impl Kept {
         self.views.retain(|kept| !overlap(kept.texels, texels));
         self.views.push(KeptView { view, texels, stamp, record });
     }
+}
+
+/// For each pass of a plan those that keep views which are drawn with what it makes: the keeper itself, and what it reads,
+/// but for the views, which are compared, and the texels below them, which have records.
+pub(super) fn keepers(plan: &Plan) -> Vec<Vec<usize>> {
+    let pipeline = &plan.pipeline;
+    let base =
+        |resource: ResourceHandle| pipeline.resource(resource).history.map_or(resource, |history| history.of);
+    let mut writers: HashMap<ResourceHandle, Vec<usize>> = HashMap::new();
+    for (at, planned) in plan.passes.iter().enumerate() {
+        for one in pipeline.pass(planned.handle).accesses().iter().filter(|one| one.usage.writes()) {
+            writers.entry(base(one.resource)).or_default().push(at);
+        }
+    }
+    let mut keepers = vec![Vec::new(); plan.passes.len()];
+    for (keeper, planned) in plan.passes.iter().enumerate() {
+        let Work::Render(render) = pipeline.pass(planned.handle).work() else { continue };
+        let (Draw::Scene(scene), Some(depth)) = (&render.draw, &render.depth) else { continue };
+        let Some(redraw) = &scene.redraw else { continue };
+        let below = redraw.over.as_ref().map(|over| over.resource);
+        let is_view = |slot: &BoundSlot| !matches!(&slot.source, SlotSource::Data { data, .. } if data.resource == scene.views.resource);
+        let views = Some(scene.views.resource).filter(|_| scene.bindings.iter().all(is_view));
+        let own = [Some(depth.to.resource), below, views];
+        let (mut seen, mut stack) = (vec![false; plan.passes.len()], vec![keeper]);
+        while let Some(at) = stack.pop() {
+            if std::mem::replace(&mut seen[at], true) {
+                continue;
+            }
+            keepers[at].push(keeper);
+            let reads = pipeline.pass(plan.passes[at].handle).accesses().iter();
+            let reads =
+                reads.filter(|one| one.usage.reads() && !(at == keeper && own.contains(&Some(one.resource))));
+            stack.extend(reads.filter_map(|one| writers.get(&base(one.resource))).flatten());
+        }
+    }
+    keepers
 }
 
 fn overlap((layer, a): Texels, (other, b): Texels) -> bool {

@@ -18,6 +18,11 @@ pub trait Files {
     /// # Errors
     /// A diagnostic without a place worth naming; the caller adds where the path is named.
     fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic>;
+
+    /// Whether names that begin with a word and `:` are no paths of folders, but names of this.
+    fn has_scheme(&self, _scheme: &str) -> bool {
+        false
+    }
 }
 
 /// The files of the file system below some folders.

@@ -132,7 +132,7 @@ pub fn compose(
         paths: BTreeSet::new(),
         read: BTreeMap::new(),
     };
-    let bundled = path.to_str().and_then(with_scheme);
+    let bundled = path.to_str().and_then(|name| with_scheme(composer.files, name));
     let mut root = composer.file(file, bundled.as_deref().unwrap_or(path))?;
     let used = composer.use_files(&mut root)?;
     // The passes of an extension take over what the pipeline shares, too, once they are there.
@@ -186,7 +186,7 @@ impl Composer<'_> {
         if let Kind::Object(entries) = &mut root.kind {
             entries.retain(|entry| entry.key != "extends" && entry.key != "include");
         }
-        subgraphs::resolve(&mut root, path);
+        subgraphs::resolve(self.files, &mut root, path);
         let mut fine = true;
         let extends = !bases.is_empty();
         let mut below: Option<Value> = None;
@@ -267,7 +267,7 @@ impl Composer<'_> {
     }
 
     fn follow(&mut self, name: &str, place: Span, from: &Path, layer: Layer) -> Option<Value> {
-        let path = path_in(from.parent().unwrap_or_else(|| Path::new("")), name);
+        let path = path_in(self.files, from.parent().unwrap_or_else(|| Path::new("")), name);
         if let Some(at) = self.chain.iter().position(|(known, _)| normalize(known) == path) {
             let mut diagnostic =
                 Diagnostic::error(codes::FILE_CYCLE, place, format!("\"{name}\" leads back to itself"))
@@ -306,7 +306,9 @@ impl Composer<'_> {
         let result = self.files.read(path, self.sources);
         let rejected = |mut diagnostic: Diagnostic| {
             diagnostic.place = place.into();
-            if diagnostic.code == codes::FILE_UNREADABLE && path.to_str().and_then(with_scheme).is_none() {
+            if diagnostic.code == codes::FILE_UNREADABLE
+                && path.to_str().and_then(|name| with_scheme(self.files, name)).is_none()
+            {
                 diagnostic.help =
                     Some("paths are relative to the folder of the file that names them".to_owned());
             }
@@ -319,16 +321,15 @@ impl Composer<'_> {
 }
 
 /// The path that a name means in a file of a folder: below that folder, unless the name has a scheme.
-fn path_in(folder: &Path, name: &str) -> PathBuf {
-    normalize(&with_scheme(name).unwrap_or_else(|| folder.join(name)))
+fn path_in(files: &dyn Files, folder: &Path, name: &str) -> PathBuf {
+    normalize(&with_scheme(files, name).unwrap_or_else(|| folder.join(name)))
 }
 
-/// The path of a name with a scheme such as `umbragraph:`, which [`Files`] knows: as if that were a folder.
-fn with_scheme(name: &str) -> Option<PathBuf> {
+/// The path of a name with a scheme such as `umbragraph:`, which [`Files`] has: as if that were a folder. Any other word
+/// before a colon is the beginning of a path.
+fn with_scheme(files: &dyn Files, name: &str) -> Option<PathBuf> {
     let (scheme, rest) = name.split_once(':')?;
-    // One letter is a drive.
-    let is_scheme = scheme.len() > 1 && scheme.bytes().all(|byte| byte.is_ascii_alphanumeric());
-    is_scheme.then(|| Path::new(&format!("{scheme}:")).join(rest.trim_start_matches('/')))
+    files.has_scheme(scheme).then(|| Path::new(&format!("{scheme}:")).join(rest.trim_start_matches('/')))
 }
 
 /// A path without `.` and, where something stands before it, `..`.

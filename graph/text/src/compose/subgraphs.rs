@@ -11,7 +11,7 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::path::Path;
 
-use super::{Composer, Layer, MAX_FILES, TOP, merge, path_in};
+use super::{Composer, Files, Layer, MAX_FILES, TOP, merge, path_in};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::document::{self, Entry, Kind, Value};
 use crate::source::Span;
@@ -22,35 +22,36 @@ pub fn is_path(used: &str) -> bool {
 }
 
 /// Lets the passes of a file name the files that they use as the host would, not relative to this file.
-pub(super) fn resolve(root: &mut Value, path: &Path) {
+pub(super) fn resolve(files: &dyn Files, root: &mut Value, path: &Path) {
     let folder = path.parent().unwrap_or_else(|| Path::new(""));
+    let resolve_passes = |passes: &mut Value| resolve_passes(files, passes, folder);
     for section in members_mut(root) {
         match section.key.as_str() {
-            "passes" | "shared_settings" => resolve_passes(&mut section.value, folder),
+            "passes" | "shared_settings" => resolve_passes(&mut section.value),
             "subgraphs" => {
                 for subgraph in members_mut(&mut section.value) {
                     let sections = members_mut(&mut subgraph.value).iter_mut();
                     sections
                         .filter(|section| matches!(section.key.as_str(), "passes" | "shared_settings"))
-                        .for_each(|section| resolve_passes(&mut section.value, folder));
+                        .for_each(|section| resolve_passes(&mut section.value));
                 }
             }
             "inserts" => {
                 let points = members_mut(&mut section.value).iter_mut();
-                points.for_each(|point| resolve_passes(&mut point.value, folder));
+                points.for_each(|point| resolve_passes(&mut point.value));
             }
             _ => {}
         }
     }
 }
 
-fn resolve_passes(passes: &mut Value, folder: &Path) {
+fn resolve_passes(files: &dyn Files, passes: &mut Value, folder: &Path) {
     let keys = members_mut(passes).iter_mut().flat_map(|pass| members_mut(&mut pass.value));
     for used in keys.filter(|entry| entry.key == "use") {
         if let Kind::Text(text) = &mut used.value.kind
             && is_path(text)
         {
-            *text = path_in(folder, text).to_string_lossy().replace('\\', "/");
+            *text = path_in(files, folder, text).to_string_lossy().replace('\\', "/");
         }
     }
 }
@@ -142,7 +143,7 @@ impl Composer<'_> {
         };
         let all = TOP.key("subgraphs");
         merge::reject_deletions(&mut root, &all.key(name), &self.changes, self.diagnostics);
-        resolve(&mut root, path);
+        resolve(self.files, &mut root, path);
         Some(root)
     }
 }

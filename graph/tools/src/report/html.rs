@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::model::Report;
 use super::svg::{self, escape};
+use crate::diagnostic::render::visible_json;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -24,7 +25,8 @@ pub struct Observed {
 
 /// The page of a report, with the lines of a comparison if there is one, and what was observed.
 pub fn page(report: &Report, comparison: Option<&[String]>, observed: &Observed) -> String {
-    let json = |value: serde_json::Result<String>| value.unwrap_or_default().replace('<', "\\u003c");
+    let json =
+        |value: serde_json::Result<String>| visible_json(&value.unwrap_or_default()).replace('<', "\\u003c");
     let data = json(serde_json::to_string(report));
     let comparison = json(serde_json::to_string(&comparison));
     let observed = json(serde_json::to_string(observed));

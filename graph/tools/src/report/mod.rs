@@ -6,6 +6,8 @@
 //!
 //! Everything is deterministic: no times, no addresses, nothing from outside.
 
+use crate::diagnostic::render::visible;
+
 mod diff;
 mod html;
 mod model;
@@ -62,8 +64,8 @@ pub fn draw(report: &Report, format: GraphFormat, comparison: Option<&[String]>)
     match format {
         GraphFormat::Svg => svg::picture(report),
         GraphFormat::Html => html::page(report, comparison, &Observed::default()),
-        GraphFormat::Dot => text::dot(report),
-        GraphFormat::Mermaid => text::mermaid(report),
+        GraphFormat::Dot => visible(&text::dot(report)).into_owned(),
+        GraphFormat::Mermaid => visible(&text::mermaid(report)).into_owned(),
         GraphFormat::Json => {
             let mut json = serde_json::to_string_pretty(report).unwrap_or_default();
             json.push('\n');

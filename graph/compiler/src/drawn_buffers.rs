@@ -1,0 +1,52 @@
+//! What a draw reads of vertex and index buffers: as many elements as it counts.
+//!
+//! WebGPU refuses a draw that counts more than its buffers hold. Of an indexed draw that are indices, and elements by
+//! instance; which vertices indices name is not known, and what lies beyond is cut off by the device.
+
+use crate::pipeline::LiveTarget;
+use crate::work::{BufferDraw, ResourceHandle};
+
+/// What is read of a buffer.
+pub(super) struct DrawnBuffer {
+    pub(super) buffer: ResourceHandle,
+    /// What says how many elements that is: the count or the instances.
+    pub(super) counted: LiveTarget,
+    /// Bytes from one element to the next.
+    stride: u64,
+    /// Bytes of the last element.
+    last: u64,
+}
+
+impl DrawnBuffer {
+    /// All that a draw reads.
+    pub(super) fn all(draw: &BufferDraw) -> Vec<Self> {
+        let streams = draw.vertices.iter().filter_map(|stream| {
+            let counted = match (stream.step, &draw.indices) {
+                (wgpu_types::VertexStepMode::Instance, _) => LiveTarget::Instances,
+                (_, None) => LiveTarget::Count,
+                (_, Some(_)) => return None,
+            };
+            let last = stream.attributes.iter().map(|one| one.offset + one.format.size()).max().unwrap_or(0);
+            Some(Self { buffer: stream.buffer.resource, counted, stride: stream.stride, last })
+        });
+        let indices = draw.indices.as_ref().map(|indices| {
+            let size = if indices.format == wgpu_types::IndexFormat::Uint16 { 2 } else { 4 };
+            Self { buffer: indices.buffer.resource, counted: LiveTarget::Count, stride: size, last: size }
+        });
+        streams.chain(indices).collect()
+    }
+
+    /// The bytes of so many elements.
+    pub(super) fn bytes(&self, elements: u64) -> u64 {
+        if elements == 0 { 0 } else { (elements - 1) * self.stride + self.last }
+    }
+
+    /// How many elements so many bytes have; `None` where there is no end.
+    pub(super) fn elements(&self, bytes: u64) -> Option<u64> {
+        match (bytes.checked_sub(self.last), self.stride) {
+            (None, _) => Some(0),
+            (Some(_), 0) => None,
+            (Some(rest), stride) => Some(1 + rest / stride),
+        }
+    }
+}
