@@ -72,6 +72,12 @@ umbragraph_text::codes! {
     /// A branch of a fragment stage that uniforms alone decide.
     UNIFORM_BRANCH = "UG0526", "branch on uniforms alone",
         "A branch or loop of a fragment stage has a condition that depends on uniform buffers and on nothing else. Some drivers (Mesa's among them) compile the shader once more for each value of such a uniform, which is once for each material where the uniform belongs to the material, and seconds before the first frame.\n\nLet the value be a factor (`max(visibility, 1.0 - receives)`) or the condition of a `select`; make it an override, which chooses when the pipeline is made; or let something of the fragment take part in the condition, so that no driver tries.";
+    /// Something that needs uniform control flow, and is reached by some invocations only.
+    NON_UNIFORM = "UG0527", "control flow is not uniform",
+        "A derivative, a sample whose level comes from derivatives (`textureSample`, `textureSampleBias`, `textureSampleCompare`), a barrier, `workgroupUniformLoad` or a subgroup operation stands where some invocations of a quad or workgroup may not come, because a condition before it depends on what differs between them: inputs of the stage, writable buffers, other derivatives. Browsers refuse such a module; elsewhere its values are undefined there, so for other targets than `webgpu` it is a warning.\n\nThe analysis is that of WGSL's specification, which looks at the text alone. The diagnostic says which condition it is and where the difference comes from. Sample before the branch and choose with `select`, or name the level (`textureSampleLevel`, `textureSampleGrad`, `textureSampleCompareLevel`). Where all invocations of a quad are known to go the same way nevertheless, `@diagnostic(off, derivative_uniformity)` before the function says so; of barriers there is nothing to switch off.";
+    /// One variable that a function is given twice, and writes to.
+    POINTER_ALIAS = "UG0528", "memory reached in two ways",
+        "A call passes one variable by two pointers, or by a pointer to a function that uses the variable by its name as well, and one of the two writes. WGSL forbids it, and browsers refuse the module; elsewhere the outcome is undefined, so for other targets than `webgpu` it is a warning. Variables are taken whole: pointers to two elements of one array are pointers to one variable.\n\nPass a copy of the value, or let the function return what it would have written.";
     /// A module that exceeds a limit of a target profile.
     LIMIT_EXCEEDED = "UG0530", "limit of the target exceeded",
         "The module needs more than a device of the target profile guarantees: a bind group beyond the last one, too many textures in a stage, a uniform block too large, a workgroup too large. Validation does not see these; they are checked against the reflected interface.";
@@ -98,7 +104,7 @@ umbragraph_text::codes! {
         "The command of an external validator cannot be started. It is a program and its arguments; `{}` stands for the file with the WGSL.";
     /// A text that an external validator rejects.
     EXTERNAL_REJECTS = "UG0561", "external validator rejects the WGSL",
-        "The named external validator does not accept the generated WGSL, though naga does. naga does not check uniform control flow in fragment shaders, for one.";
+        "The named external validator does not accept the generated WGSL, though naga does.";
     /// An external validator that does not come to an end.
     EXTERNAL_TIMEOUT = "UG0562", "external validator timed out",
         "The external validator did not end within its time limit and was stopped.";

@@ -16,7 +16,7 @@ use super::templates::TemplateSet;
 use super::text_map::TextMap;
 use super::wgsl;
 use super::wgsl_error::{Rejection, Stage};
-use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, Severity, describe};
 use crate::source::Span as SourceSpan;
 
 /// One variant of a template, proven valid for a profile.
@@ -36,6 +36,8 @@ pub struct ShaderModule {
     pub reflection: Reflection,
     /// From the text back to the templates.
     pub map: TextMap,
+    /// Warnings about the module.
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// Generates, parses, validates and reflects one variant.
@@ -147,17 +149,24 @@ fn check(
     let checked = wgsl::check(&rendered.text, profile.capabilities, |module| {
         axes.map_or_else(|| Ok(PipelineConstants::default()), |axes| constants(axes, values, module))
     });
-    let checked = match (checked, templates.file(template)) {
-        (Ok(checked), _) => checked,
-        (Err(rejection), Some(file)) => {
-            let diagnostic = markers::place(&rejection, &rendered.text, &rendered.map, file, || {
-                let values = template_values(templates, template, values);
-                MarkedTemplates::new(templates).map(template, &values, &rendered.text)
-            });
-            return Err(vec![diagnostic]);
-        }
-        (Err(_), None) => return Err(vec![templates.unknown(template, Place::Nowhere)]),
+    let Some(file) = templates.file(template) else {
+        return Err(vec![templates.unknown(template, Place::Nowhere)]);
     };
+    let place = |rejection: &Rejection| {
+        markers::place(rejection, &rendered.text, &rendered.map, file, || {
+            let values = template_values(templates, template, values);
+            MarkedTemplates::new(templates).map(template, &values, &rendered.text)
+        })
+    };
+    let checked = checked.map_err(|rejection| vec![place(&rejection)])?;
+    let mut warnings = Vec::new();
+    for mut rejection in wgsl::beyond_naga(&checked.module) {
+        rejection.warning |= !profile.is_browser();
+        warnings.push(place(&rejection));
+    }
+    if warnings.iter().any(|one| one.severity == Severity::Error) {
+        return Err(warnings);
+    }
     let constants =
         axes.map(|axes| constants(axes, values, &checked.module)).and_then(Result::ok).unwrap_or_default();
     let read = &rendered.read;
@@ -173,6 +182,7 @@ fn check(
         wgsl: rendered.text.as_str().into(),
         reflection: reflection::reflect(&checked.module, &checked.info, &checked.workgroup_sizes),
         map: rendered.map.clone(),
+        warnings,
     })
 }
 

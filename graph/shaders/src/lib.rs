@@ -12,6 +12,7 @@
 
 use umbragraph_text::{diagnostic, document, source};
 
+mod aliasing;
 pub mod axes;
 mod backend;
 pub mod codes;
@@ -43,6 +44,7 @@ mod tests;
 mod text_map;
 mod texture_reads;
 mod uniform_branches;
+mod uniformity;
 mod wgsl;
 mod wgsl_error;
 

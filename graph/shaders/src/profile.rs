@@ -177,6 +177,11 @@ impl TargetProfile {
         Self { vertex_storage_buffers: 0, ..profile }
     }
 
+    /// Whether a browser takes the text itself.
+    pub fn is_browser(&self) -> bool {
+        self.language == TargetLanguage::Wgsl
+    }
+
     /// The same profile with further features, as a device may have them.
     #[must_use]
     pub fn with_features(mut self, features: Features) -> Self {

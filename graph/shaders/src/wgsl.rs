@@ -13,9 +13,11 @@ use naga::back::pipeline_constants::process_overrides;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Module, Span};
 
+use super::aliasing;
 use super::complexity;
 use super::hint;
 use super::reflection::WorkgroupSizes;
+use super::uniformity;
 use super::wgsl_error::{self, Rejection, Stage};
 
 /// Stack for parsing and validating nested text.
@@ -51,6 +53,13 @@ pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<Mo
             .validate(module)
             .map_err(|error| wgsl_error::validation(Stage::Validation, module, &error))
     })
+}
+
+/// What WGSL forbids and naga lets pass: browsers refuse it.
+pub(crate) fn beyond_naga(module: &Module) -> Vec<Rejection> {
+    let mut found = uniformity::found(module);
+    found.extend(aliasing::found(module));
+    found
 }
 
 /// A module whose overrides have values, and what the validator says of it.

@@ -11,11 +11,12 @@ use std::ops::Range;
 use naga::back::pipeline_constants::PipelineConstantError;
 use naga::common::wgsl::TypeContext as _;
 use naga::front::wgsl::ParseError;
-use naga::valid::{EntryPointError, ValidationError};
+use naga::valid::{EntryPointError, FunctionError, ValidationError};
 use naga::{GlobalVariable, Handle, Module, Span, Type, WithSpan};
 
 use super::codes;
 use super::text_map::TextMap;
+use super::uniformity;
 use crate::diagnostic::{AxisValues, Code, Diagnostic, Place};
 use crate::source::{self, FileId};
 
@@ -29,6 +30,8 @@ pub(crate) enum Stage {
     OverrideAxis,
     Interface,
     UniformBranch,
+    Uniformity,
+    Aliasing,
     Limit,
     Backend,
     External,
@@ -46,6 +49,8 @@ impl Stage {
             Stage::OverrideAxis => codes::AXIS_OVERRIDE,
             Stage::Interface => codes::STAGES_MISMATCH,
             Stage::UniformBranch => codes::UNIFORM_BRANCH,
+            Stage::Uniformity => codes::NON_UNIFORM,
+            Stage::Aliasing => codes::POINTER_ALIAS,
             Stage::Limit => codes::LIMIT_EXCEEDED,
             Stage::Backend => codes::BACKEND_REJECTS,
             Stage::External => codes::EXTERNAL_REJECTS,
@@ -65,6 +70,8 @@ pub(crate) struct Rejection {
     /// Further places with what is to be seen there.
     pub(crate) labels: Vec<(Range<usize>, String)>,
     pub(crate) help: Option<String>,
+    /// Whether it is no reason to reject the text, but better avoided.
+    pub(crate) warning: bool,
     /// The limit that is exceeded, where it is one.
     pub(crate) excess: Option<Excess>,
     /// The values of overrides with which it shows, where others do not show it.
@@ -87,6 +94,7 @@ impl Rejection {
             range: span.to_range(),
             labels: Vec::new(),
             help: None,
+            warning: stage == Stage::UniformBranch,
             excess: None,
             overrides: AxisValues::new(),
         }
@@ -96,8 +104,7 @@ impl Rejection {
     pub(crate) fn to_diagnostic(&self, text: &str, map: &TextMap, template: FileId) -> Diagnostic {
         let span = self.range.clone().and_then(|range| map.span(range));
         let span = span.unwrap_or(source::Span::new(template, 0..0));
-        // What is rejected is an error; a branch that is slow on some drivers is not rejected.
-        let make = if self.stage == Stage::UniformBranch { Diagnostic::warning } else { Diagnostic::error };
+        let make = if self.warning { Diagnostic::warning } else { Diagnostic::error };
         let mut diagnostic = make(self.stage.code(), span, self.message.clone());
         for (range, label) in &self.labels {
             if let Some(span) = map.span(range.clone()) {
@@ -168,6 +175,9 @@ pub(crate) fn validation(stage: Stage, module: &Module, error: &WithSpan<Validat
     {
         return rejection;
     }
+    if let Some(rejection) = non_uniform(module, error.as_inner()) {
+        return rejection;
+    }
     let mut cause = error.as_inner().to_string();
     let mut next = error.as_inner().source();
     while let Some(source) = next {
@@ -195,6 +205,17 @@ pub(crate) fn validation(stage: Stage, module: &Module, error: &WithSpan<Validat
         _ => None,
     });
     Rejection { range, ..Rejection::new(stage, format!("{cause}{context}"), Span::UNDEFINED) }
+}
+
+/// Control flow that naga itself finds not to be uniform: the analysis of WGSL knows the reasons.
+fn non_uniform(module: &Module, error: &ValidationError) -> Option<Rejection> {
+    let (ValidationError::Function { source: error, .. }
+    | ValidationError::EntryPoint { source: EntryPointError::Function(error), .. }) = error
+    else {
+        return None;
+    };
+    let is_it = matches!(error, FunctionError::NonUniformControlFlow(..));
+    is_it.then(|| uniformity::found(module)).into_iter().flatten().find(|found| !found.warning)
 }
 
 /// Two variables at one binding, as where an author's template includes one that takes the same number.

@@ -139,12 +139,16 @@ impl Modules {
         if let Some(known) = self.known.get(&key) {
             return known.clone();
         }
-        let made =
-            shader::compile(templates, template, &key.1, profile).map(Arc::new).map_err(|diagnostics| {
-                let is_proven =
-                    self.proven_elsewhere && shader::complete(templates, template, &key.1).is_ok();
-                if is_proven { Vec::new() } else { diagnostics }
-            });
+        let made = shader::compile(templates, template, &key.1, profile).map_err(|diagnostics| {
+            let is_proven = self.proven_elsewhere && shader::complete(templates, template, &key.1).is_ok();
+            if is_proven { Vec::new() } else { diagnostics }
+        });
+        let made = made.map(|mut module| {
+            if self.proven_elsewhere {
+                module.warnings.clear();
+            }
+            Arc::new(module)
+        });
         self.known.insert(key, made.clone());
         made
     }

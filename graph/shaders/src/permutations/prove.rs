@@ -148,7 +148,25 @@ fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Rejection>
         }
         check_writers(subject, profiles, &defaults, &mut proof);
     }
+    if proof.reflection.is_some() {
+        check_beyond_naga(subject, &module, &mut proof);
+    }
     Ok(proof)
+}
+
+/// Browsers reject what WGSL forbids; for other targets it is a warning.
+fn check_beyond_naga(subject: &Subject<'_>, module: &naga::Module, proof: &mut Proof) {
+    let profiles = subject.profiles.iter().enumerate();
+    let browsers: Vec<usize> =
+        profiles.filter(|(_, profile)| profile.is_browser()).map(|(at, _)| at).collect();
+    for mut rejection in wgsl::beyond_naga(module) {
+        if rejection.warning || browsers.is_empty() {
+            rejection.warning = true;
+            proof.advice.push(rejection);
+        } else {
+            proof.reject(rejection, browsers.iter().copied());
+        }
+    }
 }
 
 fn check_writers(
@@ -160,9 +178,9 @@ fn check_writers(
     let mut by_language: BTreeMap<TargetLanguage, Vec<usize>> = BTreeMap::new();
     for at in profiles {
         // What the front end has read, a browser reads too; there is no writer to run.
-        let language = subject.profiles[*at].language;
-        if language != TargetLanguage::Wgsl {
-            by_language.entry(language).or_default().push(*at);
+        let profile = &subject.profiles[*at];
+        if !profile.is_browser() {
+            by_language.entry(profile.language).or_default().push(*at);
         }
     }
     for (language, profiles) in by_language {

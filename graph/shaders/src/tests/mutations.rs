@@ -11,22 +11,10 @@ use std::sync::Arc;
 
 use umbragraph_test_support::property;
 
-use super::Fixture;
+use super::{Fixture, Random};
 use crate::diagnostic::{Diagnostic, Place};
 use crate::permutations::{Options, Request, check};
 use crate::{AxisKind, AxisValues, TargetProfile, render, wgsl};
-
-/// A xorshift generator: the corruptions are the same in every run.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, bound: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % bound as u64) as usize
-    }
-}
 
 /// Replaces the template `name` by `text` in the project's set.
 fn corrupted(name: &str, text: &str) -> Fixture {

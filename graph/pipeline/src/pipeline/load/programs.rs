@@ -140,28 +140,31 @@ impl Programs {
         diagnostics: &mut Diagnostics,
     ) -> Option<Arc<ShaderModule>> {
         let key = (template.to_owned(), values.clone());
-        match self.modules.get(&self.templates, template, values, &self.profile) {
-            Ok(module) => Some(module),
-            Err(_) if !self.rejected.insert(key) => None,
-            Err(own_diagnostics) => {
-                for mut diagnostic in own_diagnostics {
-                    if diagnostic.place == crate::diagnostic::Place::Nowhere {
-                        diagnostic.place = place.into();
-                        diagnostic.pointer = pointer.to_owned();
-                    } else {
-                        diagnostic = diagnostic.related(place, "used by this pass");
-                    }
-                    // The same error in a second variant, or a second pass, is the same error.
-                    let known = diagnostics.iter().any(|known| {
-                        (known.code, &known.place, &known.message)
-                            == (diagnostic.code, &diagnostic.place, &diagnostic.message)
-                    });
-                    if !known {
-                        diagnostics.push(diagnostic);
-                    }
-                }
-                None
+        let (module, own_diagnostics) =
+            match self.modules.get(&self.templates, template, values, &self.profile) {
+                Ok(module) if module.warnings.is_empty() => return Some(module),
+                Ok(module) => (Some(module.clone()), module.warnings.clone()),
+                Err(own_diagnostics) => (None, own_diagnostics),
+            };
+        if !self.rejected.insert(key) {
+            return module;
+        }
+        for mut diagnostic in own_diagnostics {
+            if diagnostic.place == crate::diagnostic::Place::Nowhere {
+                diagnostic.place = place.into();
+                diagnostic.pointer = pointer.to_owned();
+            } else {
+                diagnostic = diagnostic.related(place, "used by this pass");
+            }
+            // The same error in a second variant, or a second pass, is the same error.
+            let known = diagnostics.iter().any(|known| {
+                (known.code, &known.place, &known.message)
+                    == (diagnostic.code, &diagnostic.place, &diagnostic.message)
+            });
+            if !known {
+                diagnostics.push(diagnostic);
             }
         }
+        module
     }
 }

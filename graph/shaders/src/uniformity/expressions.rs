@@ -1,0 +1,268 @@
+//! What values depend on, and what stands behind pointers.
+
+use naga::diagnostic_filter::{FilterableTriggeringRule, Severity, StandardFilterableTriggeringRule};
+use naga::{
+    AddressSpace, Expression, GatherMode, Handle, ImageClass, SampleLevel, Span, Statement, StorageAccess,
+    TypeInner,
+};
+
+use super::flow_graph::Node;
+use super::summary::{Need, Operation};
+use super::walk::Walk;
+
+/// What a pointer goes back to.
+enum Root {
+    /// A variable of the function, or what an argument points to: the position of its value.
+    Variable(usize),
+    /// Memory of this space, with the name of its variable.
+    Memory(AddressSpace, String),
+}
+
+impl Walk<'_> {
+    /// The node of a value that has been made.
+    pub(super) fn value(&self, handle: Handle<Expression>) -> Node {
+        let made = self.values.get(handle.index()).copied().flatten();
+        made.unwrap_or_else(|| match &self.function.expressions[handle] {
+            Expression::FunctionArgument(at) => {
+                self.arguments.get(*at as usize).copied().unwrap_or(self.differing)
+            }
+            Expression::Literal(_)
+            | Expression::Constant(_)
+            | Expression::Override(_)
+            | Expression::ZeroValue(_)
+            | Expression::GlobalVariable(_)
+            | Expression::LocalVariable(_) => self.uniform,
+            _ => self.differing,
+        })
+    }
+
+    /// Makes the value of an expression where it is evaluated.
+    pub(super) fn emit(&mut self, handle: Handle<Expression>, flow: Node) {
+        let function = self.function;
+        let span = function.expressions.get_span(handle);
+        let expression = &function.expressions[handle];
+        let mut depends_on = vec![flow];
+        let mut add = |one: Handle<Expression>| depends_on.push(self.value(one));
+        let mut source = None;
+        match expression {
+            Expression::Compose { components, .. } => components.iter().copied().for_each(&mut add),
+            Expression::Access { base, index } => [*base, *index].into_iter().for_each(&mut add),
+            Expression::AccessIndex { base: one, .. }
+            | Expression::Splat { value: one, .. }
+            | Expression::Swizzle { vector: one, .. }
+            | Expression::Unary { expr: one, .. }
+            | Expression::Relational { argument: one, .. }
+            | Expression::As { expr: one, .. }
+            | Expression::ArrayLength(one) => add(*one),
+            Expression::Binary { left, right, .. } => [*left, *right].into_iter().for_each(&mut add),
+            Expression::Select { condition, accept, reject } => {
+                [*condition, *accept, *reject].into_iter().for_each(&mut add);
+            }
+            Expression::Math { arg, arg1, arg2, arg3, .. } => {
+                [Some(*arg), *arg1, *arg2, *arg3].into_iter().flatten().for_each(&mut add);
+            }
+            Expression::Load { pointer } => {
+                add(*pointer);
+                match self.root(*pointer) {
+                    Some(Root::Memory(space, name)) if !is_read_only(space) => {
+                        source = Some(format!("what \"{name}\" holds may differ between invocations"));
+                    }
+                    _ => depends_on.push(self.contents_of(*pointer)),
+                }
+            }
+            Expression::Derivative { expr, .. } => {
+                add(*expr);
+                source = Some("a derivative may differ between invocations".to_owned());
+                self.need(Operation::Derivative, span, &[flow], false);
+            }
+            Expression::ImageSample { image, sampler, coordinate, array_index, level, depth_ref, .. } => {
+                let (lod, other) = match level {
+                    SampleLevel::Exact(one) | SampleLevel::Bias(one) => (Some(*one), None),
+                    SampleLevel::Gradient { x, y } => (Some(*x), Some(*y)),
+                    SampleLevel::Auto | SampleLevel::Zero => (None, None),
+                };
+                let all =
+                    [Some(*image), Some(*sampler), Some(*coordinate), *array_index, *depth_ref, lod, other];
+                all.into_iter().flatten().for_each(&mut add);
+                if matches!(level, SampleLevel::Auto | SampleLevel::Bias(_)) {
+                    source = Some("what is sampled may differ between invocations".to_owned());
+                    let compares = depth_ref.is_some();
+                    self.need(Operation::Sample { compares }, span, &[flow], false);
+                }
+            }
+            Expression::ImageLoad { image, coordinate, array_index, sample, level } => {
+                let all = [Some(*image), Some(*coordinate), *array_index, *sample, *level];
+                all.into_iter().flatten().for_each(&mut add);
+                if self.is_written_image(*image) {
+                    source = Some(
+                        "what a texture that is written holds may differ between invocations".to_owned(),
+                    );
+                }
+            }
+            Expression::ImageQuery { image, query } => {
+                add(*image);
+                if let naga::ImageQuery::Size { level: Some(level) } = query {
+                    add(*level);
+                }
+            }
+            // What WGSL does not have.
+            _ => depends_on.push(self.differing),
+        }
+        let node = match source {
+            Some(text) => {
+                depends_on.push(self.differing);
+                self.graph.noted(&depends_on, span, text)
+            }
+            None => self.graph.node(&depends_on),
+        };
+        self.values[handle.index()] = Some(node);
+    }
+
+    /// The outcome of a statement that may differ.
+    pub(super) fn differs(&mut self, result: Handle<Expression>, flow: Node, span: Span, what: &str) {
+        let text = format!("what {what} gives may differ between invocations");
+        self.values[result.index()] = Some(self.graph.noted(&[flow, self.differing], span, text));
+    }
+
+    /// Subgroup operations: where they stand, and the distances that have to be uniform.
+    pub(super) fn subgroup(&mut self, statement: &Statement, span: Span, flow: Node) {
+        self.need(Operation::Subgroup, span, &[flow], false);
+        if let Statement::SubgroupGather {
+            mode: GatherMode::ShuffleDown(by) | GatherMode::ShuffleUp(by) | GatherMode::ShuffleXor(by),
+            ..
+        } = statement
+        {
+            let by = self.value(*by);
+            self.need(Operation::Subgroup, span, &[by, flow], true);
+        }
+    }
+
+    /// Demands that nodes are uniform, as far as the module's diagnostic filters let it.
+    pub(super) fn need(&mut self, operation: Operation, place: Span, nodes: &[Node], is_value: bool) {
+        let warning = match self.severity(operation) {
+            Severity::Off => return,
+            Severity::Info | Severity::Warning => true,
+            Severity::Error => false,
+        };
+        let node = match nodes {
+            [one] => *one,
+            several => self.graph.node(several),
+        };
+        self.needs.push((Need { operation, warning, place, called: None, is_value, way: Vec::new() }, node));
+    }
+
+    fn severity(&self, operation: Operation) -> Severity {
+        let is_meant = |rule: &FilterableTriggeringRule| match operation {
+            Operation::Derivative | Operation::Sample { .. } => {
+                let derivative = StandardFilterableTriggeringRule::DerivativeUniformity;
+                *rule == FilterableTriggeringRule::Standard(derivative)
+            }
+            Operation::Subgroup => {
+                matches!(rule, FilterableTriggeringRule::Unknown(name) if &**name == "subgroup_uniformity")
+            }
+            Operation::Barrier | Operation::WorkgroupUniformLoad => false,
+        };
+        let mut next = self.function.diagnostic_filter_leaf;
+        while let Some(handle) = next {
+            let node = &self.module.diagnostic_filters[handle];
+            if is_meant(&node.inner.triggering_rule) {
+                return node.inner.new_severity;
+            }
+            next = node.parent;
+        }
+        Severity::Error
+    }
+
+    /// The node of what stands behind a pointer; of what is no pointer, nothing that differs.
+    pub(super) fn contents_of(&self, pointer: Handle<Expression>) -> Node {
+        match self.root(pointer) {
+            Some(Root::Variable(slot)) => self.state[slot],
+            Some(Root::Memory(space, _)) if !is_read_only(space) => self.differing,
+            _ => self.uniform,
+        }
+    }
+
+    /// Gives the variable behind a pointer a new value. What points to a part of it leaves the rest as it was.
+    pub(super) fn store(&mut self, pointer: Handle<Expression>, depends_on: &[Node], span: Span) {
+        let Some(slot) = self.slot(pointer) else { return };
+        let mut depends_on = depends_on.to_vec();
+        let mut part = pointer;
+        while let Expression::Access { base, .. } | Expression::AccessIndex { base, .. } =
+            &self.function.expressions[part]
+        {
+            part = *base;
+        }
+        if part != pointer {
+            depends_on.extend([self.value(pointer), self.state[slot]]);
+        }
+        let name = match &self.function.expressions[part] {
+            Expression::LocalVariable(variable) => self.function.local_variables[*variable].name.as_deref(),
+            _ => None,
+        };
+        self.state[slot] = match name {
+            Some(name) => self.graph.noted(&depends_on, span, format!("\"{name}\" gets its value here")),
+            None => self.graph.node(&depends_on),
+        };
+    }
+
+    /// The position of the variable of the function that a pointer goes back to.
+    pub(super) fn slot(&self, pointer: Handle<Expression>) -> Option<usize> {
+        match self.root(pointer)? {
+            Root::Variable(slot) => Some(slot),
+            Root::Memory(..) => None,
+        }
+    }
+
+    fn root(&self, mut pointer: Handle<Expression>) -> Option<Root> {
+        loop {
+            match &self.function.expressions[pointer] {
+                Expression::Access { base, .. } | Expression::AccessIndex { base, .. } => pointer = *base,
+                Expression::LocalVariable(variable) => return Some(Root::Variable(variable.index())),
+                Expression::GlobalVariable(variable) => {
+                    let variable = &self.module.global_variables[*variable];
+                    return Some(Root::Memory(variable.space, variable.name.clone().unwrap_or_default()));
+                }
+                Expression::FunctionArgument(at) => {
+                    let argument = self.function.arguments.get(*at as usize)?;
+                    let space = self.module.types[argument.ty].inner.pointer_space()?;
+                    return Some(match space {
+                        AddressSpace::Function => {
+                            Root::Variable(self.function.local_variables.len() + *at as usize)
+                        }
+                        space => Root::Memory(space, argument.name.clone().unwrap_or_default()),
+                    });
+                }
+                _ => return None,
+            }
+        }
+    }
+
+    fn is_written_image(&self, image: Handle<Expression>) -> bool {
+        let ty = match &self.function.expressions[image] {
+            Expression::GlobalVariable(variable) => self.module.global_variables[*variable].ty,
+            Expression::FunctionArgument(at) => match self.function.arguments.get(*at as usize) {
+                Some(argument) => argument.ty,
+                None => return true,
+            },
+            Expression::Access { base, .. } | Expression::AccessIndex { base, .. } => {
+                return self.is_written_image(*base);
+            }
+            _ => return true,
+        };
+        match &self.module.types[ty].inner {
+            TypeInner::Image { class: ImageClass::Storage { access, .. }, .. } => {
+                access.contains(StorageAccess::STORE)
+            }
+            TypeInner::Image { .. } => false,
+            _ => true,
+        }
+    }
+}
+
+fn is_read_only(space: AddressSpace) -> bool {
+    match space {
+        AddressSpace::Storage { access } => !access.contains(StorageAccess::STORE),
+        AddressSpace::Uniform | AddressSpace::Handle | AddressSpace::Immediate => true,
+        _ => false,
+    }
+}

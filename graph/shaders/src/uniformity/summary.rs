@@ -1,0 +1,135 @@
+//! What callers have to know of a function: what it demands of them, and what its results depend on.
+
+use naga::Span;
+
+use super::flow_graph::Note;
+
+/// What has meaning in uniform control flow only.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Operation {
+    Derivative,
+    /// Sampling that takes its level from derivatives; with a comparison or without.
+    Sample {
+        compares: bool,
+    },
+    Barrier,
+    WorkgroupUniformLoad,
+    Subgroup,
+}
+
+impl Operation {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Derivative => "a derivative",
+            Self::Sample { compares: false } => "textureSample",
+            Self::Sample { compares: true } => "textureSampleCompare",
+            Self::Barrier => "a barrier",
+            Self::WorkgroupUniformLoad => "workgroupUniformLoad",
+            Self::Subgroup => "a subgroup operation",
+        }
+    }
+
+    pub(super) fn help(self) -> &'static str {
+        match self {
+            Self::Derivative => "take the derivative before the branch, and use its value within",
+            Self::Sample { compares: false } => {
+                "sample before the branch and choose with `select`, or name the level: `textureSampleLevel`, \
+                 `textureSampleGrad` with derivatives from before the branch"
+            }
+            Self::Sample { compares: true } => {
+                "sample before the branch and choose with `select`, or use `textureSampleCompareLevel`"
+            }
+            Self::Barrier => {
+                "let every invocation reach the barrier: put the work before and after it under the condition"
+            }
+            Self::WorkgroupUniformLoad => {
+                "load before the branch, from a place that is the same in every invocation"
+            }
+            Self::Subgroup => {
+                "move the operation out of the branch, and give it a value that changes nothing"
+            }
+        }
+    }
+}
+
+/// Something that has to be uniform.
+#[derive(Clone, Debug)]
+pub(super) struct Need {
+    pub(super) operation: Operation,
+    /// Whether the module asks for a warning only.
+    pub(super) warning: bool,
+    /// Where in this function: the operation, or the call that leads to it.
+    pub(super) place: Span,
+    /// The function that is called there, where it is not the operation itself.
+    pub(super) called: Option<String>,
+    /// Whether it is a value that has to be uniform, and not the control flow alone.
+    pub(super) is_value: bool,
+    /// From there to the operation.
+    pub(super) way: Vec<Note>,
+}
+
+impl Need {
+    pub(super) fn message(&self) -> String {
+        let operation = self.operation.name();
+        match (&self.called, self.is_value) {
+            (None, false) => format!("{operation} in control flow that is not uniform"),
+            (None, true) => format!("{operation} of what may differ between invocations"),
+            (Some(called), false) => {
+                format!(
+                    "call of \"{called}\" in control flow that is not uniform, which {operation} in it needs"
+                )
+            }
+            (Some(called), true) => {
+                format!(
+                    "\"{called}\" is given what may differ between invocations, and uses it for {operation}"
+                )
+            }
+        }
+    }
+
+    /// The same at a call of the function in which it is.
+    pub(super) fn called_at(&self, place: Span, function: &str, is_value: bool) -> Self {
+        let text = match &self.called {
+            None => format!("{} is here", self.operation.name()),
+            Some(called) => format!("calls \"{called}\""),
+        };
+        let mut way = vec![Note { span: self.place, text }];
+        way.extend(self.way.iter().cloned());
+        Self { place, called: Some(function.to_owned()), is_value, way, ..self.clone() }
+    }
+}
+
+/// What may differ where it must not, with the reasons.
+#[derive(Debug)]
+pub(super) struct Finding {
+    pub(super) need: Need,
+    pub(super) reasons: Vec<Note>,
+}
+
+/// Something that the caller passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Passed {
+    /// The value of an argument.
+    Argument(usize),
+    /// What a pointer points to before the call.
+    Contents(usize),
+}
+
+/// What a result depends on.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Origin {
+    /// Why it may differ whatever is passed, where it may.
+    pub(super) differs: Option<Vec<Note>>,
+    pub(super) passed: Vec<Passed>,
+}
+
+#[derive(Debug, Default)]
+pub(super) struct Summary {
+    /// What needs the control flow of the call to be uniform.
+    pub(super) flow: Vec<Need>,
+    /// What needs something passed to be uniform.
+    pub(super) values: Vec<(Passed, Need)>,
+    pub(super) result: Origin,
+    /// What the pointers point to after the call; `None` for what is no pointer to a variable of a function.
+    pub(super) contents: Vec<Option<Origin>>,
+}
