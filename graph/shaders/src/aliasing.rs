@@ -74,7 +74,7 @@ impl Visit<'_> {
             match statement {
                 Statement::Block(inner) => self.block(inner),
                 Statement::If { accept, reject, .. } => {
-                    [accept, reject].into_iter().for_each(|one| self.block(one))
+                    [accept, reject].into_iter().for_each(|one| self.block(one));
                 }
                 Statement::Switch { cases, .. } => cases.iter().for_each(|case| self.block(&case.body)),
                 Statement::Loop { body, continuing, .. } => {
