@@ -21,6 +21,12 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("base/hemisphere.json", include_str!("base/hemisphere.json")),
     ("base/tiled_cascades.json", include_str!("base/tiled_cascades.json")),
     ("caracal.json", include_str!("caracal.json")),
+    ("extended/awsm_deferred.json", include_str!("extended/awsm_deferred.json")),
+    ("extended/lore_evsm.json", include_str!("extended/lore_evsm.json")),
+    ("extended/lore_lamps.json", include_str!("extended/lore_lamps.json")),
+    ("extended/lore_pcss.json", include_str!("extended/lore_pcss.json")),
+    ("extended/lore_temporal.json", include_str!("extended/lore_temporal.json")),
+    ("extended/lore_vsm.json", include_str!("extended/lore_vsm.json")),
     ("lore.json", include_str!("lore.json")),
     ("mantis.json", include_str!("mantis.json")),
     ("nebula.json", include_str!("nebula.json")),
@@ -68,10 +74,8 @@ mod tests {
     fn every_pipeline_beside_this_file_is_bundled() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines");
         let mut found = Vec::new();
-        for (prefix, folder) in
-            [("", folder.clone()), ("base/", folder.join("base")), ("parts/", folder.join("parts"))]
-        {
-            for entry in std::fs::read_dir(folder).unwrap().flatten() {
+        for prefix in ["", "base/", "extended/", "parts/"] {
+            for entry in std::fs::read_dir(folder.join(prefix)).unwrap().flatten() {
                 let name = entry.file_name().to_string_lossy().into_owned();
                 if name.ends_with(".json") {
                     found.push(format!("{prefix}{name}"));

@@ -71,6 +71,11 @@ fn lessons() {
 }
 
 #[test]
+fn extended_systems() {
+    match_their_references(&pictures::of_extended());
+}
+
+#[test]
 fn no_pipeline_no_scene_and_no_reference_is_left_out() {
     let names = |folder: &Path, extension: &str| -> BTreeSet<String> {
         let files = std::fs::read_dir(folder).expect("a folder").flatten().map(|entry| entry.path());
@@ -83,6 +88,9 @@ fn no_pipeline_no_scene_and_no_reference_is_left_out() {
     let scenes: Vec<&str> = SCENES.iter().map(|row| row.0).collect();
     assert_eq!(table(&pipelines), names(&root().join("pipelines"), "json"));
     assert_eq!(table(TESTED), table(&pipelines));
+    let extended =
+        pictures::of_extended().into_iter().map(|case| case.name.replacen("extended_", "", 1)).collect();
+    assert_eq!(names(&root().join("pipelines/extended"), "json"), extended);
     assert_eq!(table(&scenes), names(&root().join("examples/scenes"), "glb"));
     assert_eq!(table(&["courtyard", "figure", "foliage", "interior"]), table(&scenes));
     let kept = names(&pictures::folder(), "png");

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
+use umbragraph::frame::FrameInput;
 use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu::Gpu;
 use umbragraph_test_support::image::{Picture, Tolerance};
@@ -286,6 +287,8 @@ pub struct Case {
     parameters: Vec<(&'static str, String)>,
     features: Settings,
     receives_all: bool,
+    /// How many frames are drawn, of which the last is the picture.
+    frames: u64,
 }
 
 /// The pictures of a pipeline on a scene: one for each debug view.
@@ -306,8 +309,29 @@ pub fn of_lessons() -> Vec<Case> {
         parameters: scene.map_or(Vec::new(), |_| vec![("resolution", "1024".to_owned())]),
         features: &[],
         receives_all: true,
+        frames: 1,
     };
     LESSONS.iter().map(of).collect()
+}
+
+/// What extends a system by something that it has on its list, a scene that shows it, and the number of frames drawn.
+const EXTENDED: &[(&str, &str, &str, u64)] = &[
+    ("lore_pcss", "lore", "courtyard", 1),
+    ("lore_evsm", "lore", "courtyard", 1),
+    ("lore_vsm", "lore", "courtyard", 1),
+    ("lore_lamps", "lore", "interior", 1),
+    ("lore_temporal", "lore", "courtyard", 8),
+    ("awsm_deferred", "awsm", "interior", 1),
+];
+
+/// The pictures of pipelines that extend a system.
+pub fn of_extended() -> Vec<Case> {
+    let of = |(name, system, scene, frames): &(&str, &'static str, &'static str, u64)| Case {
+        pipeline: format!("pipelines/extended/{name}.json"),
+        frames: *frames,
+        ..case(&format!("extended_{name}"), system, scene, "off", &[], &[])
+    };
+    EXTENDED.iter().map(of).collect()
 }
 
 /// The pictures of a pipeline's variants.
@@ -347,6 +371,7 @@ fn case(
         parameters,
         features,
         receives_all: true,
+        frames: 1,
     }
 }
 
@@ -366,7 +391,7 @@ pub fn all() -> Vec<Case> {
         let scenes = SCENES.iter().flat_map(|scene| of_scene(row.0, scene.0));
         scenes.chain(of_variants(row.0)).collect::<Vec<_>>()
     };
-    PIPELINES.iter().flat_map(of).chain(of_lessons()).collect()
+    PIPELINES.iter().flat_map(of).chain(of_lessons()).chain(of_extended()).collect()
 }
 
 impl Case {
@@ -394,7 +419,12 @@ impl Case {
             materials.step_by(2).for_each(|material| material.receive_shadow = false);
         }
         let input = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);
-        Host::new(gpu, outcome, &scene).picture(&input)
+        let mut host = Host::new(gpu, outcome, &scene);
+        let last = self.frames.saturating_sub(1);
+        (0..last).for_each(|index| {
+            host.frame(&FrameInput { index, ..input.clone() });
+        });
+        host.picture(&FrameInput { index: last, ..input })
     }
 }
 
