@@ -20,7 +20,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, DataShape, ValueType, View};
 use umbragraph_pipeline::diagnostic::codes;
-use umbragraph_pipeline::frame::{Camera as FrameCamera, Projection};
+use umbragraph_pipeline::frame::Camera as FrameCamera;
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
@@ -38,6 +38,9 @@ pub struct Camera {
     /// samples over frames; 0 without it, which does not move it.
     pub jitter: Option<Expr>,
 }
+
+/// The far distance of a camera whose far plane is at infinity.
+const NO_FAR_PLANE: f64 = 1e30;
 
 /// The maximum number of points; a mean of more frames is none that anybody sees.
 const MAX_JITTER: u32 = 1024;
@@ -88,7 +91,7 @@ pub fn shape() -> DataShape {
         .value("right", ValueType::VEC3, "the unit direction to its right")
         .value("up", ValueType::VEC3, "the unit direction that is up in the picture")
         .value("near", ValueType::F32, "the distance of the near plane along the view axis")
-        .value("far", ValueType::F32, "the distance of the far plane along the view axis")
+        .value("far", ValueType::F32, "the distance of the far plane along the view axis; 1e30 where there is none")
         .value("aspect", ValueType::F32, "width over height")
         .value("time", ValueType::F32, "seconds since some start of the host's")
         .value("orthographic", ValueType::U32, "1 for an orthographic camera, else 0")
@@ -99,7 +102,12 @@ pub fn shape() -> DataShape {
             ValueType::VEC2,
             "half the visible width and height: at 1 m for a perspective, anywhere for an orthographic camera",
         )
-        .value("jitter", ValueType::VEC2, "by how much the picture is moved in clip space; 0 unless the pass asks for `jitter`")
+        .value(
+            "off_center",
+            ValueType::VEC2,
+            "the middle of what is seen, as `half_size`: 0 unless the projection is off-centre",
+        )
+        .value("jitter", ValueType::VEC2, "by how much the picture is moved in clip space; 0 unless the pass asks for `jitter`, or the host moves it")
         .value("previous_clip_from_world", matrix, "`clip_from_world` of the frame before, with this frame's jitter")
         .value("previous_view_from_world", matrix, "`view_from_world` of the frame before")
         .value("previous_clip_from_clip", matrix, "clip space to that of the frame before, for what does not move")
@@ -151,7 +159,7 @@ impl CpuNode for RunCamera {
 
     fn run(&self, frames: &mut Frames, context: &CpuContext<'_>, data: &mut BlackboardData) {
         let index = context.frame.index;
-        let jitter = jitter(self.jitter, index, context.viewport);
+        let jitter = jitter(self.jitter, index, context.viewport) + context.frame.camera.projection.jitter();
         let aside = DMat4::from_translation(jitter.extend(0.0));
         let lens = Lens::of(&context.frame.camera, self.reverse);
         let moved = lens.map(|lens| {
@@ -222,7 +230,8 @@ struct Lens {
     near: f64,
     far: f64,
     aspect: f64,
-    half_height: f64,
+    center: DVec2,
+    half_size: DVec2,
     orthographic: bool,
 }
 
@@ -233,10 +242,7 @@ impl Lens {
         }
         let clip_from_view = camera.clip(reverse);
         let (near, far) = camera.projection.depth_range();
-        let (half_height, orthographic) = match camera.projection {
-            Projection::Perspective { vertical_fov, .. } => ((0.5 * vertical_fov).tan(), false),
-            Projection::Orthographic { half_height, .. } => (half_height, true),
-        };
+        let (center, half_size) = camera.projection.picture(camera.aspect);
         Some(Self {
             clip_from_view,
             view_from_clip: clip_from_view.inverse(),
@@ -245,10 +251,11 @@ impl Lens {
             position: camera.position,
             rotation: camera.rotation,
             near,
-            far,
+            far: far.min(NO_FAR_PLANE),
             aspect: camera.aspect,
-            half_height,
-            orthographic,
+            center,
+            half_size,
+            orthographic: camera.projection.is_orthographic(),
         })
     }
 
@@ -263,7 +270,8 @@ impl Lens {
             near: 0.0,
             far: 1.0,
             aspect: 1.0,
-            half_height: 1.0,
+            center: DVec2::ZERO,
+            half_size: DVec2::ONE,
             orthographic: true,
         }
     }
@@ -282,8 +290,9 @@ impl Lens {
         self.world_from_view * self.view_from_clip
     }
 
-    fn half_size(&self) -> [f32; 2] {
-        [(self.half_height * self.aspect) as f32, self.half_height as f32]
+    /// The middle of what is seen and half its size.
+    fn picture(&self) -> [[f32; 2]; 2] {
+        [self.center.as_vec2().to_array(), self.half_size.as_vec2().to_array()]
     }
 
     /// Whether everything is finite once it is rounded to 32 bits.
@@ -292,7 +301,7 @@ impl Lens {
         let products = [self.clip_from_world(), self.world_from_clip()];
         own.iter().chain(&products).all(|matrix| matrix.as_mat4().is_finite())
             && [self.near, self.far, self.aspect].iter().all(|number| (*number as f32).is_finite())
-            && self.half_size().iter().all(|number| number.is_finite())
+            && self.picture().iter().flatten().all(|number| number.is_finite())
     }
 
     fn publish(&self, reverse: bool, data: &mut BlackboardData) {
@@ -310,7 +319,9 @@ impl Lens {
         data.set_f32("near", self.near as f32);
         data.set_f32("far", self.far as f32);
         data.set_f32("aspect", self.aspect as f32);
-        data.set_f32s("half_size", self.half_size());
+        let [center, half_size] = self.picture();
+        data.set_f32s("half_size", half_size);
+        data.set_f32s("off_center", center);
         data.set_u32("orthographic", u32::from(self.orthographic));
         data.set_u32("reverse", u32::from(reverse));
         data.push_view(View {
@@ -328,7 +339,7 @@ impl Lens {
 #[cfg(test)]
 mod tests {
     use glam::{DVec4, Mat4};
-    use umbragraph_pipeline::frame::{Bounds, FrameInput};
+    use umbragraph_pipeline::frame::{Bounds, FrameInput, Projection};
 
     use super::*;
 

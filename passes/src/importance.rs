@@ -86,6 +86,12 @@ impl Eye {
             Projection::Orthographic { half_height, .. } => {
                 ([half_height * camera.aspect, half_height], false)
             }
+            projection @ Projection::Matrix { .. } => {
+                let (center, half) = projection.picture(camera.aspect);
+                let [x, y] = (center.abs() + half).to_array();
+                let perspective = !projection.is_orthographic();
+                (if perspective { [x.atan(), y.atan()] } else { [x, y] }, perspective)
+            }
         };
         let eye = Self { view: camera.view(), position: camera.position, half, perspective };
         (eye.view.is_finite() && half.iter().all(|half| half.is_finite() && *half > 0.0)).then_some(eye)

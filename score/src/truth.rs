@@ -94,6 +94,16 @@ impl<'r> Truth<'r> {
                 (DVec3::ZERO, (place * (0.5 * vertical_fov).tan()).extend(-1.0))
             }
             Projection::Orthographic { half_height, .. } => ((place * half_height).extend(0.0), DVec3::NEG_Z),
+            projection @ Projection::Matrix { .. } => {
+                let [low, right, up, _] = projection.corners(self.camera.aspect, 1.0);
+                let part = DVec2::new(at.x / size.x, 1.0 - at.y / size.y);
+                let across = low + (right - low) * part.x + (up - low) * part.y;
+                if projection.is_orthographic() {
+                    (across.extend(0.0), DVec3::NEG_Z)
+                } else {
+                    (DVec3::ZERO, across.extend(-1.0))
+                }
+            }
         };
         let (origin, direction) =
             (self.camera.position + self.camera.rotation * origin, self.camera.rotation * direction);

@@ -5,46 +5,17 @@
 //! what reaches the GPU is `f32`. Clip depth is 0..1 (near 0, far 1; reversed where a pipeline says so), texture v
 //! points down.
 //!
+//! An engine that has matrices gives those ([`Camera::from_matrices`]); what passes hand back has them as columns
+//! (`view.clip_from_world.to_cols_array_2d()`), whatever version of glam the engine has.
+//!
 //! Nothing here is trusted: [`Camera::check`] and [`Light::check`] find the values (NaN, zero directions, an empty
 //! depth range) that no pass could use.
 
 use std::borrow::Cow;
 
-use glam::{DMat3, DMat4, DQuat, DVec3, Vec3};
+use glam::{DMat3, DMat4, DQuat, DVec2, DVec3, Vec3};
 
-/// The projection of a camera, from view space to clip space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Projection {
-    /// A perspective projection.
-    Perspective {
-        /// The vertical field of view, in radians, above 0 and below π.
-        vertical_fov: f64,
-        /// The distance of the near plane, in metres, above 0.
-        near: f64,
-        /// The distance of the far plane, in metres, beyond the near plane.
-        far: f64,
-    },
-    /// An orthographic projection.
-    Orthographic {
-        /// Half the visible height, in metres, above 0.
-        half_height: f64,
-        /// The distance of the near plane, in metres.
-        near: f64,
-        /// The distance of the far plane, in metres, beyond the near plane.
-        far: f64,
-    },
-}
-
-impl Projection {
-    /// The distances of the near and the far plane, in metres.
-    pub fn depth_range(self) -> (f64, f64) {
-        match self {
-            Projection::Perspective { near, far, .. } | Projection::Orthographic { near, far, .. } => {
-                (near, far)
-            }
-        }
-    }
-}
+pub use crate::projection::Projection;
 
 /// The point of view of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +32,7 @@ pub struct Camera {
 
 impl Camera {
     /// A camera at a position that looks at another, upright, with a vertical field of view in radians, from 0.1 m to
-    /// 1000 m ([`Camera::between`] says others). One that looks straight up has Z upwards in its picture, one that looks
+    /// 1000 m. One that looks straight up has Z upwards in its picture, one that looks
     /// straight down has −Z.
     pub fn look_at(eye: [f64; 3], target: [f64; 3], vertical_fov: f64, aspect: f64) -> Self {
         let position = DVec3::from(eye);
@@ -72,15 +43,31 @@ impl Camera {
         Self { position, rotation, projection, aspect }
     }
 
-    /// The same between two other planes, in metres.
-    #[must_use]
-    pub fn between(mut self, new_near: f64, new_far: f64) -> Self {
-        match &mut self.projection {
-            Projection::Perspective { near, far, .. } | Projection::Orthographic { near, far, .. } => {
-                (*near, *far) = (new_near, new_far);
-            }
+    /// The camera of an engine that has its matrices, column by column: view space (−Z forward, +Y up) to the world, and view
+    /// to clip space with depth 0..1 or 1..0, of any projection. Scale in the first is left out.
+    pub fn from_matrices<T: Into<f64> + Copy>(
+        world_from_view: [[T; 4]; 4],
+        clip_from_view: [[T; 4]; 4],
+    ) -> Self {
+        let matrix =
+            |columns: [[T; 4]; 4]| DMat4::from_cols_array_2d(&columns.map(|column| column.map(Into::into)));
+        let (world, clip_from_view) = (matrix(world_from_view), matrix(clip_from_view));
+        let axis = |axis: glam::DVec4| axis.truncate().normalize_or_zero();
+        let rotation = DMat3::from_cols(axis(world.x_axis), axis(world.y_axis), axis(world.z_axis));
+        let (_, half) = Projection::Matrix { clip_from_view, jitter: DVec2::ZERO }.picture(1.0);
+        Self {
+            position: world.w_axis.truncate(),
+            rotation: DQuat::from_mat3(&rotation).normalize(),
+            projection: Projection::Matrix { clip_from_view, jitter: DVec2::ZERO },
+            aspect: half.x / half.y,
         }
-        self
+    }
+
+    /// The same with a picture that is moved in this frame, in clip space: two pixels are a whole width over its half.
+    #[must_use]
+    pub fn jittered(self, by: [f64; 2]) -> Self {
+        let clip_from_view = self.clip(false);
+        Self { projection: Projection::Matrix { clip_from_view, jitter: by.into() }, ..self }
     }
 
     /// World to view space.
@@ -90,54 +77,7 @@ impl Camera {
 
     /// View to clip space with depth 0 at the near plane and 1 at the far plane; `reverse` swaps the two.
     pub fn clip(&self, reverse: bool) -> DMat4 {
-        let (near, far) = self.projection.depth_range();
-        let (near, far) = if reverse { (far, near) } else { (near, far) };
-        match self.projection {
-            Projection::Perspective { vertical_fov, .. } => {
-                let height = 1.0 / (0.5 * vertical_fov).tan();
-                let depth = far / (near - far);
-                DMat4::from_cols_array(&[
-                    height / self.aspect,
-                    0.0,
-                    0.0,
-                    0.0,
-                    0.0,
-                    height,
-                    0.0,
-                    0.0,
-                    0.0,
-                    0.0,
-                    depth,
-                    -1.0,
-                    0.0,
-                    0.0,
-                    depth * near,
-                    0.0,
-                ])
-            }
-            Projection::Orthographic { half_height, .. } => {
-                let half_width = half_height * self.aspect;
-                let depth = 1.0 / (near - far);
-                DMat4::from_cols_array(&[
-                    1.0 / half_width,
-                    0.0,
-                    0.0,
-                    0.0,
-                    0.0,
-                    1.0 / half_height,
-                    0.0,
-                    0.0,
-                    0.0,
-                    0.0,
-                    depth,
-                    0.0,
-                    0.0,
-                    0.0,
-                    depth * near,
-                    1.0,
-                ])
-            }
-        }
+        self.projection.clip(self.aspect, reverse)
     }
 
     /// The unit direction in which the camera looks.
@@ -148,19 +88,13 @@ impl Camera {
     /// The four world positions at distance `depth` along the view axis that the picture's corners see:
     /// left bottom, right bottom, left top, right top.
     pub fn slice_corners(&self, depth: f64) -> [DVec3; 4] {
-        let half_height = match self.projection {
-            Projection::Perspective { vertical_fov, .. } => depth * (0.5 * vertical_fov).tan(),
-            Projection::Orthographic { half_height, .. } => half_height,
-        };
-        let half_width = half_height * self.aspect;
-        [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
-            .map(|(x, y)| self.position + self.rotation * DVec3::new(x * half_width, y * half_height, -depth))
+        let corners = self.projection.corners(self.aspect, depth);
+        corners.map(|corner| self.position + self.rotation * corner.extend(-depth))
     }
 
     /// Why no pass could use this camera, or `None` if it is fine.
     pub fn check(&self) -> Option<&'static str> {
-        let (near, far) = self.projection.depth_range();
-        if !(self.position.is_finite() && self.rotation.is_finite() && near.is_finite() && far.is_finite()) {
+        if !(self.position.is_finite() && self.rotation.is_finite()) {
             return Some("it has a value that is not finite");
         }
         if !self.rotation.is_normalized() {
@@ -169,25 +103,7 @@ impl Camera {
         if !(self.aspect.is_finite() && self.aspect > 0.0) {
             return Some("its aspect ratio is not above zero");
         }
-        if near >= far {
-            return Some("its far plane is not beyond its near plane");
-        }
-        match self.projection {
-            Projection::Perspective { vertical_fov, .. }
-                if !(vertical_fov > 0.0 && vertical_fov < std::f64::consts::PI) =>
-            {
-                Some("its vertical field of view is not between 0 and π")
-            }
-            Projection::Perspective { near, .. } if near <= 0.0 => {
-                Some("its near plane is not in front of it")
-            }
-            Projection::Orthographic { half_height, .. }
-                if !(half_height.is_finite() && half_height > 0.0) =>
-            {
-                Some("its half height is not above zero")
-            }
-            _ => None,
-        }
+        self.projection.check()
     }
 }
 

@@ -16,4 +16,5 @@ pub mod draw;
 pub mod frame;
 pub mod node;
 pub mod pipeline;
+mod projection;
 pub mod work;

@@ -132,7 +132,10 @@ impl Configuration {
             return set;
         }
         let rotation = light::from_world(light.direction, self.up);
-        let (near, far) = frame.camera.projection.depth_range();
+        let (near, mut far) = frame.camera.projection.depth_range();
+        if far.is_infinite() && matches!(self.splits, Splits::Whole { .. }) {
+            far = farthest(frame).max(2.0 * near);
+        }
         for (at, slice) in self.splits.slices(self.blend, near, far).enumerate() {
             set.cascades[at] = self.cascade(at, slice, frame, &rotation);
             // Shaders count on cascades without gaps.
@@ -205,6 +208,16 @@ impl Cascade {
             && (self.texel_size as f32).is_finite()
             && (self.depth_range as f32).is_finite()
     }
+}
+
+/// How far the scene reaches along the view axis, for a camera without a far plane.
+fn farthest(frame: &FrameInput) -> f64 {
+    let FrameInput { camera, scene_bounds, .. } = frame;
+    if scene_bounds.is_empty() {
+        return 0.0;
+    }
+    let along = |corner: DVec3| (corner - camera.position).dot(camera.forward());
+    scene_bounds.corners().map(along).into_iter().fold(0.0, f64::max)
 }
 
 /// The largest and the smallest light-space z of scene and casters; `None` where there are no bounds.

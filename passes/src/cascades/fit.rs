@@ -81,6 +81,16 @@ pub fn sphere(projection: &Projection, aspect: f64, slice: &Slice) -> (f64, f64)
         Projection::Orthographic { half_height, .. } => {
             (0.5 * (begin + end), (0.5 * (end - begin)).hypot(half_height * aspect.hypot(1.0)))
         }
+        Projection::Matrix { .. } => {
+            // Around the view axis, on which an off-centre picture does not lie.
+            let (middle, half) = projection.picture(aspect);
+            let edge = (middle.abs() + half).length();
+            if projection.is_orthographic() {
+                return (0.5 * (begin + end), (0.5 * (end - begin)).hypot(edge));
+            }
+            let center = (0.5 * (begin + end) * (1.0 + edge * edge)).min(end);
+            (center, (end - center).hypot(end * edge))
+        }
     }
 }
 
