@@ -1,6 +1,6 @@
 //! [`Options`]: what a pipeline is planned with.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
@@ -16,6 +16,7 @@ pub struct Options {
     pub(super) preset: Option<String>,
     pub(super) parameters: Vec<(String, String)>,
     pub(super) features: Vec<(String, String)>,
+    pub(super) exposed: BTreeSet<String>,
 }
 
 /// A value of a parameter or a feature: a number, a boolean, a word, a list of numbers.
@@ -38,6 +39,7 @@ impl Options {
             preset: None,
             parameters: Vec::new(),
             features: Vec::new(),
+            exposed: BTreeSet::new(),
         }
     }
 
@@ -59,6 +61,14 @@ impl Options {
     #[must_use]
     pub fn feature(mut self, feature: impl Into<String>, value: impl Setting) -> Self {
         self.features.push((feature.into(), value.json()));
+        self
+    }
+
+    /// With a texture or buffer that the host looks at between frames (`Executor::texture`, `Executor::buffer`), as if the
+    /// pipeline said that it is `exposed`: it shares memory with no other then.
+    #[must_use]
+    pub fn expose(mut self, resource: impl Into<String>) -> Self {
+        self.exposed.insert(resource.into());
         self
     }
 

@@ -1,10 +1,12 @@
 //! [`Pipeline`]: a pipeline as it was loaded, to be planned for sizes, parameters and features.
 
+use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::compiler::{Graph, Plan, PlanOptions};
-use crate::diagnostic::Diagnostics;
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use crate::document::{self, Document};
 use crate::front::Options;
 use crate::node::Registry;
@@ -38,7 +40,7 @@ struct Last {
     plan: Arc<Plan>,
 }
 
-type Settings = (Option<String>, Vec<(String, String)>, Vec<(String, String)>);
+type Settings = (Option<String>, Vec<(String, String)>, Vec<(String, String)>, BTreeSet<String>);
 
 impl Pipeline {
     pub(super) fn new(document: Document, with: With, sources: Sources, findings: Diagnostics) -> Self {
@@ -53,8 +55,8 @@ impl Pipeline {
     /// Every finding, if one of them is an error.
     pub fn plan(&self, options: &Options) -> Result<Arc<Plan>, Error> {
         let loaded = &*self.0;
-        let settings: Settings =
-            (options.preset.clone(), options.parameters.clone(), options.features.clone());
+        let Options { preset, parameters, features, exposed, .. } = options.clone();
+        let settings: Settings = (preset, parameters, features, exposed);
         let mut last = loaded.last.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(last) = last.as_mut().filter(|last| last.settings == settings) {
             let resized = last.plan.resized(&last.graph, &options.plan, &loaded.sources);
@@ -64,7 +66,8 @@ impl Pipeline {
         let mut sources = loaded.sources.clone();
         let mut findings = loaded.findings.clone();
         let overrides = loaded.overrides(options, &mut sources, &mut findings);
-        let checked = loaded.check(&overrides, &options.plan, &sources, &mut findings);
+        let document = loaded.exposing(&options.exposed, &mut findings);
+        let checked = loaded.check(&document, (&overrides, &options.plan), &sources, &mut findings);
         findings.sort();
         match (checked.graph, checked.plan) {
             (Some(graph), Some(plan)) if !findings.has_errors() => {
@@ -126,10 +129,40 @@ impl Loaded {
         preset.unwrap_or_default().under(own)
     }
 
+    /// The document with resources that are exposed.
+    fn exposing(&self, exposed: &BTreeSet<String>, findings: &mut Diagnostics) -> Cow<'_, Document> {
+        let mut document = Cow::Borrowed(&self.document);
+        for name in exposed {
+            let declared = self.document.root.get("resources").and_then(|all| all.entry(name));
+            let Some(place) = declared.map(|entry| entry.key_span) else {
+                let known = self.document.root.get("resources").and_then(document::Value::entries);
+                let known = known.unwrap_or_default().iter().map(|entry| entry.key.as_str());
+                let message = format!("there is no resource \"{name}\" to expose");
+                let diagnostic = Diagnostic::error(codes::UNKNOWN_RESOURCE, Place::Nowhere, message);
+                findings.push(diagnostic.suggest(name, known, None, |known| {
+                    format!("the resources are {}", list_of(known.iter().copied()))
+                }));
+                continue;
+            };
+            let root = &mut document.to_mut().root;
+            let resource = member(root, "resources").and_then(|all| member(all, name));
+            let Some(document::Value { kind: document::Kind::Object(kinds), .. }) = resource else {
+                continue;
+            };
+            for document::Entry { value, .. } in kinds {
+                let document::Kind::Object(keys) = &mut value.kind else { continue };
+                keys.retain(|entry| entry.key != "exposed");
+                let value = document::Value { span: place, kind: document::Kind::Bool(true) };
+                keys.push(document::Entry { key: "exposed".to_owned(), key_span: place, value });
+            }
+        }
+        document
+    }
+
     fn check(
         &self,
-        overrides: &Overrides,
-        plan: &PlanOptions,
+        document: &Document,
+        (overrides, plan): (&Overrides, &PlanOptions),
         sources: &Sources,
         findings: &mut Diagnostics,
     ) -> crate::CheckReport {
@@ -138,8 +171,14 @@ impl Loaded {
         let mut modules = modules.lock().unwrap_or_else(PoisonError::into_inner);
         let mut schema = self.schema.lock().unwrap_or_else(PoisonError::into_inner);
         modules.swap_schema(&mut schema);
-        let checked = crate::check_sharing(&self.document, &options, sources, findings, &mut modules);
+        let checked = crate::check_sharing(document, &options, sources, findings, &mut modules);
         modules.swap_schema(&mut schema);
         checked
     }
+}
+
+/// A member of an object, to be changed.
+fn member<'a>(value: &'a mut document::Value, key: &str) -> Option<&'a mut document::Value> {
+    let document::Kind::Object(entries) = &mut value.kind else { return None };
+    entries.iter_mut().find(|entry| entry.key == key).map(|entry| &mut entry.value)
 }

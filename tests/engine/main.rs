@@ -4,4 +4,6 @@ mod cameras;
 #[path = "../common/mod.rs"]
 mod common;
 mod contract;
+mod devices;
+mod exposed;
 mod meshes;

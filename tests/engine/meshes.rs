@@ -1,6 +1,8 @@
 //! One set of boxes and pyramids, stored in two ways: a block for each object and one vertex layout, or as engines do it,
 //! an array of objects by instance, a vertex layout for each kind of mesh, materials in bind groups of the engine's own.
 
+use std::sync::{Arc, OnceLock};
+
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Quat, Vec3};
 use umbragraph::data::ValueType;
@@ -58,7 +60,7 @@ const MATERIAL: [(&str, ValueType, u32); 4] = [
 ];
 
 /// The pipeline of the meshes: `awsm`, with a geometry of another name.
-pub(crate) fn plan(instanced: bool, options: &Options) -> std::sync::Arc<Plan> {
+pub(crate) fn plan(instanced: bool, options: &Options) -> Arc<Plan> {
     let object = if instanced {
         r#""objects": [{ "world_from_object": "mat4x4<f32>", "normal_from_object": "mat4x4<f32>", "receive_shadow": "u32" }]"#
     } else {
@@ -78,7 +80,10 @@ pub(crate) fn plan(instanced: bool, options: &Options) -> std::sync::Arc<Plan> {
           }} }}
         }}"#
     );
-    let library = Library::new().host("engine", interface(instanced));
+    // What one test of the program has proven serves the others.
+    static LIBRARIES: [OnceLock<Library>; 2] = [OnceLock::new(), OnceLock::new()];
+    let library =
+        LIBRARIES[usize::from(instanced)].get_or_init(|| Library::new().host("engine", interface(instanced)));
     let pipeline = library.load_text("engine.json", &text).unwrap_or_else(|error| panic!("{error}"));
     pipeline.plan(options).unwrap_or_else(|error| panic!("{error}"))
 }

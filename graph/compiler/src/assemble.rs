@@ -97,6 +97,7 @@ impl Assembly {
             samples: None,
             view: None,
             lifetime: Lifetime::Transient,
+            exposed: false,
             frames: None,
             initial: None,
             description: None,
@@ -117,8 +118,14 @@ impl Assembly {
 
     /// A buffer whose bytes an expression says.
     pub fn sized_buffer(&mut self, name: &str, size: Expr, lifetime: Lifetime) -> ResourceHandle {
-        let declaration =
-            BufferDeclaration { size, lifetime, frames: None, initial: None, description: None };
+        let declaration = BufferDeclaration {
+            size,
+            lifetime,
+            exposed: false,
+            frames: None,
+            initial: None,
+            description: None,
+        };
         self.resource(name, ResourceKind::Buffer(Box::new(declaration)))
     }
 

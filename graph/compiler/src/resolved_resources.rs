@@ -126,6 +126,10 @@ impl<'a> ResolvedResources<'a> {
                     } else {
                         usages
                     };
+                    let usages = match resource.is_exposed() {
+                        true => usages | TextureUsages::COPY_SRC | TextureUsages::TEXTURE_BINDING,
+                        false => usages,
+                    };
                     resolved.check_import(handle, usages, wants, options, diagnostics);
                     let format = match told(options, resource) {
                         Some(import) => Some(import.format),
@@ -154,6 +158,10 @@ impl<'a> ResolvedResources<'a> {
                         .accesses
                         .iter()
                         .fold(BufferUsages::empty(), |all, (_, one)| all | one.usage.buffer_usages());
+                    let usages = match resource.is_exposed() {
+                        true => usages | BufferUsages::COPY_SRC | BufferUsages::STORAGE,
+                        false => usages,
+                    };
                     Some(Descriptor::Buffer { bytes, usages })
                 }
                 _ => None,

@@ -465,7 +465,7 @@ impl<'a> Builder<'a> {
         let declared = pipeline.resource(resource);
         let at =
             || pipeline.pass(reader.pass).accesses().iter().position(|one| std::ptr::eq(one, reader.one));
-        let own_memory = match declared.lifetime() {
+        let own_memory = match declared.declared_lifetime() {
             Lifetime::Transient => true,
             // Before this frame writes it, it holds what was left so long ago that it has no name any more.
             Lifetime::History => !declared.is_earlier_frame(),

@@ -6,7 +6,10 @@
 //! late: that is what [`Caught`] holds. A steady frame creates nothing, and so opens no scope. When a plan is
 //! instantiated each pass has scopes of its own, so that an error has a place.
 //!
-//! Limits: a device that is lost reports nothing to scopes; the host learns of that from its own device-lost callback.
+//! A device that is lost reports nothing to scopes, and what is made on it looks as if it were there. [`lost`] finds it:
+//! memory of a new buffer cannot be mapped. It is asked where something was created, not in a steady frame.
+//!
+//! Limits: in a browser the host learns of a lost device from its own callback alone.
 
 use std::error::Error as _;
 use std::future::Future;
@@ -47,6 +50,40 @@ impl<'a> Creation<'a> {
     pub(super) fn begin_pass(&mut self, pass: &Pass) {
         self.close();
         self.site = Site(Some((pass.place.into(), pass.pointer.clone())));
+    }
+
+    /// Whether anything was created.
+    pub(super) fn has_created(&self) -> bool {
+        self.scopes.is_some()
+    }
+
+    /// What is wrong with a texture of the host's that was not seen before: one of another device.
+    pub(super) fn import_error(
+        &mut self,
+        queue: &wgpu::Queue,
+        name: &str,
+        texture: &wgpu::Texture,
+    ) -> Option<Diagnostic> {
+        let scope = self.device().push_error_scope(wgpu::ErrorFilter::Validation);
+        // Of no texels nothing is written; whose the texture is, is asked before all else.
+        let nothing = wgpu::Extent3d { width: 0, height: 0, depth_or_array_layers: 0 };
+        queue.write_texture(
+            texture.as_image_copy(),
+            &[],
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: None, rows_per_image: None },
+            nothing,
+        );
+        let Poll::Ready(Some(error)) =
+            Box::pin(scope.pop()).as_mut().poll(&mut Context::from_waker(Waker::noop()))
+        else {
+            return None;
+        };
+        if !causes(&error).contains("doesn't match") {
+            return None;
+        }
+        let message = format!("the texture for \"{name}\" is of another device");
+        let diagnostic = Diagnostic::error(codes::IMPORT, Place::Nowhere, message);
+        Some(diagnostic.help("give the executor textures of the device that it was made with"))
     }
 
     /// Closes the error scopes.
@@ -156,6 +193,22 @@ impl<'a> Creation<'a> {
         self.statistics.bind_groups += 1;
         self.device().create_bind_group(descriptor)
     }
+}
+
+/// What is said of a device that is lost.
+pub(super) fn lost(device: &wgpu::Device) -> Option<Diagnostic> {
+    // A device that a browser has lost maps memory all the same.
+    let probe = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("probe"),
+        size: wgpu::COPY_BUFFER_ALIGNMENT,
+        usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: true,
+    });
+    let is_lost = probe.slice(..).get_mapped_range().is_err();
+    is_lost.then(|| {
+        Diagnostic::error(codes::DEVICE_LOST, Place::Nowhere, "the device is lost")
+            .help("make a new device, and on it a new executor from the same plan")
+    })
 }
 
 /// The outcome of one error scope.

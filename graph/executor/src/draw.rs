@@ -65,6 +65,10 @@ pub trait DrawPass {
         let _ = (index, group, offsets);
         false
     }
+    /// Says that the draws of the pass could not be issued, and why: the record reports it.
+    fn fail(&mut self, reason: String) {
+        let _ = reason;
+    }
     /// The render pass, for vertex buffers, index buffers and draws. Bind groups and pipelines are the module's.
     fn render_pass(&mut self) -> &mut wgpu::RenderPass<'static>;
 }

@@ -7,6 +7,7 @@
 use super::creation::Creation;
 use super::textures::view_descriptor;
 use crate::compiler::{Physical, Plan};
+use crate::diagnostic::Diagnostic;
 use crate::work::{ResourceHandle, TextureView};
 
 /// For how many frames a view is kept of a texture that the host does not give.
@@ -23,6 +24,8 @@ struct Import {
     name: String,
     current: Option<wgpu::Texture>,
     buffer: Option<wgpu::Buffer>,
+    /// The textures of the last few frames, with the frame that had them last.
+    seen: Vec<(wgpu::Texture, u64)>,
 }
 
 struct ImportView {
@@ -56,6 +59,7 @@ impl Imports {
             name: name.clone(),
             current: None,
             buffer: None,
+            seen: Vec::new(),
         });
         Self { imports: imports.collect(), views: Vec::new() }
     }
@@ -76,9 +80,30 @@ impl Imports {
     }
 
     /// Takes the host's textures of a frame.
-    pub(super) fn set(&mut self, creation: &mut Creation<'_>, given: &[(&str, &wgpu::Texture)], frame: u64) {
+    ///
+    /// # Errors
+    /// A texture of another device.
+    pub(super) fn set(
+        &mut self,
+        creation: &mut Creation<'_>,
+        queue: &wgpu::Queue,
+        given: &[(&str, &wgpu::Texture)],
+        frame: u64,
+    ) -> Result<(), Diagnostic> {
         for import in &mut self.imports {
             let texture = given.iter().find(|(name, _)| *name == import.name).map(|(_, texture)| *texture);
+            if let Some(texture) = texture {
+                import.seen.retain(|(_, used)| used + KEPT_FRAMES >= frame);
+                match import.seen.iter_mut().find(|(seen, _)| seen == texture) {
+                    Some((_, used)) => *used = frame,
+                    None => {
+                        if let Some(error) = creation.import_error(queue, &import.name, texture) {
+                            return Err(error);
+                        }
+                        import.seen.push((texture.clone(), frame));
+                    }
+                }
+            }
             if import.current.as_ref() != texture {
                 import.current = texture.cloned();
             }
@@ -95,6 +120,7 @@ impl Imports {
             });
             wanted.known[wanted.current].used = frame;
         }
+        Ok(())
     }
 
     /// Forgets all views, since some of them may have been rejected.

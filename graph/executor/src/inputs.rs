@@ -11,6 +11,7 @@ use super::{Frame, attachments::Attachments};
 use crate::compiler::{Physical, Plan, PlannedResource};
 use crate::data::{BlackboardData, View};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use crate::language::Lifetime;
 use crate::work::ResourceHandle;
 
 /// The errors that keep a frame from being recorded.
@@ -34,6 +35,13 @@ pub(super) fn check(instantiated: &Instantiated, device: &wgpu::Device, frame: &
             diagnostics.push(diagnostic.help(help));
         }
     }
+    for (name, _) in frame.imports {
+        let known = instantiated.plan.pipeline.find_resource(name);
+        let known = known.map(|handle| instantiated.plan.pipeline.resource(handle));
+        if known.is_none_or(|resource| resource.lifetime() != Lifetime::Imported) {
+            diagnostics.push(surplus(instantiated, name));
+        }
+    }
     let mut has_scenes = false;
     for (pass, scene) in scenes(&instantiated.plan) {
         has_scenes = true;
@@ -55,6 +63,19 @@ pub(super) fn check(instantiated: &Instantiated, device: &wgpu::Device, frame: &
         }
     }
     diagnostics
+}
+
+/// A texture that the host gives for nothing.
+fn surplus(instantiated: &Instantiated, name: &str) -> Diagnostic {
+    let imported = instantiated.plan.resources.iter().filter(|(_, one)| one.physical == Physical::Imported);
+    let imported = imported.map(|(name, _)| name.as_str());
+    let message =
+        format!("the host gave a texture for \"{name}\", which is none of its own in this pipeline");
+    let diagnostic = Diagnostic::error(codes::IMPORT, Place::Nowhere, message);
+    diagnostic.suggest(name, imported, None, |known| match known {
+        [] => "the pipeline imports nothing".to_owned(),
+        known => format!("it imports {}", known.join(", ")),
+    })
 }
 
 fn lacks_buffer(instantiated: &Instantiated, resource: ResourceHandle) -> bool {

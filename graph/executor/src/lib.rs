@@ -125,7 +125,8 @@ impl Executor {
     /// In a browser errors of the device arrive late; a record reports them then.
     ///
     /// # Errors
-    /// A host whose interface does not fit the shaders, a device that lacks what the plan needs, errors of the device.
+    /// A host whose interface does not fit the shaders, a device that lacks what the plan needs or is lost, errors of the
+    /// device.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -353,8 +354,9 @@ impl Executor {
     /// # Errors
     /// Live parameters that do not go together; imports that are missing or not as planned; toggles that the pipeline does not have; a draw source that is
     /// missing, does not know a filter, or stores meshes otherwise than the one that the plan was instantiated for;
-    /// blackboard data that a CPU pass did not declare; errors of the device. Nothing is recorded then, and the next
-    /// frame is possible.
+    /// blackboard data that a CPU pass did not declare; textures of another device; errors of the device. Nothing is
+    /// recorded then, and the next frame is possible. Draws of the host that fail or panic are an error, too; what else
+    /// is in the frame is recorded.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame<'_>) -> Result<(), Error> {
         self.try_record(encoder, frame).map_err(|found| self.error(found))
     }
@@ -382,7 +384,12 @@ impl Executor {
         let host = (frame, self.records);
         record::record(&mut self.instantiated, encoder, host, &mut self.scratch, times);
         self.gpu_times.resolve(encoder);
-        Ok(())
+        let failures = self.scratch.failures(&self.instantiated.plan);
+        if !failures.is_empty() {
+            // What was left out is drawn again.
+            self.instantiated.kept.iter_mut().for_each(redraw::Kept::forget);
+        }
+        reject(failures)
     }
 
     /// Creates what the record needs and uploads its blocks.
@@ -405,9 +412,13 @@ impl Executor {
             let bytes = packed.pack(plan, cpu_passes);
             self.queue.write_buffer(&blocks.buffer, 0, bytes);
         }
+        let has_created = creation.has_created();
         let mut caught = creation.finish();
         let mut diagnostics = caught.known();
         self.late.append(caught);
+        if has_created {
+            diagnostics.extend(creation::lost(&self.device));
+        }
         diagnostics.extend(prepared.err());
         if diagnostics.has_errors() {
             record::forget(&mut self.instantiated);
@@ -429,6 +440,7 @@ fn instantiate(
 ) -> Result<(Instantiated, Caught), Diagnostics> {
     let mut diagnostics = requirements::check_source(&plan, device, source);
     diagnostics.extend(requirements::check_device(&plan, device));
+    diagnostics.extend(creation::lost(device));
     reject(diagnostics)?;
     let mut interfaces: Vec<(String, HostInterface)> = Vec::new();
     for (_, scene) in requirements::scenes(&plan) {

@@ -19,9 +19,9 @@ use super::scene::{Scene, common, covered};
 use super::scroll::strips;
 use super::statistics::PassCounts;
 use super::times::Times;
-use crate::compiler::PlannedPass;
+use crate::compiler::{Plan, PlannedPass};
 use crate::data::{BlackboardData, View};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::work::{Draw, Redraw, SceneDraw, Work};
 use wgpu_profiler::GpuProfilerQuery;
 
@@ -32,12 +32,30 @@ pub(super) struct Scratch {
     drawn: Drawn,
     /// What each pass has drawn.
     counts: Vec<PassCounts>,
+    /// The passes whose draws failed, with the reasons.
+    failed: Vec<(usize, String)>,
 }
 
 impl Scratch {
     /// What each pass of the plan has drawn in the last record.
     pub(super) fn counts(&self) -> &[PassCounts] {
         &self.counts
+    }
+
+    /// What is said of draws that failed in the last record; each pass says it once.
+    pub(super) fn failures(&self, plan: &Plan) -> Diagnostics {
+        let mut diagnostics = Diagnostics::new();
+        for run in self.failed.chunk_by(|a, b| a == b) {
+            let Some((at, reason)) = run.first() else { continue };
+            let Some(planned) = plan.passes.get(*at) else { continue };
+            let pass = plan.pipeline.pass(planned.handle);
+            let message = format!("the host's draws of \"{}\" failed: {reason}", pass.name);
+            let diagnostic =
+                Diagnostic::error(codes::DRAW_FAILED, pass.place, message).pointer(&pass.pointer);
+            let help = "what the pass had drawn is in the frame, as are all other passes; the next frame is possible";
+            diagnostics.push(diagnostic.help(help));
+        }
+        diagnostics
     }
 
     fn count(&mut self, at: usize) -> &mut PassCounts {
@@ -51,7 +69,7 @@ impl Scratch {
 /// Creates what a record needs and does not have.
 ///
 /// # Errors
-/// Materials or objects for which the host gives nothing.
+/// Materials or objects for which the host gives nothing; textures of another device.
 pub(super) fn prepare(
     instantiated: &mut Instantiated,
     creation: &mut Creation<'_>,
@@ -63,7 +81,7 @@ pub(super) fn prepare(
     let Resources { textures, histories, .. } = &mut instantiated.resources;
     histories.advance(&instantiated.plan, instantiated.cpu_passes.switches());
     histories.prepare(creation, queue, textures);
-    instantiated.resources.imports.set(creation, frame.imports, record);
+    instantiated.resources.imports.set(creation, queue, frame.imports, record)?;
     let resources = &instantiated.resources;
     for (planned, pass) in instantiated.plan.passes.iter().zip(&mut instantiated.passes) {
         if !instantiated.cpu_passes.switches().runs(&instantiated.plan, planned.handle) {
@@ -114,6 +132,7 @@ pub(super) fn record(
 ) {
     instantiated.resources.histories.record(encoder);
     scratch.counts.clear();
+    scratch.failed.clear();
     scratch.counts.resize(instantiated.plan.passes.len(), PassCounts::default());
     let mut all_kept = std::mem::take(&mut instantiated.kept);
     let taken = &mut *instantiated;
@@ -395,7 +414,12 @@ impl Recording<'_> {
             let texels =
                 texels.and_then(|texels| within.map_or(Some(texels), |within| common(texels, within)));
             let Some(texels) = texels else { continue };
-            let drawn = scene.draw(source, view, (position, texels), render_pass, &mut self.scratch.offsets);
+            let offsets = &mut self.scratch.offsets;
+            let drawn = scene.draw(source, view, (position, texels), render_pass, offsets);
+            let drawn = drawn.unwrap_or_else(|reason| {
+                self.scratch.failed.push((at, reason));
+                PassCounts::default()
+            });
             let views = u64::from(within.is_none());
             *self.scratch.count(at) += PassCounts { views, ..drawn };
         }

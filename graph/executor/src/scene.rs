@@ -3,7 +3,10 @@
 //! The host chooses pipelines, materials and objects by number, and nothing that it chooses can leave the render pass
 //! without what a draw needs: each view begins with the pipeline of the first property set, material 0 and object 0, and
 //! a number that does not exist changes nothing; bind groups of its own the host binds before it draws. A pass whose pipelines cannot be fed at all (no property sets, no
-//! materials) is not offered to the host.
+//! materials) is not offered to the host. Where panics unwind, one of the host's ends its draws of the view, and not the
+//! record.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::groups::{self, Group};
 use glam::DVec2;
@@ -38,6 +41,9 @@ impl Scene<'_> {
     }
 
     /// Lets the host draw one view of the pass, scissored to `texels`; returns how many draws and texels that was.
+    ///
+    /// # Errors
+    /// Why the host's draws failed.
     pub(super) fn draw(
         &self,
         source: &dyn DrawSource,
@@ -45,9 +51,9 @@ impl Scene<'_> {
         (position, texels): (usize, [u32; 4]),
         pass: &mut wgpu::RenderPass<'static>,
         offsets: &mut Vec<u32>,
-    ) -> PassCounts {
+    ) -> Result<PassCounts, String> {
         let [x, y, width, height] = self.texels(view);
-        let none = PassCounts::default();
+        let none = Ok(PassCounts::default());
         let Some((_, pipeline)) = self.pipelines.first().filter(|_| width > 0 && height > 0) else {
             return none;
         };
@@ -75,11 +81,18 @@ impl Scene<'_> {
         if let Some(group) = object {
             pass.set_bind_group(OBJECT_GROUP, group, offsets);
         }
-        let mut drawing = ScenePass { scene: self, view, pass, offsets, draws: 0 };
-        source.draw(&mut drawing);
+        let mut drawing = ScenePass { scene: self, view, pass, offsets, draws: 0, failed: None };
+        let caught = catch_unwind(AssertUnwindSafe(|| source.draw(&mut drawing)));
+        let failed = drawing.failed.or(caught.err().map(|payload| said_in_panic(&*payload)));
         let texels = u64::from(texels[2]) * u64::from(texels[3]);
-        PassCounts { draws: drawing.draws, texels, ..PassCounts::default() }
+        failed.map_or(Ok(PassCounts { draws: drawing.draws, texels, ..PassCounts::default() }), Err)
     }
+}
+
+fn said_in_panic(payload: &(dyn std::any::Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
+    format!("it panicked: {}", text.unwrap_or_default())
 }
 
 /// The texels, of those of a view, that lie within bounds; `None` if none do.
@@ -122,6 +135,7 @@ struct ScenePass<'a> {
     offsets: &'a mut Vec<u32>,
     /// How often an object was bound.
     draws: u64,
+    failed: Option<String>,
 }
 
 impl DrawPass for ScenePass<'_> {
@@ -170,6 +184,10 @@ impl DrawPass for ScenePass<'_> {
             self.pass.set_bind_group(index, group, offsets);
         }
         is_own
+    }
+
+    fn fail(&mut self, reason: String) {
+        self.failed.get_or_insert(reason);
     }
 
     fn render_pass(&mut self) -> &mut wgpu::RenderPass<'static> {

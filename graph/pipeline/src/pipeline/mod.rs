@@ -197,8 +197,25 @@ impl Resource {
         self.history.is_some_and(|history| history.back > 0)
     }
 
-    /// Its lifetime.
+    /// Whether the host looks at it between frames.
+    pub fn is_exposed(&self) -> bool {
+        match &self.kind {
+            ResourceKind::Texture(texture) => texture.exposed,
+            ResourceKind::Buffer(buffer) => buffer.exposed,
+            ResourceKind::Data(_) | ResourceKind::Broken => false,
+        }
+    }
+
+    /// Its lifetime; what is exposed keeps its memory from frame to frame.
     pub fn lifetime(&self) -> Lifetime {
+        match self.declared_lifetime() {
+            Lifetime::Transient if self.is_exposed() => Lifetime::Persistent,
+            declared => declared,
+        }
+    }
+
+    /// The lifetime of what is in it.
+    pub fn declared_lifetime(&self) -> Lifetime {
         match &self.kind {
             ResourceKind::Texture(texture) => texture.lifetime,
             ResourceKind::Buffer(buffer) => buffer.lifetime,

@@ -250,6 +250,12 @@ crate::codes! {
     /// An error of the device.
     DEVICE = "UG0803", "device error",
         "The graphics device rejected or lost something: out of memory, a lost device, or a validation error. `check` runs each plan dry on wgpu without a driver; a validation error there is a rule of WebGPU that the pipeline breaks and for which there is no diagnostic of its own yet.";
+    /// A device that is gone.
+    DEVICE_LOST = "UG0820", "device lost",
+        "The graphics device was lost: its driver was reset or updated, it was unplugged, or the host destroyed it. Nothing can be made on it any more. The host makes a new device and, with the same plan, a new executor on it; histories and kept shadow maps begin anew.";
+    /// A draw of the host that failed.
+    DRAW_FAILED = "UG0821", "draws failed",
+        "The host's draw source panicked, or said that it failed (`DrawPass::fail`), while it drew the meshes of a pass. The rest of the frame is recorded, without what the pass would still have drawn; the next frame is possible.";
     /// A device that lacks what a plan needs.
     DEVICE_LIMIT = "UG0804", "device cannot run the plan",
         "A texture, a feature or a limit that the plan needs is beyond what this device offers.";

@@ -36,6 +36,10 @@ pub struct TextureDeclaration {
     /// The lifetime of the texture.
     #[serde(default)]
     pub lifetime: Lifetime,
+    /// Whether the host looks at it between frames: copies it, or binds it in shaders of its own. It then keeps what the
+    /// frame leaves in it, in memory that it shares with no other, and the passes that write it are kept.
+    #[serde(default)]
+    pub exposed: bool,
     /// For a history: how many earlier frames can be read, 1 to 8, as `NAME@-1`, `NAME@-2` and so on; 1 without it.
     pub frames: Option<Expr>,
     /// For a history: what an earlier frame holds before there was one. A number for all channels or for depth, or red,
@@ -54,6 +58,10 @@ pub struct BufferDeclaration {
     /// The lifetime of the buffer.
     #[serde(default)]
     pub lifetime: Lifetime,
+    /// Whether the host looks at it between frames: copies it, or binds it in shaders of its own. It then keeps what the
+    /// frame leaves in it, in memory that it shares with no other, and the passes that write it are kept.
+    #[serde(default)]
+    pub exposed: bool,
     /// For a history: how many earlier frames can be read, 1 to 8, as `NAME@-1`, `NAME@-2` and so on; 1 without it.
     pub frames: Option<Expr>,
     /// For a history: the value of each four bytes of an earlier frame before there was one.

@@ -33,7 +33,7 @@ pub(super) fn check(
     violations: &mut Violations,
 ) {
     let resource = plan.pipeline.resource(handle);
-    let own_memory = match resource.lifetime() {
+    let own_memory = match resource.declared_lifetime() {
         Lifetime::Transient => true,
         Lifetime::History => resource.history.is_some_and(|history| history.back == 0),
         Lifetime::Persistent | Lifetime::Imported => false,

@@ -255,7 +255,10 @@ pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[SubgraphUse
         "written by" => 1,
         _ => 2,
     });
-    let lifetime = match pipeline.resource(handle).lifetime() {
+    let lifetime = match pipeline.resource(handle).declared_lifetime() {
+        Lifetime::Transient if pipeline.resource(handle).is_exposed() => {
+            Some("exposed: the host looks at it between frames, so it shares memory with nothing")
+        }
         Lifetime::Transient => None,
         Lifetime::Imported => Some("imported: it is the host's own"),
         _ => Some("it outlives the frame"),
