@@ -63,11 +63,8 @@ fn marched(depth: &[f64], camera: &Camera, light: &Light, strength: f64, fade: O
     const STEPS: usize = 16;
     let [width, height] = SIZE;
     let (near, far) = camera.projection.depth_range();
-    let (half_height, is_orthographic) = match camera.projection {
-        Projection::Perspective { vertical_fov, .. } => ((0.5 * vertical_fov).tan(), false),
-        Projection::Orthographic { half_height, .. } => (half_height, true),
-    };
-    let half = DVec2::new(half_height * camera.aspect, half_height);
+    let is_orthographic = camera.projection.is_orthographic();
+    let (_, half) = camera.projection.picture(camera.aspect);
     // Along the view axis, from reverse depth.
     let distance = |x: u32, y: u32| {
         let depth = depth[(y * width + x) as usize];
