@@ -4,7 +4,7 @@
 //! share one, each with its picture. A scene suits a pipeline that reads all of its lights. Sheets are JPEG, since there are
 //! many, and hold two megabytes together at most.
 //!
-//! `cargo xtask gallery` (`cargo run --release --example gallery [FOLDER]`)
+//! `cargo xtask gallery` (`cargo run --example gallery [FOLDER]`)
 
 #[path = "../../tests/common/mod.rs"]
 mod common;

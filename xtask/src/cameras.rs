@@ -72,7 +72,7 @@ fn scenes() -> Vec<(String, String)> {
 /// The worst score of a pipeline on a scene; `None` where it gives a light no shadows at all.
 fn score(pipeline: &str, scene: &str, seed: u64) -> Result<Option<f64>, String> {
     let (pipeline, camera) = (format!("pipelines/{pipeline}.json"), format!("random:{seed}"));
-    let arguments = ["run", "--release", "--quiet", "--package", "umbragraph-cli", "--", "score", &pipeline];
+    let arguments = ["run", "--quiet", "--package", "umbragraph-cli", "--", "score", &pipeline];
     let asked =
         ["--scene", scene, "--camera", &camera, "--frames", FRAMES, "--size", SIZE, "--format", "json"];
     let output = process::program("cargo").args(arguments).args(asked).output();
@@ -90,7 +90,7 @@ fn score(pipeline: &str, scene: &str, seed: u64) -> Result<Option<f64>, String> 
 /// The number behind "worst" in the answer, which is all that is read of it.
 fn worst(json: &str) -> Option<f64> {
     let (_, worst) = json.split_once("\"worst\":")?;
-    let (_, iou) = worst.split_once("\"iou\":")?;
+    let (_, iou) = worst.trim_start().strip_prefix('{')?.split_once("\"iou\":")?;
     iou.split(['}', ',']).next()?.trim().parse().ok()
 }
 
@@ -103,7 +103,7 @@ mod tests {
         let answer = r#"{ "frames": [{ "frame": 0, "iou": 0.9 }], "worst": { "frame": 3, "iou": 0.875
             }, "together": { "iou": 0.99 } }"#;
         assert_eq!(worst(answer), Some(0.875));
-        assert_eq!(worst(r#"{ "worst": null, "together": {} }"#), None);
+        assert_eq!(worst(r#"{ "worst": null, "together": { "iou": 0.5 } }"#), None);
     }
 
     #[test]

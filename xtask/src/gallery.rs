@@ -11,7 +11,7 @@ pub(crate) fn run() -> ExitCode {
             "going on all the same: the search for a driver goes by file names and may have missed one"
         );
     }
-    match process::program("cargo").args(["run", "--release", "--example", "gallery"]).status() {
+    match process::program("cargo").args(["run", "--quiet", "--example", "gallery"]).status() {
         Ok(status) if status.success() => ExitCode::SUCCESS,
         Ok(_) => ExitCode::from(1),
         Err(error) => {
