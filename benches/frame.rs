@@ -47,10 +47,10 @@ const SUBJECTS: [Subject; 10] = [
     ("nebula", None, &[]),
     ("caracal", None, &[]),
     ("lore", None, &[]),
-    ("lore", Some("low"), &[("casters", Clock::Gpu, 0.8), ("light", Clock::Gpu, 0.3)]),
-    ("lore", Some("medium"), &[("casters", Clock::Gpu, 1.2), ("light", Clock::Gpu, 0.5)]),
-    ("lore", Some("high"), &[("casters", Clock::Gpu, 1.8), ("light", Clock::Gpu, 0.9)]),
-    ("lore", Some("ultra"), &[("casters", Clock::Gpu, 1.5), ("light", Clock::Gpu, 1.2)]),
+    ("lore", Some("low"), &[("casters", Clock::Gpu, 0.8), ("shade", Clock::Gpu, 0.3)]),
+    ("lore", Some("medium"), &[("casters", Clock::Gpu, 1.2), ("shade", Clock::Gpu, 0.5)]),
+    ("lore", Some("high"), &[("casters", Clock::Gpu, 1.8), ("shade", Clock::Gpu, 0.9)]),
+    ("lore", Some("ultra"), &[("casters", Clock::Gpu, 1.5), ("shade", Clock::Gpu, 1.2)]),
     ("umbra", None, &[]),
 ];
 

@@ -54,6 +54,34 @@ fn defaults_agree_with_ray_traced_shadows() {
     }
 }
 
+/// Lit in the shader of every material, or in one pass over what was drawn of surfaces: shadows lie in the same pixels.
+#[test]
+fn deferred_and_forward_shading_show_the_same() {
+    const SIZE: [u32; 2] = [256, 144];
+    let Some(gpu) = gpu::device() else { return };
+    let scene = scene(&root().join("examples/scenes/figure.glb"));
+    let input = scene.frame_input(16.0 / 9.0, 0.0);
+    let cases = [("false", "shadow_term"), ("false", "off"), ("true", "shadow_term"), ("true", "off")];
+    for (visibility_first, view) in property::part(cases, 4) {
+        let picture = |deferred| {
+            let view = format!("\"{view}\"");
+            let with = With {
+                parameters: &[("debug_view", &view), ("cascade_side", "1024")],
+                features: &[
+                    ("light_filter", "\"hard\""),
+                    ("deferred", deferred),
+                    ("visibility_first", visibility_first),
+                ],
+                size: Some(SIZE),
+                ..With::default()
+            };
+            Host::new(&gpu, &check_file(UMBRA, &with), &scene).picture(&input)
+        };
+        let count = picture("true").differing(&picture("false"), 3);
+        assert!(count * 2000 <= 256 * 144, "{visibility_first}, {view}: {count} pixels differ");
+    }
+}
+
 /// A scene and all that it is looked at with, so many times as large.
 fn scaled(scene: &Scene, scale: f64) -> Scene {
     let mut scene = scene.clone();
@@ -139,6 +167,38 @@ fn the_first_frame_after_a_cut_is_that_of_a_fresh_run() {
             usize::from(picture.bytes().chunks_exact(4).any(|pixel| pixel[3] == 255 && pixel[0] == 0));
     }
     assert!(shadowed > 1, "{shadowed} pictures have shadows");
+}
+
+/// Two hundred walks out of a wall: the camera stands within it, or just before it, and then in front; what it saw there is
+/// none of the range that it sees now.
+#[test]
+fn the_first_frame_after_a_walk_out_of_a_wall_is_that_of_a_fresh_run() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = courtyard();
+    let outcome = umbra(&[("cascade_side", "512")], &[], [96, 54]);
+    let input = scene.frame_input(16.0 / 9.0, 0.0);
+    let rays = Rays::new(&scene, &scene.pose(0.0));
+    let mut running = Host::new(&gpu, &outcome, &scene);
+    running.picture(&input);
+    let mut state = property::seed().wrapping_add(1);
+    let mut walks = Vec::new();
+    while walks.len() < 200 {
+        let before = camera(&mut state, &input);
+        let back = before.rotation * DVec3::Z;
+        // Behind the camera there is a wall not far away, into which it is put; it walks out of it the way it looks.
+        let Some(wall) = rays.seen(before.position, back, [0.1, 40.0]) else { continue };
+        let place = |distance: f64| Camera { position: before.position + back * distance, ..before };
+        walks.push([wall.distance + 0.05, wall.distance - 0.02, wall.distance - 0.5].map(place));
+    }
+    for walk in property::part(walks, 50) {
+        for camera in walk {
+            let step = FrameInput { camera, ..input.clone() };
+            assert!(!running.frame(&step), "sizes that change");
+            let picture = read(&gpu, &running.target);
+            let fresh = Host::new(&gpu, &outcome, &scene).picture(&step);
+            assert_eq!(picture.bytes(), fresh.bytes(), "{camera:?}");
+        }
+    }
 }
 
 /// What the sky shows, a single depth, or a wall before the eye leave the shadows whole.

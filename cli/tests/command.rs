@@ -482,3 +482,26 @@ fn options_that_would_have_no_effect_are_rejected() {
     rejected(&["graph", pipeline, "--format", "json", "--compare", pipeline], 2, &["add --format html"]);
     assert_eq!(run(&["wgsl", pipeline, "--target", "wgsl", "--map"]).status.code(), Some(0));
 }
+
+/// The table of the flagship's presets in the README: memory and passes.
+#[test]
+fn presets_of_the_flagship_take_what_the_readme_says() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    for preset in ["phone", "console", "desktop", "workstation"] {
+        let output = run(&[
+            "graph",
+            "pipelines/umbra.json",
+            "--preset",
+            preset,
+            "--size",
+            "1920x1080",
+            "--format",
+            "json",
+        ]);
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("a report");
+        let mebibytes = report["memory"]["created"].as_f64().unwrap() / f64::from(1 << 20);
+        let end = format!("| {mebibytes:.0} MiB | {} |", report["passes"].as_array().unwrap().len());
+        let row = readme.lines().find(|line| line.starts_with(&format!("| `{preset}`")));
+        assert!(row.is_some_and(|row| row.ends_with(&end)), "{row:?} does not end with {end}");
+    }
+}

@@ -134,3 +134,84 @@ fn a_scene_in_which_nothing_can_be_scored_is_told_what_is_missing() {
     assert_eq!(alone.status.code(), Some(0), "{}", String::from_utf8_lossy(&alone.stderr));
     assert!(String::from_utf8_lossy(&alone.stdout).contains("1 triangles"));
 }
+
+#[test]
+fn where_nothing_casts_shadows_there_is_no_score_of_any() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("where_nothing_casts_shadows");
+    let path = folder.join("scene.gltf");
+    let [positions, indices] = ground(1, 1);
+    std::fs::write(folder.join("ground.bin"), [positions, indices].concat()).unwrap();
+    std::fs::write(&path, scene_of(4, 2, r#", "extras": { "castShadow": false }"#)).unwrap();
+    let output = score("pipelines/nebula.json", path.to_str().unwrap(), &["--format", "json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["together"]["bands"]["0"]["iou"], serde_json::Value::Null);
+    assert_eq!(json["together"]["bands"]["0"]["acne_pixels"], 0);
+    assert_eq!(json["worst"], serde_json::Value::Null);
+}
+
+/// A hilly ground of so many quads along each side: bytes of positions and of indices.
+fn ground(columns: u32, rows: u32) -> [Vec<u8>; 2] {
+    let (mut positions, mut indices) = (Vec::new(), Vec::new());
+    for z in 0..=rows {
+        for x in 0..=columns {
+            let [across, along] =
+                [(x, columns), (z, rows)].map(|(at, of)| at as f32 / of as f32 * 20.0 - 10.0);
+            let height = (3.0 * across).sin() * (2.0 * along).cos() * 0.5;
+            positions.extend([across, height, along].into_iter().flat_map(f32::to_le_bytes));
+        }
+    }
+    for z in 0..rows {
+        for x in 0..columns {
+            let at = z * (columns + 1) + x;
+            let below = at + columns + 1;
+            indices
+                .extend([at, below, at + 1, at + 1, below, below + 1].into_iter().flat_map(u32::to_le_bytes));
+        }
+    }
+    [positions, indices]
+}
+
+/// A glTF scene of that ground, from `ground.bin`, without a camera and with one sun.
+fn scene_of(vertices: u32, triangles: u32, extras: &str) -> String {
+    let (positions, indices) = (12 * vertices, 12 * triangles);
+    format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "scene": 0, "scenes": [{{ "nodes": [0, 1] }}],
+          "extensionsUsed": ["KHR_lights_punctual"],
+          "extensions": {{ "KHR_lights_punctual": {{ "lights": [{{ "type": "directional", "intensity": 3 }}] }} }},
+          "nodes": [{{ "mesh": 0{extras} }}, {{ "rotation": [-0.6, 0, 0, 0.8], "extensions": {{ "KHR_lights_punctual": {{ "light": 0 }} }} }}],
+          "materials": [{{ "doubleSided": true }}],
+          "meshes": [{{ "primitives": [{{ "attributes": {{ "POSITION": 0 }}, "indices": 1, "material": 0 }}] }}],
+          "accessors": [
+            {{ "bufferView": 0, "componentType": 5126, "count": {vertices}, "type": "VEC3", "min": [-10, -0.5, -10], "max": [10, 0.5, 10] }},
+            {{ "bufferView": 1, "componentType": 5125, "count": {}, "type": "SCALAR" }} ],
+          "bufferViews": [
+            {{ "buffer": 0, "byteLength": {positions} }},
+            {{ "buffer": 0, "byteOffset": {positions}, "byteLength": {indices} }} ],
+          "buffers": [{{ "uri": "ground.bin", "byteLength": {} }}] }}"#,
+        3 * triangles,
+        positions + indices,
+    )
+}
+
+#[test]
+fn a_million_triangles_are_scored_and_their_memory_is_stated() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("a_million_triangles");
+    let path = folder.join("scene.gltf");
+    let [positions, indices] = ground(1000, 500);
+    std::fs::write(folder.join("ground.bin"), [positions, indices].concat()).unwrap();
+    std::fs::write(&path, scene_of(1001 * 501, 1_000_000, "")).unwrap();
+    let output = score("pipelines/nebula.json", path.to_str().unwrap(), &["--set", "resolution=256"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8_lossy(&output.stdout);
+    let (_, said) = text.split_once("1000000 triangles, ").expect("the number of triangles");
+    let megabytes: f64 = said.split(' ').next().unwrap().parse().unwrap();
+    assert!((100.0..300.0).contains(&megabytes), "{text}");
+    assert!(text.contains("boxes around triangles"), "how long it took: {text}");
+}

@@ -100,6 +100,11 @@ impl<'a> Rays<'a> {
         self.triangles.len()
     }
 
+    /// The bytes that triangles and boxes take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.triangles.as_slice()) + size_of_val(self.nodes.as_slice())
+    }
+
     /// A triangle by its index; panics on one that was never given.
     pub fn triangle(&self, index: u32) -> &Triangle {
         &self.triangles[index as usize]

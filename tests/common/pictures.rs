@@ -125,6 +125,7 @@ pub const VARIANTS: &[Variant] = &[
         &[("whole_range", "true")],
     ),
     variant(["umbra", "courtyard", "whole_range"], &[], &[("whole_range", "true")]),
+    variant(["umbra", "interior", "deferred"], &[], &[("deferred", "true")]),
     variant(["umbra", "figure", "spheres"], &[("fit", "\"sphere\"")], &[("msaa", "true")]),
     variant(["awsm", "courtyard", "unshadowed"], &[], &[]).with_unshadowed_materials(),
     variant(["awsm", "figure", "hard"], &[], &[("light_filter", "\"hard\"")]),

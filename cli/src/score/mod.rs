@@ -47,6 +47,8 @@ pub(crate) fn run(arguments: &ScoreArguments) -> bool {
 struct Scored {
     adapter: String,
     triangles: usize,
+    /// What they take with the boxes around them.
+    bytes: usize,
     /// In the order of the scene; names may be there twice.
     lights: Vec<(String, Scores)>,
     /// Of each frame that shows something.
@@ -86,7 +88,7 @@ fn score(
     let mut lights: Vec<(String, Scores)> = Vec::new();
     let mut frames: Vec<(u32, Scores)> = Vec::new();
     let mut differences = Vec::new();
-    let mut triangles = 0;
+    let (mut triangles, mut bytes) = (0, 0);
     let mut unshadowed = Vec::new();
     for frame in 0..arguments.shots.frames {
         let time = arguments.shots.at + f64::from(frame) / arguments.shots.fps;
@@ -94,7 +96,7 @@ fn score(
         let input = drawing.input(&path, u64::from(frame), time, part);
         let pose = drawing.pose().clone();
         let rays = progress.stage("boxes around triangles", || Rays::new(&scene, &pose));
-        triangles = rays.count();
+        (triangles, bytes) = (rays.count(), rays.bytes());
         let Some(view) = View::new(&rays, &input, choices.size, progress)? else { continue };
         if lights.is_empty() {
             lights = view.names().map(|name| (name.to_owned(), Scores::default())).collect();
@@ -138,7 +140,7 @@ fn score(
     if let (Some(limits), Some(path)) = (&limits, &arguments.limits) {
         session.diagnostics.extend(broken(limits, path, &together));
     }
-    Ok(Some(Scored { adapter: graphics.name.clone(), triangles, lights, frames, together }))
+    Ok(Some(Scored { adapter: graphics.name.clone(), triangles, bytes, lights, frames, together }))
 }
 
 pub(crate) fn nothing(message: &str, help: &str) -> Diagnostic {
@@ -195,7 +197,7 @@ impl Scored {
             .collect();
         let worst = self.worst().map(|(frame, iou)| json!({ "frame": frame, "iou": iou }));
         json!({
-            "adapter": self.adapter, "triangles": self.triangles, "lights": lights, "frames": frames, "worst": worst,
+            "adapter": self.adapter, "triangles": self.triangles, "bytes": self.bytes, "lights": lights, "frames": frames, "worst": worst,
             "together": self.together,
         })
     }
@@ -211,7 +213,12 @@ impl Scored {
     }
 
     fn text(&self) -> String {
-        let mut text = format!("{} triangles, on {}\n", self.triangles, self.adapter);
+        let mut text = format!(
+            "{} triangles, {:.1} MB with their boxes, on {}\n",
+            self.triangles,
+            self.bytes as f64 / 1e6,
+            self.adapter
+        );
         for (name, scores) in &self.lights {
             table(&mut text, name, scores);
         }
