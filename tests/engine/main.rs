@@ -7,3 +7,4 @@ mod contract;
 mod devices;
 mod exposed;
 mod meshes;
+mod threads;

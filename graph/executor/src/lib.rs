@@ -10,7 +10,7 @@
 //!   `creation` counts it and catches the device's errors, `requirements` says beforehand what a device lacks;
 //! - `textures`, `imports`, `resources`: the plan's textures and buffers, the host's, and views of both;
 //! - `histories`: what earlier frames left, in copies that take turns;
-//! - `objects`, `pipelines`: shader modules, layouts and pipelines;
+//! - `objects`, `pipelines`: shader modules, layouts and pipelines; `preparation` makes them off the caller's thread;
 //! - `blocks`, `pool`: where the blocks of one record lie, and buffers that records in flight do not share;
 //! - `groups`, `host_groups`: bind groups of what the module binds, and of the host's materials and objects;
 //! - `inputs`: what a frame brings, checked;
@@ -46,6 +46,7 @@ mod objects;
 mod parameters;
 mod pipelines;
 mod pool;
+mod preparation;
 mod read_back;
 mod record;
 mod redraw;
@@ -60,7 +61,7 @@ mod times;
 mod transfer;
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
 pub use draw::{DrawPass, DrawSource};
@@ -68,6 +69,7 @@ pub use draw::{DrawPass, DrawSource};
 pub use dry_run::DryRun;
 pub use gpu_times::GpuTime;
 pub use parameters::{Parameter, ParameterValue};
+pub use preparation::{Preparation, Prepared};
 pub use read_back::{Texels, read_back, read_bytes};
 pub use statistics::{PassCounts, Statistics};
 pub use wgpu;
@@ -84,6 +86,7 @@ use gpu_times::GpuTimes;
 use instantiate::{Instantiated, InstantiatedPass, InstantiatedWork};
 use objects::Objects;
 use pool::Pool;
+use preparation::Shared;
 use record::Scratch;
 use times::Times;
 
@@ -106,7 +109,7 @@ pub struct Executor {
     device: wgpu::Device,
     queue: wgpu::Queue,
     instantiated: Instantiated,
-    objects: Objects,
+    objects: Shared,
     pool: Pool,
     scratch: Scratch,
     times: Times,
@@ -133,19 +136,39 @@ impl Executor {
         plan: Arc<Plan>,
         source: Option<&dyn DrawSource>,
     ) -> Result<Self, Error> {
+        Self::with(&Preparation { device: device.clone(), objects: Shared::default() }, queue, plan, source)
+    }
+
+    /// The same with the shader modules, layouts and pipelines of another executor, on its device. What one of them makes
+    /// from here on serves both.
+    ///
+    /// # Errors
+    /// As of [`Executor::new`].
+    pub fn beside(other: &Executor, plan: Arc<Plan>, source: Option<&dyn DrawSource>) -> Result<Self, Error> {
+        Self::with(&other.preparation(), &other.queue, plan, source)
+    }
+
+    fn with(
+        shared: &Preparation,
+        queue: &wgpu::Queue,
+        plan: Arc<Plan>,
+        source: Option<&dyn DrawSource>,
+    ) -> Result<Self, Error> {
+        let Preparation { device, objects: shared } = shared;
         let sources = plan.pipeline.sources.clone();
         let error = |found| Error::new(found, &sources);
-        let mut objects = Objects::default();
         let mut statistics = Statistics::default();
+        let mut objects = shared.lock().unwrap_or_else(PoisonError::into_inner);
         let made = instantiate(device, &mut objects, &mut statistics, plan, source, None);
         let (instantiated, mut late) = made.map_err(error)?;
         reject(late.known()).map_err(error)?;
         objects.commit();
+        drop(objects);
         Ok(Self {
             device: device.clone(),
             queue: queue.clone(),
             instantiated,
-            objects,
+            objects: shared.clone(),
             pool: Pool::default(),
             scratch: Scratch::default(),
             times: Times::default(),
@@ -169,11 +192,13 @@ impl Executor {
         let sources = plan.pipeline.sources.clone();
         let error = |found| Error::new(found, &sources);
         let before = Some(&self.instantiated);
-        let made = instantiate(&self.device, &mut self.objects, &mut self.statistics, plan, source, before);
+        let mut objects = self.objects.lock().unwrap_or_else(PoisonError::into_inner);
+        let made = instantiate(&self.device, &mut objects, &mut self.statistics, plan, source, before);
         let (instantiated, mut late) = made.map_err(error)?;
         reject(late.known()).map_err(error)?;
         self.late.append(late);
-        self.objects.commit();
+        objects.commit();
+        drop(objects);
         let before = std::mem::replace(&mut self.instantiated, instantiated);
         self.instantiated.parameters.go_on_from(&before.parameters);
         let Instantiated { resources, plan, .. } = &mut self.instantiated;
@@ -183,6 +208,23 @@ impl Executor {
         let refused = self.instantiated.apply_parameters();
         self.instantiated.cpu_passes.go_on_from(before.cpu_passes);
         self.warnings.extend(refused.err().into_iter().flatten());
+        Ok(())
+    }
+
+    /// What prepares plans for this executor, on any thread: [`Preparation::prepare`] makes their pipelines, and
+    /// [`Executor::adopt`] takes them over in a frame.
+    pub fn preparation(&self) -> Preparation {
+        Preparation { device: self.device.clone(), objects: self.objects.clone() }
+    }
+
+    /// Takes over a plan that was prepared: as [`Executor::set_plan`], with nothing left to be made but textures, buffers
+    /// and bind groups.
+    ///
+    /// # Errors
+    /// As of [`Executor::set_plan`].
+    pub fn adopt(&mut self, prepared: Prepared, source: Option<&dyn DrawSource>) -> Result<(), Error> {
+        self.set_plan(prepared.plan, source)?;
+        self.late.append(prepared.late);
         Ok(())
     }
 

@@ -1,0 +1,60 @@
+//! Plans that are prepared off the caller's thread, and executors that share what they made.
+
+use std::time::{Duration, Instant};
+
+use umbragraph::executor::{Preparation, Prepared};
+use umbragraph::{Executor, Frame, Options};
+use umbragraph_test_support::gpu;
+
+use super::common;
+use super::meshes::{Meshes, frame, plan};
+
+const SIZE: [u32; 2] = [64, 36];
+
+#[test]
+fn a_plan_is_prepared_on_another_thread_and_adopted_without_a_pipeline() {
+    fn is_sent<T: Send + Sync + 'static>() {}
+    is_sent::<Preparation>();
+    is_sent::<Prepared>();
+    let Some(gpu) = gpu::device() else { return };
+    let options = Options::new(SIZE[0], SIZE[1]).set("cascade_side", 256);
+    let [first, second, third] = ["hard", "pcss", "poisson16"]
+        .map(|filter| plan(false, &options.clone().feature("light_filter", filter)));
+    let meshes = Meshes::new(&gpu, false);
+    let target = common::gpu::import(&gpu, &first, "target");
+    let mut executor = Executor::new(&gpu.device, &gpu.queue, first, Some(&meshes)).unwrap();
+    let input = frame(SIZE);
+    let record = |executor: &mut Executor| {
+        let frame =
+            Frame { input: &input, draws: Some(&meshes), imports: &[("target", &target)], toggles: &[] };
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        executor.record(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+        gpu.queue.submit([encoder.finish()]);
+        common::gpu::read(&gpu, &target)
+    };
+    let timed = |what: &mut dyn FnMut()| -> Duration {
+        let start = Instant::now();
+        what();
+        start.elapsed()
+    };
+    let preparation = executor.preparation();
+    let prepared = std::thread::scope(|scope| {
+        let worker = scope.spawn(|| preparation.prepare(second.clone(), Some(&meshes)));
+        // Frames go on meanwhile.
+        record(&mut executor);
+        worker.join().expect("no panic").unwrap_or_else(|error| panic!("{error}"))
+    });
+    let before = executor.statistics();
+    let mut prepared = Some(prepared);
+    let adopted = timed(&mut || executor.adopt(prepared.take().unwrap(), Some(&meshes)).unwrap());
+    let after = executor.statistics();
+    assert_eq!((after.pipelines, after.shader_modules), (before.pipelines, before.shader_modules));
+    let picture = record(&mut executor);
+    // An executor beside it makes no pipeline either, and draws the same.
+    let mut beside = Executor::beside(&executor, second, Some(&meshes)).unwrap();
+    assert_eq!((beside.statistics().pipelines, beside.statistics().shader_modules), (0, 0));
+    assert_eq!(record(&mut beside).differing(&picture, 0), 0);
+    let set = timed(&mut || executor.set_plan(third.clone(), Some(&meshes)).unwrap());
+    println!("a prepared plan is adopted in {adopted:?}, another set in {set:?}");
+    assert!(executor.statistics().pipelines > after.pipelines && adopted < set, "{adopted:?} {set:?}");
+}
