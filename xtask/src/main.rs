@@ -35,7 +35,7 @@ usage: cargo xtask COMMAND
   gallery
          render examples/gallery/ again: what each pipeline makes of each scene that suits it, in labelled sheets
   cameras [--seed N]
-         print the worst scores of each system and the flagship over 20 random cameras, scene by scene
+         print the worst errors and scores of each system and the flagship over 20 random cameras, scene by scene
   soak [--seconds N] [--cases N] [--seed N]
          run all tests of random cases with fresh seeds, N times as many cases as in ordinary tests (10), for N seconds
          or once; and what is too long for ordinary tests
