@@ -34,6 +34,12 @@ pub(crate) fn program(name: &str) -> Command {
     command
 }
 
+/// What a program prints, if it succeeds.
+pub(crate) fn output(name: &str, arguments: &[&str]) -> Option<String> {
+    let output = program(name).args(arguments).output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
 /// Whether a program runs and succeeds, its output discarded.
 pub(crate) fn succeeds(name: &str, arguments: &[&str]) -> bool {
     program(name).args(arguments).output().is_ok_and(|output| output.status.success())

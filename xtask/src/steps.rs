@@ -36,14 +36,18 @@ impl Step {
 }
 
 /// All steps, the quickest verdicts first.
-pub(crate) fn steps(nextest: bool) -> Vec<Step> {
+pub(crate) fn steps(nextest: bool, wasm: bool) -> Vec<Step> {
     use Component::{Clippy, Rustdoc, Rustfmt};
     let tests = if nextest {
         "nextest run --workspace --no-fail-fast"
     } else {
         "test --workspace --lib --bins --tests --examples --no-fail-fast"
     };
-    vec![
+    let browser = Step::cargo(
+        "browser",
+        "check --target wasm32-unknown-unknown --package umbragraph --no-default-features --features gpu,webgpu",
+    );
+    let steps = vec![
         Step::cargo("formatting", "fmt --all --check").needs(Rustfmt),
         Step::cargo("lints", "clippy --workspace --all-targets --keep-going -- -D warnings").needs(Clippy),
         Step::cargo(
@@ -58,7 +62,8 @@ pub(crate) fn steps(nextest: bool) -> Vec<Step> {
         Step::cargo("documentation", "doc --workspace --lib --no-deps --keep-going")
             .with("RUSTDOCFLAGS", "-D warnings")
             .needs(Rustdoc),
-    ]
+    ];
+    steps.into_iter().chain(wasm.then_some(browser)).collect()
 }
 
 #[cfg(test)]
@@ -71,7 +76,7 @@ mod tests {
 
     #[test]
     fn every_step_fails_on_a_warning_or_a_difference() {
-        let steps = steps(true);
+        let steps = steps(true, true);
         assert!(line(&steps, "formatting").contains("--check"));
         assert!(line(&steps, "lints").ends_with("-- -D warnings"));
         assert!(line(&steps, "lints without a GPU").ends_with("-- -D warnings"));
@@ -80,7 +85,7 @@ mod tests {
 
     #[test]
     fn the_front_door_and_the_command_are_linted_without_their_default_features() {
-        let line = line(&steps(true), "lints without a GPU");
+        let line = line(&steps(true, true), "lints without a GPU");
         for part in ["--package umbragraph ", "--package umbragraph-cli ", "--no-default-features"] {
             assert!(line.contains(part), "{part}");
         }
@@ -88,19 +93,25 @@ mod tests {
 
     #[test]
     fn without_nextest_the_same_tests_run_with_cargo() {
-        assert!(line(&steps(true), "tests").starts_with("cargo nextest run --workspace"));
-        assert!(line(&steps(false), "tests").starts_with("cargo test --workspace"));
+        assert!(line(&steps(true, true), "tests").starts_with("cargo nextest run --workspace"));
+        assert!(line(&steps(false, true), "tests").starts_with("cargo test --workspace"));
         for nextest in [true, false] {
-            assert!(line(&steps(nextest), "tests").contains("--no-fail-fast"));
-            assert!(line(&steps(nextest), "doc tests").contains("--doc"));
+            assert!(line(&steps(nextest, true), "tests").contains("--no-fail-fast"));
+            assert!(line(&steps(nextest, true), "doc tests").contains("--doc"));
         }
     }
 
     #[test]
+    fn what_browsers_run_is_checked_where_their_target_is_installed() {
+        assert!(line(&steps(true, true), "browser").contains("--target wasm32-unknown-unknown"));
+        assert!(steps(true, false).iter().all(|step| step.name != "browser"));
+    }
+
+    #[test]
     fn step_names_are_unique() {
-        let mut names: Vec<_> = steps(true).iter().map(|step| step.name).collect();
+        let mut names: Vec<_> = steps(true, true).iter().map(|step| step.name).collect();
         names.sort_unstable();
         names.dedup();
-        assert_eq!(names.len(), steps(true).len());
+        assert_eq!(names.len(), steps(true, true).len());
     }
 }

@@ -20,10 +20,14 @@ pub(crate) fn run() -> ExitCode {
     if !nextest {
         println!("cargo-nextest is not installed; the tests run with cargo test");
     }
+    let wasm = toolchain::has_wasm();
+    if !wasm {
+        println!("what browsers run is not checked: rustup target add wasm32-unknown-unknown");
+    }
     let target = process::target_folder();
     let log = skips::new_log(&target);
     let variables = vec![(OsString::from(skips::VARIABLE), OsString::from(&log))];
-    let outcomes: Vec<Outcome> = steps(nextest).iter().map(|step| run_step(step, &variables)).collect();
+    let outcomes: Vec<Outcome> = steps(nextest, wasm).iter().map(|step| run_step(step, &variables)).collect();
     println!("\n{}", summary(&outcomes, &skips::report(&log)).trim_end());
     if all_passed(&outcomes) { ExitCode::SUCCESS } else { ExitCode::from(1) }
 }

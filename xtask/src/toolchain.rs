@@ -38,6 +38,13 @@ impl Component {
     }
 }
 
+/// Whether the standard library for browsers is installed.
+pub(crate) fn has_wasm() -> bool {
+    let folder =
+        process::output("rustc", &["--print", "target-libdir", "--target", "wasm32-unknown-unknown"]);
+    folder.is_some_and(|folder| std::path::Path::new(folder.trim()).is_dir())
+}
+
 /// Whether cargo-nextest is installed.
 pub(crate) fn has_nextest() -> bool {
     process::succeeds("cargo", &["nextest", "--version"])

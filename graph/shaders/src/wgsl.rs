@@ -4,6 +4,10 @@
 //! pipeline-overridable constants, give them their values and validate again, since backends do the same and naga can
 //! fail only there. naga is not written to be fed with anything: a panic inside it becomes a diagnostic, and it runs on
 //! a thread with a stack of its own, because it descends recursively into nested text.
+//!
+//! Limits: in a browser a panic ends the module, since nothing unwinds there, and no thread has a deeper stack. Texts that
+//! nest too deep or grow too large are refused before naga sees them, there as elsewhere; what remains are defects of naga.
+//! So a pipeline that a browser loads is checked where it is built (`umbragraph check`), which runs naga on each of its texts.
 
 use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
