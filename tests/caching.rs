@@ -332,3 +332,107 @@ fn at_a_cadence_movers_wait_for_their_turn_and_views_that_move_do_not() {
     assert!(last.is_some_and(|(is_same, _)| is_same), "{last:?}");
     assert_eq!(play(11.0 / 24.0, &moved), (true, 0));
 }
+
+/// Two lamps over the figure's scene, one of which is small in the picture.
+fn near_and_far(scene: &Scene, at: u64, aside: f64) -> FrameInput {
+    let mut input = scene.frame_input(1.5, at as f64 / 24.0);
+    let center = input.scene_bounds.center();
+    let ahead = input.camera.rotation * DVec3::NEG_Z;
+    let spot = LightKind::Spot { inner_angle: 0.3, outer_angle: 0.6 };
+    input.lights.retain(|light| light.kind == LightKind::Directional);
+    input.lights.push(lamp("near", spot, center + DVec3::Y * 3.0));
+    let mut far = lamp("far", spot, center + ahead * 60.0 + DVec3::new(aside, 6.0, 0.0));
+    far.range = 8.0;
+    input.lights.push(far);
+    FrameInput { index: at, ..input }
+}
+
+#[test]
+fn maps_of_lights_that_matter_little_wait_longer_and_are_drawn_at_once_where_the_light_moves() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = figure();
+    let parameters = [
+        ("far", "[4, 40]"),
+        ("fit", "\"sphere\""),
+        ("cascade_side", "128"),
+        ("cube_side", "64"),
+        ("atlas_min_side", "128"),
+        ("atlas_max_side", "512"),
+        ("tile_max_side", "128"),
+        ("tile_min_side", "16"),
+        ("importance_cadence", "8"),
+    ];
+    let features = [("light_filter", "\"hard\""), ("cached", "true")];
+    let outcome = pipeline("pipelines/awsm.json", &parameters, &features);
+    let mut host = Host::new(&gpu, &outcome, &scene);
+    let drawn = |host: &Host<'_>, what: &str| {
+        let passes = host.executor.pass_counts().filter(|(name, _)| name.starts_with(what));
+        passes.filter(|(name, _)| name.ends_with(".moving")).map(|(_, counts)| counts.views).sum::<u64>()
+    };
+    let mut play = |at: u64, aside: f64| {
+        host.scene.update(&gpu.queue, &scene, &scene.pose(time(at)));
+        while host.frame(&near_and_far(&scene, at, aside)) {}
+        [drawn(&host, "cached_spots"), drawn(&host, "cached_directional")]
+    };
+    // Sizes settle in the first two.
+    let counts: Vec<_> = (0..18).map(|at| play(at, 0.0)).skip(2).collect();
+    let sum = |what: usize| counts.iter().map(|counts| counts[what]).sum::<u64>();
+    println!("in 16 frames spots are drawn {} times, cascades {} times", sum(0), sum(1));
+    // The near one in each frame, the far one in its turn if anything moves in it at all.
+    assert!((16..=16 + 8).contains(&sum(0)), "{counts:?}");
+    // The first cascade in each frame; the second has texels some times as wide.
+    assert!((17..=16 + 8).contains(&sum(1)), "{counts:?}");
+    assert!(counts.iter().all(|counts| counts[0] >= 1 && counts[1] >= 1), "{counts:?}");
+    // A lamp that moves is drawn in the same frame, whatever it matters.
+    let moved: u64 = (18..22).map(|at| play(at, 0.1 * at as f64)[0]).sum();
+    assert_eq!(moved, 8, "both in each frame");
+}
+
+/// Random sequences of what can happen: at a cadence of k a picture is that of maps without a cache in each frame in which
+/// the camera has moved or the light, and k frames after casters have moved last.
+#[test]
+fn whatever_comes_no_kept_map_is_older_than_its_cadence() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = figure();
+    let (mut same, mut waited) = (0, 0);
+    for run in property::part(0..50_u64, 10) {
+        let mut seed = run.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+        let mut next = |end: u64| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) % end
+        };
+        let cadence = 1 << next(4);
+        let list = format!("[{cadence}]");
+        let parameters =
+            [("far", "[4, 40]"), ("resolution", "64"), ("fit", "\"sphere\""), ("cadence", list.as_str())];
+        let outcomes = ["false", "true"]
+            .map(|cached| pipeline("pipelines/nebula.json", &parameters, &[("cached", cached)]));
+        let [mut plain, mut kept] = outcomes.each_ref().map(|outcome| Host::new(&gpu, outcome, &scene));
+        let (mut step, mut aside, mut turn, mut rested) = (0, 0.0, 0.0, 0);
+        for at in 0..24 {
+            let (moves, walks, turns) = (next(3) > 0 && at < 12, next(4) == 0, next(6) == 0);
+            step += u64::from(moves);
+            aside += if walks { 3.0 } else { 0.0 };
+            turn += if turns { 0.2 } else { 0.0 };
+            let mut input = FrameInput { index: at, ..scene.frame_input(1.5, step as f64 / 12.0) };
+            input.camera.position.x += aside;
+            input
+                .lights
+                .iter_mut()
+                .for_each(|light| light.direction = DQuat::from_rotation_y(turn) * light.direction);
+            let pictures = [&mut plain, &mut kept].map(|host| {
+                host.scene.update(&gpu.queue, &scene, &scene.pose(step as f64 / 12.0));
+                host.frame(&input);
+                read(&gpu, &host.target).rgba_pixels().collect::<Vec<_>>()
+            });
+            rested = if moves { 0 } else { rested + 1 };
+            let is_due = walks || turns || rested >= cadence || at == 0;
+            let is_same = pictures[0] == pictures[1];
+            assert!(is_same || !is_due, "run {run}, frame {at}, cadence {cadence}");
+            same += u64::from(is_same);
+            waited += u64::from(!is_same);
+        }
+    }
+    println!("{same} pictures were those without a cache, {waited} had a caster that waited");
+    assert!(waited > 0, "something waits");
+}

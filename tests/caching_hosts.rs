@@ -45,6 +45,9 @@ impl DrawPass for Renamed<'_> {
     fn order(&self) -> DrawOrder {
         self.pass.order()
     }
+    fn detail(&self) -> u32 {
+        self.pass.detail()
+    }
     fn set_properties(&mut self, properties: PropertySet) -> bool {
         self.pass.set_properties(properties)
     }

@@ -37,7 +37,11 @@ fn effect(plan: &Plan) -> String {
             Work::Render(render) => {
                 let _ = writeln!(text, "{:?} {:?}", render.color, render.depth);
                 if let Draw::Scene(scene) = &render.draw {
-                    let _ = writeln!(text, "{:?} {:?} {:?}", scene.cull, scene.order, scene.redraw);
+                    let _ = writeln!(
+                        text,
+                        "{:?} {:?} {:?} {:?}",
+                        scene.cull, scene.order, scene.detail, scene.redraw
+                    );
                 }
             }
             Work::Cpu(_) => {
@@ -47,7 +51,7 @@ fn effect(plan: &Plan) -> String {
                         let _ = writeln!(text, "{name} {:?}", data.words(name));
                     }
                     let sizes: Vec<_> = data.sizes().collect();
-                    let _ = writeln!(text, "{:?} {sizes:?}", data.views());
+                    let _ = writeln!(text, "{:?} {:?} {sizes:?}", data.views(), data.cadences());
                 }
             }
             Work::Nothing | Work::Compute(_) | Work::Transfer(_) => {}

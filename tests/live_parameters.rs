@@ -112,7 +112,7 @@ fn the_picture_with_a_live_parameter_set_is_that_of_a_new_plan() {
             let mut values = others(&parameter.declaration, &parameter.value).into_iter();
             let Some((value, after)) = values.find_map(|value| {
                 let after = subject.check(Some((name, &value.to_string())));
-                (!after.diagnostics.has_errors()).then_some((value, after))
+                after.diagnostics.is_empty().then_some((value, after))
             }) else {
                 continue;
             };

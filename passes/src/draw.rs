@@ -17,6 +17,9 @@ use crate::shader::ShaderSettings;
 /// The most frames that changed meshes can wait.
 const MAX_EVERY: f64 = 65536.0;
 
+/// The coarsest level of detail that can be asked for.
+const MAX_DETAIL: f64 = 255.0;
+
 /// Draws the host's meshes, once for each view. Without a fragment stage in the template only depth is drawn.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -37,6 +40,9 @@ pub struct Draw {
     pub cull: Option<Word<Cull>>,
     /// In which order opaque meshes are drawn: "state" without it.
     pub order: Option<Word<DrawOrder>>,
+    /// The level of detail that the host is told to draw, 0 the finest, which it is without this: a number, or a list
+    /// with one for each view, whose last counts for all beyond. Of what has fewer levels the host draws the last.
+    pub detail: Option<Expr>,
     /// Which views are drawn: "always" without it.
     pub redraw: Option<Word<RedrawWhen>>,
     /// With "changed", changed meshes are drawn in every so many frames, each view in its turn: 1 without it. A number,
@@ -111,8 +117,21 @@ impl Draw {
             bindings: bindings?,
             cull: cull.face(),
             order,
+            detail: self.detail(pass)?,
             redraw: self.redraw(pass)?,
         }))
+    }
+
+    /// The level of detail of each view.
+    fn detail(&self, pass: &mut PassBuilder<'_>) -> Option<Vec<u32>> {
+        let Some(expr) = &self.detail else { return Some(vec![0]) };
+        let numbers = pass.numbers(expr, "/detail")?;
+        let is_level = |number: &f64| number.fract() == 0.0 && (0.0..=MAX_DETAIL).contains(number);
+        if numbers.is_empty() || !numbers.iter().all(is_level) {
+            let help = format!("write numbers from 0, the finest, to {MAX_DETAIL}");
+            return pass.reject(codes::OUT_OF_BOUNDS, "/detail", "levels of detail are whole numbers", help);
+        }
+        Some(numbers.into_iter().map(|number| number as u32).collect())
     }
 
     /// When views are drawn again; the depth to which they are cleared is the attachment's ([`keep`]).

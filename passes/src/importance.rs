@@ -17,6 +17,9 @@
 //! The texels: `full · √(coverage · proximity · min(priority, 1))`, at most `full`. So a light that fills the picture
 //! gets `full`, and the sizes on the screen of all lights' texels are alike. Its strength does not matter here.
 //!
+//! The cadence, in which a kept map takes up what casters did: a map that is right with half, a quarter, an eighth of the
+//! texels of one that fills the picture shows a caster's way as much coarser, and waits for two, four, eight frames.
+//!
 //! Limits: a light or camera with unusable values has importance 0; a camera's far plane is not looked at, nor is
 //! what hides the light. All results are finite.
 
@@ -57,9 +60,24 @@ impl Importance {
 
     /// The texels on a side of a map that would be right, where `full` are right for a light that fills the picture.
     pub fn texels(&self, full: u32) -> u32 {
-        let part = self.coverage * self.proximity * self.priority.min(1.0);
-        (f64::from(full) * part.sqrt()).ceil() as u32
+        (f64::from(full) * self.part()).ceil() as u32
     }
+
+    /// In every how many frames a map takes up what casters did, at most: a power of two.
+    pub fn cadence(&self, most: u32) -> u32 {
+        cadence(1.0 / self.part(), most)
+    }
+
+    /// The part of the texels of a light that fills the picture, along a side.
+    fn part(&self) -> f64 {
+        (self.coverage * self.proximity * self.priority.min(1.0)).sqrt()
+    }
+}
+
+/// The largest power of two that is no more than a ratio and a most; at least 1.
+pub fn cadence(ratio: f64, most: u32) -> u32 {
+    let wanted = if ratio > 1.0 { ratio.min(f64::from(most)) as u32 } else { 1 };
+    1 << wanted.max(1).ilog2()
 }
 
 /// A camera, ready to look at many lights.
@@ -309,6 +327,17 @@ mod tests {
         let texels = |light: Light| Importance::of(&light, &camera()).texels(2048);
         assert_eq!(texels(Light { intensity: 1e6, ..plain.clone() }), texels(plain));
         assert_eq!(texels(Light { kind: LightKind::Directional, ..lamp() }), 2048);
+    }
+
+    #[test]
+    fn the_smaller_a_map_may_be_the_longer_it_waits_in_powers_of_two() {
+        let cadence = |part: f64| {
+            Importance { priority: 1.0, coverage: part * part, proximity: 1.0, strength: 1.0 }.cadence(8)
+        };
+        let parts = [1.0, 0.6, 0.49, 0.3, 0.24, 0.12, 0.05, 0.0];
+        assert_eq!(parts.map(cadence), [1, 1, 2, 2, 4, 8, 8, 8]);
+        assert_eq!([1, 2, 3, 6].map(|most| super::cadence(1e9, most)), [1, 2, 2, 4]);
+        assert_eq!(super::cadence(f64::NAN, 8), 1);
     }
 
     #[test]

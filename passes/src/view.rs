@@ -57,9 +57,10 @@ impl CpuNode for OneView {
     }
 
     fn run(&self, (): &mut (), context: &CpuContext<'_>, data: &mut BlackboardData) {
-        let views = context.inputs.first().map(|input| input.views()).unwrap_or_default();
-        if let Some(view) = views.get(self.index as usize) {
-            data.push_view(DrawnView { layer: 0, ..*view });
+        let Some(input) = context.inputs.first() else { return };
+        let at = self.index as usize;
+        if let Some((view, cadence)) = input.views().get(at).zip(input.cadences().get(at)) {
+            data.push_view_every(DrawnView { layer: 0, ..*view }, *cadence);
         }
     }
 }

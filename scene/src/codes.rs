@@ -15,7 +15,7 @@ umbragraph_pipeline::codes! {
         "Only glTF 2.x is read. glTF 1.0 files can be converted by most modelling programs.";
     /// An extension without which the document makes no sense is not understood.
     UNSUPPORTED_EXTENSION = "UG0704", "unsupported glTF extension",
-        "The document lists an extension in `extensionsRequired` that this loader does not understand. Understood are `KHR_lights_punctual` and `KHR_mesh_quantization`.\n\nCompressed geometry (`KHR_draco_mesh_compression`, `EXT_meshopt_compression`) has to be decompressed by a glTF tool first. Extensions that are used but not required are ignored.";
+        "The document lists an extension in `extensionsRequired` that this loader does not understand. Understood are `KHR_lights_punctual`, `KHR_mesh_quantization` and `MSFT_lod`.\n\nCompressed geometry (`KHR_draco_mesh_compression`, `EXT_meshopt_compression`) has to be decompressed by a glTF tool first. Extensions that are used but not required are ignored.";
     /// A reference to an object that does not exist.
     DANGLING_REFERENCE = "UG0705", "reference to nothing",
         "glTF objects refer to one another by index into the document's arrays. The index at this place is beyond the end of its array.";
@@ -69,7 +69,7 @@ umbragraph_pipeline::codes! {
         "Key times must increase strictly and not be negative, and there is one value (three for cubic splines) for each. Rotations are unit quaternions; one of length zero turns nowhere.";
     /// Something that is left out of the picture.
     LEFT_OUT = "UG0722", "part of the scene is left out",
-        "The document has something that is valid, but not drawn: points, lines, a further animation, an incomplete last triangle; or transparent surfaces (alpha mode `BLEND`), where the pipeline has no pass that draws them.";
+        "The document has something that is valid, but not drawn: points, lines, a further animation or one without channels, an incomplete last triangle; a level of detail that does not correspond to its node; or transparent surfaces (alpha mode `BLEND`), where the pipeline has no pass that draws them.";
     /// Nothing to draw.
     EMPTY_SCENE = "UG0723", "nothing to draw",
         "The scene that the document shows by default has no triangles. The picture will be empty.";

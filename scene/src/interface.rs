@@ -93,7 +93,8 @@ pub fn properties(scene: &Scene, draw: Draw) -> PropertySet {
 
 /// How `scene` stores what [`GEOMETRY`] names.
 pub fn interface(scene: &Scene) -> HostInterface {
-    let sets: BTreeSet<PropertySet> = scene.draws().map(|draw| properties(scene, draw)).collect();
+    let sets: BTreeSet<PropertySet> =
+        scene.draws_of_all_details().map(|draw| properties(scene, draw)).collect();
     any_scene().properties(PROPERTIES, sets)
 }
 

@@ -60,6 +60,8 @@ pub struct Node {
     pub skin: Option<usize>,
     /// For each morph target of the mesh its weight, where no animation says another.
     pub weights: Vec<f32>,
+    /// The meshes that stand for it in coarser levels of detail, from fine to coarse (`MSFT_lod`).
+    pub details: Vec<usize>,
     /// Whether the node belongs to the scene that the file shows by default.
     pub shown: bool,
     /// Whether the node or one of its ancestors is animated.

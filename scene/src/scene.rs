@@ -46,8 +46,10 @@ pub struct Scene {
     pub warnings: Diagnostics,
     /// Nodes, parents before children.
     pub(crate) order: Vec<NodeId>,
-    /// The draw.
+    /// The draws: all of the finest level of detail, then those of coarser ones.
     pub(crate) draws: Vec<Draw>,
+    /// How many draws are of the finest level.
+    pub(crate) finest: usize,
     /// For each skinned draw, the boxes around what each joint moves.
     pub(crate) joint_bounds: Vec<Vec<Bounds>>,
 }
@@ -71,13 +73,22 @@ pub struct Draw {
     pub receive_shadow: bool,
     /// Whether it can move or change its shape from frame to frame.
     pub dynamic: bool,
+    /// Its level of detail, 0 the finest.
+    pub detail: u32,
+    /// The last level that its node has.
+    pub last_detail: u32,
     /// Where its boxes by joint are, for a skinned draw.
     pub(crate) joint_bounds: Option<usize>,
 }
 
 impl Scene {
-    /// What is drawn, in the order of the hierarchy.
+    /// What is drawn in the finest level of detail, in the order of the hierarchy.
     pub fn draws(&self) -> impl ExactSizeIterator<Item = Draw> + '_ {
+        self.draws.iter().take(self.finest).copied()
+    }
+
+    /// The same, and then what is drawn instead in coarser levels.
+    pub fn draws_of_all_details(&self) -> impl ExactSizeIterator<Item = Draw> + '_ {
         self.draws.iter().copied()
     }
 

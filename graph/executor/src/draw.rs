@@ -51,6 +51,10 @@ pub trait DrawPass {
     fn order(&self) -> DrawOrder {
         DrawOrder::default()
     }
+    /// The level of detail that the pass wants in this view, 0 the finest; of what has fewer levels the last.
+    fn detail(&self) -> u32 {
+        0
+    }
     /// Chooses the pipeline for meshes with these properties. `false` if the set is not among those that the
     /// host's interface names; nothing may be drawn then.
     fn set_properties(&mut self, properties: PropertySet) -> bool;

@@ -309,7 +309,11 @@ impl Recording<'_> {
         let revised = source.revision(filter).map(|revision| (revision, source.generation()));
         let bounds = self.frame.input.filter_bounds.iter().find(|(known, _)| known == filter);
         let bounds = bounds.filter(|_| scene.is_placed);
-        let every_of = |at: usize| every.get(at).or(every.last()).copied().unwrap_or(1);
+        let cadences = self.instantiated.cpu_passes.seen(scene.views).map(BlackboardData::cadences);
+        let every_of = |at: usize| {
+            let said = every.get(at).or(every.last()).copied().unwrap_or(1);
+            said.max(cadences.and_then(|cadences| cadences.get(at)).copied().unwrap_or(1))
+        };
         let mut first = 0;
         let whole = [0, 0, attachments.extent[0], attachments.extent[1]];
         for run in views_of(self.instantiated, scene).chunk_by(|a, b| a.layer == b.layer) {
@@ -399,6 +403,7 @@ impl Recording<'_> {
             geometry: &work.geometry,
             filter: &work.filter,
             order: work.order,
+            detail: &work.detail,
             pipelines: &instantiated.pipelines,
             groups: &pass.groups,
             materials: instantiated.materials.and_then(|at| self.instantiated.materials.get(at)),

@@ -24,6 +24,8 @@ pub(super) struct Scene<'a> {
     pub(super) geometry: &'a str,
     pub(super) filter: &'a str,
     pub(super) order: DrawOrder,
+    /// The level of detail of each view; the last counts for all beyond.
+    pub(super) detail: &'a [u32],
     pub(super) pipelines: &'a [(PropertySet, wgpu::RenderPipeline)],
     pub(super) groups: &'a [Group],
     pub(super) materials: Option<&'a Materials>,
@@ -81,7 +83,8 @@ impl Scene<'_> {
         if let Some(group) = object {
             pass.set_bind_group(OBJECT_GROUP, group, offsets);
         }
-        let mut drawing = ScenePass { scene: self, view, pass, offsets, draws: 0, failed: None };
+        let detail = self.detail.get(position).or(self.detail.last()).copied().unwrap_or(0);
+        let mut drawing = ScenePass { scene: self, view, detail, pass, offsets, draws: 0, failed: None };
         let caught = catch_unwind(AssertUnwindSafe(|| source.draw(&mut drawing)));
         let failed = drawing.failed.or(caught.err().map(|payload| said_in_panic(&*payload)));
         let texels = u64::from(texels[2]) * u64::from(texels[3]);
@@ -131,6 +134,7 @@ pub(super) fn common(a: [u32; 4], b: [u32; 4]) -> Option<[u32; 4]> {
 struct ScenePass<'a> {
     scene: &'a Scene<'a>,
     view: &'a View,
+    detail: u32,
     pass: &'a mut wgpu::RenderPass<'static>,
     offsets: &'a mut Vec<u32>,
     /// How often an object was bound.
@@ -153,6 +157,10 @@ impl DrawPass for ScenePass<'_> {
 
     fn order(&self) -> DrawOrder {
         self.scene.order
+    }
+
+    fn detail(&self) -> u32 {
+        self.detail
     }
 
     fn set_properties(&mut self, properties: PropertySet) -> bool {

@@ -228,6 +228,8 @@ pub struct BlackboardData {
     offsets: Vec<usize>,
     words: Vec<u32>,
     views: Vec<View>,
+    /// In every how many frames changed draws of each view are drawn, where a pass keeps them.
+    cadences: Vec<u32>,
     /// For each size what was planned, and what is wanted.
     sizes: Vec<(u32, u32)>,
     rejected: Option<String>,
@@ -246,12 +248,14 @@ impl BlackboardData {
             length += value.value_type.words();
         }
         let views = Vec::with_capacity(shape.max_views as usize);
+        let cadences = Vec::with_capacity(shape.max_views as usize);
         let sizes = shape.sizes.iter().map(|(_, initial)| (*initial, *initial)).collect();
         Self {
             shape,
             offsets,
             words: vec![0; length],
             views,
+            cadences,
             sizes,
             rejected: None,
             notices: Diagnostics::new(),
@@ -273,6 +277,7 @@ impl BlackboardData {
     pub fn clear(&mut self) {
         self.words.fill(0);
         self.views.clear();
+        self.cadences.clear();
         self.rejected = None;
         self.read_lights.clear();
     }
@@ -287,10 +292,21 @@ impl BlackboardData {
         &self.read_lights
     }
 
+    /// For each view in every how many frames a pass that keeps it takes up what draws did, at least.
+    pub fn cadences(&self) -> &[u32] {
+        &self.cadences
+    }
+
     /// Adds a view. Beyond the declared maximum it is rejected, which [`BlackboardData::rejected`] tells.
     pub fn push_view(&mut self, view: View) {
+        self.push_view_every(view, 1);
+    }
+
+    /// Adds a view that changed draws may wait for, up to so many frames, where a pass keeps it.
+    pub fn push_view_every(&mut self, view: View, cadence: u32) {
         if self.views.len() < self.shape.max_views as usize {
             self.views.push(view);
+            self.cadences.push(cadence);
         } else {
             self.rejected = Some(format!("more than the {} declared views", self.shape.max_views));
         }

@@ -48,6 +48,8 @@ pub struct Configuration {
     pub clip_to_scene: bool,
     /// Whether depth runs from 1 (near) to 0 (far).
     pub reverse: bool,
+    /// The most frames that what casters did waits for.
+    pub cadence: u32,
     /// Where in the map each cascade is drawn, and its resolution.
     pub layout: Layout,
 }

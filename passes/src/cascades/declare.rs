@@ -12,6 +12,7 @@ use super::layout::{Layout, LayoutError, MAX_SIDE};
 use super::node::Cascades;
 use super::splits::{Blend, SplitScheme, Splits};
 use crate::codes;
+use crate::lights::described;
 
 /// Evaluates all settings; `None` after at least one diagnostic. All settings are looked at, whatever the first
 /// diagnostic.
@@ -70,6 +71,7 @@ fn live(
     };
     let clip_to_scene = boolean(pass, settings.clip_to_scene.as_ref(), "/clip_to_scene", false);
     let reverse = boolean(pass, settings.reverse.as_ref(), "/reverse", false);
+    let cadence = described::cadence(pass, &settings.cadence);
     let all = || {
         Some(Configuration {
             light: None,
@@ -85,6 +87,7 @@ fn live(
             far_extension: far_extension?,
             clip_to_scene: clip_to_scene?,
             reverse: reverse?,
+            cadence: cadence?,
         })
     };
     (splits.map(|splits| splits.count()), border, all())

@@ -20,6 +20,7 @@ use super::fit::FitShape;
 use super::snap::Snap;
 use super::splits::{BlendOf, SplitScheme};
 use super::{MAX_CASCADES, declare, placed};
+use crate::importance;
 use crate::lights::descriptor;
 use crate::lights::filter::FilterSettings;
 
@@ -76,6 +77,9 @@ pub struct Cascades {
     pub filter: Option<FilterSettings>,
     /// With a placement: the angle under which directional lights are seen that say none (unit: radians); 0 without it.
     pub light_size: Option<Expr>,
+    /// The most frames that what casters did waits for, in maps that a pass keeps ("redraw": "changed"): 1, so that
+    /// nothing waits, without it. Cascades whose texels are 2, 4, 8 times as wide as those of the first wait as long.
+    pub cadence: Option<Expr>,
     /// The zone at the end of each cascade that blends into the next, which is fitted to cover it; none without it.
     pub blend: Option<BlendSettings>,
 }
@@ -208,7 +212,11 @@ fn publish(configuration: &Configuration, set: &CascadeSet, data: &mut Blackboar
         data.set_f32("light_intensity", light.intensity);
         data.set_f32("light_angular_diameter", light.angular_diameter);
     }
-    set.iter().for_each(|cascade| data.push_view(cascade.view));
+    let first = set.iter().next().map_or(1.0, |cascade| cascade.texel_size);
+    for cascade in set.iter() {
+        let cadence = importance::cadence(cascade.texel_size / first, configuration.cadence);
+        data.push_view_every(cascade.view, cadence);
+    }
 }
 
 /// Rounded to 32 bits, within what they hold.

@@ -13,6 +13,7 @@ use super::configuration::{Cascade, Configuration};
 use super::declare;
 use super::node::Cascades;
 use crate::codes;
+use crate::importance;
 use crate::lights::described::{self, DescribeShadows, LiveShadows, ShadowOutput};
 use crate::lights::descriptor::{self, Descriptor};
 use crate::lights::placement::{self, Backing, Entry};
@@ -36,7 +37,8 @@ pub(super) fn declare(
         Some(expr) => placement::capacity(pass, expr, "/layers", placement::MAX_LAYERS)?,
         None => count,
     };
-    let live = LiveShadows::new(settings.filter.as_ref(), settings.light_size.as_ref());
+    let live =
+        LiveShadows::new(settings.filter.as_ref(), settings.light_size.as_ref(), settings.cadence.as_ref());
     let input = pass.data_with(data, "/placement", &placement::expected());
     let extent = configuration.layout.map.to_array();
     let shape = descriptor::shape(layers).views(layers).view_layers(1).view_extent(extent);
@@ -59,8 +61,11 @@ impl DescribeShadows for Placed {
         let Backing::Layers { first, count } = entry.backing else { return };
         let Some(light) = output.frame.lights.get(entry.light as usize) else { return };
         let set = self.configuration.fit_light(light, output.frame);
+        let (of_light, first_texel) = (output.cadence, set.iter().next().map_or(1.0, |one| one.texel_size));
         for (at, cascade) in set.iter().take(count as usize).enumerate() {
             let layer = first + at as u32;
+            let ratio = f64::from(of_light) * cascade.texel_size / first_texel;
+            output.cadence = importance::cadence(ratio, output.longest);
             output.view(View { layer, ..cascade.view });
             let size = descriptor::light_size(light, output.light_size, f64::INFINITY);
             output.descriptor(self.descriptor(at, layer, size, cascade));

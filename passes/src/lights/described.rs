@@ -10,6 +10,7 @@ use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, DataShape, View};
+use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::frame::FrameInput;
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
@@ -18,6 +19,10 @@ use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Subresource, Work}
 use super::descriptor::{self, Descriptor};
 use super::filter::{Bounded, Filter, FilterSettings, Where, receivers};
 use super::placement::{self, Entry};
+use crate::importance::Eye;
+
+/// The most frames that what casters did can wait for.
+const MAX_CADENCE: u32 = 64;
 
 /// The settings of a node that describes lights of one position.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -32,6 +37,9 @@ pub struct DescribedSettings {
     pub filter: Option<FilterSettings>,
     /// The radius of lights that say none, in metres; 0 without it.
     pub light_size: Option<Expr>,
+    /// The most frames that what casters did waits for, in maps that a pass keeps ("redraw": "changed"): 1, so that
+    /// nothing waits, without it. The maps of lights that matter less wait for 1, 2, 4, 8 and so on.
+    pub cadence: Option<Expr>,
 }
 
 /// The settings of a node that describes lights which are live.
@@ -39,19 +47,35 @@ pub struct DescribedSettings {
 pub(crate) struct LiveShadows {
     filter: Option<FilterSettings>,
     light_size: Option<Expr>,
+    cadence: Option<Expr>,
 }
 
 impl LiveShadows {
-    pub(crate) fn new(filter: Option<&FilterSettings>, light_size: Option<&Expr>) -> Self {
-        Self { filter: filter.cloned(), light_size: light_size.cloned() }
+    pub(crate) fn new(
+        filter: Option<&FilterSettings>,
+        light_size: Option<&Expr>,
+        cadence: Option<&Expr>,
+    ) -> Self {
+        Self { filter: filter.cloned(), light_size: light_size.cloned(), cadence: cadence.cloned() }
     }
 
-    /// The filter, and the size of lights that say none.
-    fn evaluate(&self, pass: &mut impl Evaluate) -> Option<(Option<Filter>, f64)> {
+    /// The filter, the size of lights that say none, and the longest cadence.
+    fn evaluate(&self, pass: &mut impl Evaluate) -> Option<(Option<Filter>, f64, u32)> {
         let filter = Filter::declare(self.filter.as_ref(), pass);
         let light_size = pass.number_or(&self.light_size, "/light_size", 0.0);
-        Some((filter?, light_size?))
+        let cadence = cadence(pass, &self.cadence);
+        Some((filter?, light_size?, cadence?))
     }
+}
+
+/// The longest cadence, from 1.
+pub(crate) fn cadence(pass: &mut impl Evaluate, setting: &Option<Expr>) -> Option<u32> {
+    let cadence = pass.count_or(setting, "/cadence", 1)?;
+    if (1..=MAX_CADENCE).contains(&cadence) {
+        return Some(cadence);
+    }
+    let message = format!("what changed cannot wait for {cadence} frames");
+    pass.reject(codes::OUT_OF_BOUNDS, "/cadence", message, format!("write a number from 1 to {MAX_CADENCE}"))
 }
 
 impl DescribedSettings {
@@ -64,7 +88,7 @@ impl DescribedSettings {
         describe: impl FnOnce(T, bool) -> (DataShape, D),
     ) -> Option<Produced> {
         let reverse = pass.boolean_or(&self.reverse, "/reverse", false);
-        let live = LiveShadows::new(self.filter.as_ref(), self.light_size.as_ref());
+        let live = LiveShadows::new(self.filter.as_ref(), self.light_size.as_ref(), self.cadence.as_ref());
         let input = pass.data_with(&self.placement, "/placement", &placement::expected());
         let further = further.zip(reverse).map(|(further, reverse)| describe(further, reverse));
         node(pass, &self.to, input, further, live)
@@ -89,6 +113,9 @@ pub(crate) struct ShadowOutput<'a> {
     pub(crate) filter: Option<Filter>,
     /// The size of lights that say none.
     pub(crate) light_size: f64,
+    /// In every how many frames the light's maps take up what casters did; and the longest that any does.
+    pub(crate) cadence: u32,
+    pub(crate) longest: u32,
     data: &'a mut BlackboardData,
     memory: &'a mut Memory,
 }
@@ -96,7 +123,7 @@ pub(crate) struct ShadowOutput<'a> {
 impl ShadowOutput<'_> {
     /// A map to draw.
     pub(crate) fn view(&mut self, view: View) {
-        self.data.push_view(view);
+        self.data.push_view_every(view, self.cadence);
     }
 
     /// The next descriptor; the default one shadows nothing.
@@ -138,6 +165,7 @@ struct Run<D> {
     live: Arc<LiveShadows>,
     filter: Option<Filter>,
     light_size: f64,
+    cadence: u32,
 }
 
 /// The node that publishes what a backing says of the lights of a placement.
@@ -149,9 +177,9 @@ pub(crate) fn node(
     live: LiveShadows,
 ) -> Option<Produced> {
     let evaluated = pass.live(LiveTarget::Node, |pass| live.evaluate(pass));
-    let ((shape, describe), placement, (filter, light_size)) = (further?, placement?, evaluated?);
+    let ((shape, describe), placement, (filter, light_size, cadence)) = (further?, placement?, evaluated?);
     let output = pass.publish(to, "/to", shape)?;
-    let node = Run { describe, live: Arc::new(live), filter, light_size };
+    let node = Run { describe, live: Arc::new(live), filter, light_size, cadence };
     pass.produce(Work::Cpu(CpuWork::new(node, output, vec![placement])))
 }
 
@@ -167,10 +195,16 @@ impl<D: DescribeShadows> CpuNode for Run<D> {
             atlas_side: placement::atlas_side(placement),
             filter: self.filter,
             light_size: self.light_size,
+            cadence: 1,
+            longest: self.cadence,
             data,
             memory,
         };
+        let eye = Eye::new(&context.frame.camera).filter(|_| self.cadence > 1);
         for entry in placement::entries(placement) {
+            let light = context.frame.lights.get(entry.light as usize);
+            let importance = eye.as_ref().zip(light).map(|(eye, light)| eye.importance(light));
+            output.cadence = importance.map_or(1, |importance| importance.cadence(self.cadence));
             self.describe.describe(&entry, &mut output);
         }
         descriptor::publish(data, &memory.descriptors);
@@ -178,7 +212,7 @@ impl<D: DescribeShadows> CpuNode for Run<D> {
     }
 
     fn update(&mut self, settings: &mut LiveSettings<'_>) -> Option<()> {
-        (self.filter, self.light_size) = self.live.evaluate(settings)?;
+        (self.filter, self.light_size, self.cadence) = self.live.evaluate(settings)?;
         self.describe.update(settings)
     }
 }

@@ -46,7 +46,7 @@ impl Item {
 /// The draws of a scene, sorted by what costs most to change.
 pub(super) fn sorted_items(scene: &Scene, geometry: &Geometry) -> Vec<Item> {
     let mut items: Vec<Item> = scene
-        .draws()
+        .draws_of_all_details()
         .enumerate()
         .filter_map(|(number, draw)| {
             Some(Item {
@@ -84,6 +84,7 @@ pub(super) fn record(
     let (view, mut state) = (*pass.view(), State::default());
     let wanted = |item: &Item, pass: &dyn DrawPass| {
         wants_draw(pass.filter(), item.draw, item.is_blended)
+            && item.draw.detail == pass.detail().min(item.draw.last_detail)
             && may_be_visible(&item.bounds, &view.clip_from_world)
     };
     // Opaque draws come first in the list.

@@ -44,14 +44,14 @@ fn key(scene: &Scene, number: usize, draw: Draw) -> (usize, usize, Option<usize>
 pub(super) fn check_limits(scene: &Scene, limits: &wgpu::Limits) -> Result<(), Diagnostics> {
     let (mut vertices, mut indices) = (0_u64, 0_u64);
     let mut known = std::collections::BTreeSet::new();
-    for (number, draw) in scene.draws().enumerate() {
+    for (number, draw) in scene.draws_of_all_details().enumerate() {
         if known.insert(key(scene, number, draw)) {
             vertices += scene.primitive(draw).positions.len() as u64;
             indices += scene.primitive(draw).indices.len() as u64 * 2;
         }
     }
     let mut diagnostics = Diagnostics::new();
-    let blocks = scene.draws().len().max(scene.materials.len()) as u64;
+    let blocks = scene.draws_of_all_details().len().max(scene.materials.len()) as u64;
     let needed = [
         ("vertices", vertices, vertices * 12, i32::MAX as u64),
         ("indices", indices, indices * 4, u64::from(u32::MAX)),
@@ -80,8 +80,12 @@ impl Geometry {
         let (mut positions, mut normals, mut texcoords) = (Vec::new(), Vec::new(), Vec::new());
         let (mut indices, mut parts) = (Vec::<u32>::new(), BTreeMap::new());
         let mut skinned_vertices = 0;
-        let of_kind =
-            |is_skinned| scene.draws().enumerate().filter(move |(_, draw)| draw.skin.is_some() == is_skinned);
+        let of_kind = |is_skinned| {
+            scene
+                .draws_of_all_details()
+                .enumerate()
+                .filter(move |(_, draw)| draw.skin.is_some() == is_skinned)
+        };
         for (number, draw) in of_kind(true).chain(of_kind(false)) {
             parts.entry(key(scene, number, draw)).or_insert_with(|| {
                 let primitive = scene.primitive(draw);

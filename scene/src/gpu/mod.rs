@@ -93,7 +93,7 @@ impl SceneResources {
     /// than four storage buffers in it, leaves that to the processor.
     pub fn update(&mut self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
         let (held, moves) = &mut self.pose;
-        *moves += u64::from(scene.draws().any(|draw| scene.moves(draw, held, pose)));
+        *moves += u64::from(scene.draws_of_all_details().any(|draw| scene.moves(draw, held, pose)));
         held.clone_from(pose);
         for item in self.items.iter_mut().filter(|item| item.draw.dynamic) {
             item.place(scene, pose);

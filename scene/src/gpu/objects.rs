@@ -16,7 +16,7 @@ pub(super) struct Objects {
 
 impl Objects {
     pub(super) fn new(device: &wgpu::Device, scene: &Scene) -> Self {
-        let count = scene.draws().len().max(1) as u64;
+        let count = scene.draws_of_all_details().len().max(1) as u64;
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("scene objects"),
             size: count * u64::from(BLOCK_STRIDE),
@@ -37,8 +37,8 @@ impl Objects {
 
     pub(super) fn write_all(&self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
         let stride = BLOCK_STRIDE as usize;
-        let mut bytes = vec![0; scene.draws().len() * stride];
-        for (draw, bytes) in scene.draws().zip(bytes.chunks_exact_mut(stride)) {
+        let mut bytes = vec![0; scene.draws_of_all_details().len() * stride];
+        for (draw, bytes) in scene.draws_of_all_details().zip(bytes.chunks_exact_mut(stride)) {
             bytes[..size_of::<ObjectBlock>()].copy_from_slice(bytemuck::bytes_of(&block(draw, pose)));
         }
         if !bytes.is_empty() {
@@ -47,7 +47,7 @@ impl Objects {
     }
 
     pub(super) fn write_dynamic(&self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
-        for (number, draw) in scene.draws().enumerate().filter(|(_, draw)| draw.dynamic) {
+        for (number, draw) in scene.draws_of_all_details().enumerate().filter(|(_, draw)| draw.dynamic) {
             let offset = number as u64 * u64::from(BLOCK_STRIDE);
             queue.write_buffer(&self.buffer, offset, bytemuck::bytes_of(&block(draw, pose)));
         }

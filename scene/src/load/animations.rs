@@ -22,6 +22,11 @@ pub(super) fn read(accessors: &Accessors<'_>, hierarchy: &Hierarchy, report: &mu
             let message = "only the first animation is played";
             report.warning(codes::LEFT_OUT, "/animations/1", message, "put the animation to be played first");
         }
+        if json.channels.is_empty() {
+            let at = format!("/animations/{index}/channels");
+            let message = "the animation has no channels, so nothing moves";
+            report.warning(codes::LEFT_OUT, &at, message, "give it channels, or remove it");
+        }
         let mut channels = Vec::with_capacity(json.channels.len());
         for (place, channel) in json.channels.iter().enumerate() {
             let at = format!("/animations/{index}/channels/{place}");

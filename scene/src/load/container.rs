@@ -139,7 +139,7 @@ fn pointer(path: &serde_path_to_error::Path) -> String {
 }
 
 /// Extensions that a document may require.
-const EXTENSIONS: [&str; 2] = ["KHR_lights_punctual", "KHR_mesh_quantization"];
+const EXTENSIONS: [&str; 3] = ["KHR_lights_punctual", "KHR_mesh_quantization", "MSFT_lod"];
 
 fn check_version(root: &Root, report: &mut Report) -> bool {
     let mut usable = true;

@@ -14,29 +14,37 @@ use crate::scene::{Draw, Scene};
 pub(super) fn collect(scene: &mut Scene, pose: &Pose, report: &mut Report) {
     // Many nodes may show one skinned mesh: its boxes are computed once.
     let mut boxes = BTreeMap::new();
-    for id in scene.order.clone() {
-        let node = scene.node(id);
-        let (Some(mesh), true) = (node.mesh, node.shown) else { continue };
-        let count = scene.meshes[mesh].primitives.len();
-        if scene.draws.len() + count > MAX_DRAWS {
-            let message = format!("the scene has more than {MAX_DRAWS} draws");
-            report.error(
-                codes::TOO_LARGE,
-                &format!("/nodes/{}", id.index()),
-                message,
-                "join primitives that share a material",
-            );
-            return;
-        }
-        if scene.node(id).skin.is_some_and(|skin| !fits(scene, id, mesh, skin, report)) {
-            continue;
-        }
-        for primitive in 0..count {
-            if !scene.meshes[mesh].primitives[primitive].indices.is_empty() {
-                let draw = one(scene, id, mesh, primitive, &mut boxes);
-                scene.draws.push(draw);
-                check_distance(scene, draw, pose, report);
+    // Whole levels of detail one after the other, the finest first.
+    let last = scene.nodes.iter().filter(|node| node.shown).map(|node| node.details.len()).max().unwrap_or(0);
+    for detail in 0..=last {
+        for id in scene.order.clone() {
+            let node = scene.node(id);
+            let mesh = if detail == 0 { node.mesh } else { node.details.get(detail - 1).copied() };
+            let (Some(mesh), true) = (mesh, node.shown) else { continue };
+            let count = scene.meshes[mesh].primitives.len();
+            if scene.draws.len() + count > MAX_DRAWS {
+                let message = format!("the scene has more than {MAX_DRAWS} draws");
+                report.error(
+                    codes::TOO_LARGE,
+                    &format!("/nodes/{}", id.index()),
+                    message,
+                    "join primitives that share a material",
+                );
+                return;
             }
+            if scene.node(id).skin.is_some_and(|skin| !fits(scene, id, mesh, skin, report)) {
+                continue;
+            }
+            for primitive in 0..count {
+                if !scene.meshes[mesh].primitives[primitive].indices.is_empty() {
+                    let draw = one(scene, id, (mesh, primitive), detail, &mut boxes);
+                    scene.draws.push(draw);
+                    check_distance(scene, draw, pose, report);
+                }
+            }
+        }
+        if detail == 0 {
+            scene.finest = scene.draws.len();
         }
     }
     if scene.draws.is_empty() && !report.has_errors() {
@@ -48,8 +56,8 @@ pub(super) fn collect(scene: &mut Scene, pose: &Pose, report: &mut Report) {
 fn one(
     scene: &mut Scene,
     id: NodeId,
-    mesh: usize,
-    primitive: usize,
+    (mesh, primitive): (usize, usize),
+    detail: usize,
     boxes: &mut BTreeMap<(usize, usize, usize), usize>,
 ) -> Draw {
     let node = scene.node(id);
@@ -68,6 +76,8 @@ fn one(
             && material.alpha_mode != AlphaMode::Blend,
         receive_shadow: node.receive_shadow && shape.receive_shadow && material.receive_shadow,
         dynamic: node.animated || skin.is_some(),
+        detail: detail as u32,
+        last_detail: node.details.len() as u32,
         joint_bounds: None,
     };
     if let (Some(skin), Some(joints)) = (skin, &part.joints) {

@@ -7,6 +7,7 @@
 use glam::{DMat4, DQuat, DVec3};
 use gltf::json::{Node as JsonNode, Root};
 
+use super::details;
 use super::extras::ObjectExtras;
 use super::morph;
 use super::report::Report;
@@ -57,6 +58,12 @@ pub(super) fn read(root: &Root, report: &mut Report) -> Option<Hierarchy> {
     }
     for index in walk(root, shown_roots(root, report)) {
         nodes[index].shown = true;
+    }
+    // What stands for another is not shown beside it.
+    for node in root.nodes.iter().flat_map(details::nodes).filter_map(|(_, node)| node) {
+        if let Some(node) = nodes.get_mut(node) {
+            node.shown = false;
+        }
     }
     Some(Hierarchy { nodes, order: order.into_iter().map(|index| NodeId(index as u32)).collect() })
 }
@@ -150,6 +157,7 @@ fn one(root: &Root, index: usize, json: &JsonNode, report: &mut Report) -> Node 
         mesh,
         skin,
         weights: weights(root, json, mesh, (index, &at), report),
+        details: details::read(root, index, json, report),
         shown: false,
         animated: false,
         cast_shadow: extras.boolean("castShadow", report).unwrap_or(true),

@@ -20,6 +20,7 @@ mod accessor;
 mod animations;
 mod buffers;
 mod container;
+mod details;
 mod draws;
 mod extras;
 mod geometry;
@@ -117,6 +118,7 @@ fn read(name: &str, bytes: &[u8], resolver: &dyn Resolver, report: &mut Report) 
         warnings: Diagnostics::new(),
         order: hierarchy.order,
         draws: Vec::new(),
+        finest: 0,
         joint_bounds: Vec::new(),
     };
     hierarchy::mark_animated(&mut scene);

@@ -643,6 +643,85 @@ fn animations_need_increasing_times_and_matching_values() {
 }
 
 #[test]
+fn an_animation_without_channels_moves_nothing_and_times_that_are_no_numbers_are_found() {
+    let mut document = Document::triangle();
+    document.push("animations", json!({ "samplers": [], "channels": [] }));
+    let scene = document.load().expect("a scene");
+    let warnings: Vec<String> = scene.warnings.iter().map(line).collect();
+    assert_eq!(
+        warnings,
+        [
+            "UG0722 /animations/0/channels: the animation has no channels, so nothing moves (give it channels, or remove it)"
+        ]
+    );
+    assert!(scene.draws().all(|draw| !draw.dynamic));
+    assert_eq!(scene.pose(3.0), scene.rest_pose());
+    let found = triangle_with(|document| {
+        let times = document.floats("SCALAR", &[0.0, f32::NAN]);
+        let moves = document.floats("VEC3", &[0.0; 6]);
+        let channel = json!({ "sampler": 0, "target": { "node": 0, "path": "translation" } });
+        document.push(
+            "animations",
+            json!({ "samplers": [{ "input": times, "output": moves }], "channels": [channel] }),
+        );
+    });
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(
+        found[0].starts_with("UG0712 /animations/0/samplers/0/input")
+            || found[0].starts_with("UG0721 /animations/0/samplers/0/input"),
+        "{found:?}"
+    );
+}
+
+/// A triangle with a coarser level of detail, as a document says it.
+fn with_details(ids: serde_json::Value, change: impl Fn(&mut Document)) -> Document {
+    let mut document = Document::triangle();
+    let coarse = document.push("nodes", json!({ "mesh": 0 }));
+    assert_eq!(coarse, 1);
+    document.json["nodes"][0]["extensions"] = json!({ "MSFT_lod": { "ids": ids } });
+    document.json["extensionsUsed"] = json!(["MSFT_lod"]);
+    change(&mut document);
+    document
+}
+
+#[test]
+fn levels_of_detail_stand_for_a_node_and_are_not_shown_beside_it() {
+    let scene = with_details(json!([1, 1]), |document| {
+        // A file that shows the coarse node as well.
+        document.json["scenes"][0]["nodes"] = json!([0, 1]);
+    });
+    let scene = scene.load().expect("a scene");
+    assert!(scene.warnings.is_empty());
+    let of = |draw: umbragraph_scene::Draw| (draw.node.index(), draw.detail, draw.last_detail);
+    assert_eq!(scene.draws().map(of).collect::<Vec<_>>(), [(0, 0, 2)]);
+    assert_eq!(scene.draws_of_all_details().map(of).collect::<Vec<_>>(), [(0, 0, 2), (0, 1, 2), (0, 2, 2)]);
+}
+
+#[test]
+fn levels_of_detail_that_do_not_exist_or_correspond_are_found() {
+    let missing = with_details(json!([1, 7, "x"]), |_| {}).load().expect_err("no node 7");
+    let found: Vec<String> = missing.iter().map(line).collect();
+    assert_eq!(
+        found,
+        [
+            "UG0705 /nodes/0/extensions/MSFT_lod/ids/1: node 7 does not exist (the document has 2 nodes, numbered 0 to 1)",
+            "UG0724 /nodes/0/extensions/MSFT_lod/ids/2: a level of detail is the number of a node (list the nodes that stand for this one)",
+        ]
+    );
+    let scene =
+        with_details(json!([1]), |document| document.json["nodes"][1] = json!({})).load().expect("a scene");
+    let warnings: Vec<String> = scene.warnings.iter().map(line).collect();
+    assert_eq!(
+        warnings,
+        [
+            "UG0722 /nodes/0/extensions/MSFT_lod/ids/0: node 1 cannot stand for node 0: their meshes do not correspond \
+          (give both nodes a mesh, with as many morph targets)"
+        ]
+    );
+    assert_eq!(scene.draws_of_all_details().len(), 1);
+}
+
+#[test]
 fn rotations_of_length_zero_between_which_nothing_can_be_turned_are_found() {
     let keys = |interpolation: &str, values: &[f32]| {
         let values = values.to_vec();

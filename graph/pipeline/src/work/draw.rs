@@ -103,6 +103,8 @@ pub struct SceneDraw {
     pub cull: Option<wgpu_types::Face>,
     /// In which order.
     pub order: DrawOrder,
+    /// The level of detail of each view's draws, 0 the finest; the last counts for all beyond.
+    pub detail: Vec<u32>,
     /// Where the depth attachment keeps what was drawn from frame to frame: when views are drawn again.
     pub redraw: Option<Redraw>,
 }

@@ -35,6 +35,7 @@ fn configuration(far: &[f64]) -> Configuration {
         far_extension: 0.0,
         clip_to_scene: false,
         reverse: false,
+        cadence: 1,
         layout: Layout::layers(&[2048; MAX_CASCADES], None),
     }
 }

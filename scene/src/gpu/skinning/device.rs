@@ -93,7 +93,7 @@ impl DeviceSkinning {
             workgroups.push(task.vertex_count.div_ceil(WORKGROUP));
         }
         // Of all skinned draws, those with morph targets as well, which are moved by the processor.
-        let skins = scene.draws().filter_map(|draw| scene.skins.get(draw.skin?));
+        let skins = scene.draws_of_all_details().filter_map(|draw| scene.skins.get(draw.skin?));
         let joint_count = skins.map(|skin| skin.joints.len() as u32).sum::<u32>();
         let joints = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("scene joints"),

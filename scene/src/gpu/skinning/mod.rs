@@ -75,7 +75,7 @@ impl Skinning {
 
     /// Moves the vertices of all skinned draws to where a pose has them.
     pub(super) fn write(&mut self, queue: &wgpu::Queue, geometry: &Geometry, scene: &Scene, pose: &Pose) {
-        let joints = scene.draws().filter(|draw| draw.skin.is_some());
+        let joints = scene.draws_of_all_details().filter(|draw| draw.skin.is_some());
         self.next.clear();
         self.next.extend(joints.flat_map(|draw| scene.joint_transforms(draw.node, pose)));
         let joints_are_there = self.next == self.joints;
@@ -101,7 +101,7 @@ impl Skinning {
 /// The draws whose vertices are their own; one without a skin has no joints.
 fn moved_draws(scene: &Scene, geometry: &Geometry) -> Vec<Skinned> {
     let mut first_joint = 0;
-    let own = scene.draws().enumerate().filter(|(_, draw)| scene.has_own_vertices(*draw));
+    let own = scene.draws_of_all_details().enumerate().filter(|(_, draw)| scene.has_own_vertices(*draw));
     let skinned = own.filter_map(|(number, draw)| {
         let skin = draw.skin.and_then(|skin| scene.skins.get(skin));
         let joint_count = skin.map_or(0, |skin| skin.joints.len() as u32);

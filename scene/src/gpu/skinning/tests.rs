@@ -114,6 +114,7 @@ fn crowd() -> Scene {
             let node = NodeId(scene.nodes.len() as u32);
             scene.nodes.push(Node { skin: skin_index, ..scene.nodes[draw.node.index()].clone() });
             scene.draws.push(Draw { node, skin: skin_index, ..*draw });
+            scene.finest += 1;
         }
     }
     scene

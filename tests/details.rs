@@ -1,0 +1,117 @@
+//! Levels of detail of casters: each cascade is drawn with the one that it asks for, or the last that there is.
+#![cfg(all(feature = "gpu", feature = "gltf"))]
+
+mod common;
+
+use common::gpu::Host;
+use common::{With, check_file};
+use glam::{DQuat, DVec3, Vec3};
+use serde_json::{Value, json};
+use umbragraph::frame::{FrameInput, Light, LightKind};
+use umbragraph::scene::{NoFiles, Scene, from_slice};
+use umbragraph_test_support::gpu;
+
+/// A binary glTF of a floor, and of a roof in three levels of detail with one, two and three primitives.
+fn roof() -> Scene {
+    let mut binary = Vec::new();
+    for [x, y, z] in
+        [[-200.0, 0.0, -200.0_f32], [-200.0, 0.0, 200.0], [200.0, 0.0, -200.0], [200.0, 0.0, 200.0]]
+    {
+        binary.extend([x, y, z].iter().flat_map(|value: &f32| value.to_le_bytes()));
+    }
+    let square = json!({ "attributes": { "POSITION": 0 }, "mode": 5 });
+    let mesh = |count: usize| json!({ "primitives": vec![square.clone(); count] });
+    let roof = |mesh: usize| json!({ "mesh": mesh, "translation": [0, 3, 0] });
+    let mut finest = roof(0);
+    finest["extensions"] = json!({ "MSFT_lod": { "ids": [2, 3] } });
+    let document = json!({
+        "asset": { "version": "2.0" }, "extensionsUsed": ["MSFT_lod"],
+        "scenes": [{ "nodes": [0, 1] }],
+        "nodes": [finest, { "mesh": 0 }, roof(1), roof(2)],
+        "meshes": [mesh(1), mesh(2), mesh(3)],
+        "accessors": [{
+            "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+            "min": [-200, 0, -200], "max": [200, 0, 200],
+        }],
+        "bufferViews": [{ "buffer": 0, "byteLength": binary.len() }],
+        "buffers": [{ "byteLength": binary.len() }],
+    });
+    from_slice("roof.glb", &container(&document, &binary), &NoFiles)
+        .unwrap_or_else(|error| panic!("{error:?}"))
+}
+
+fn container(document: &Value, binary: &[u8]) -> Vec<u8> {
+    let mut text = document.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let length = 12 + 8 + text.len() + 8 + binary.len();
+    let mut bytes = b"glTF".to_vec();
+    for number in [2, length as u32, text.len() as u32] {
+        bytes.extend(number.to_le_bytes());
+    }
+    bytes.extend(b"JSON");
+    bytes.extend(&text);
+    bytes.extend((binary.len() as u32).to_le_bytes());
+    bytes.extend(b"BIN\0");
+    bytes.extend(binary);
+    bytes
+}
+
+fn frame(scene: &Scene) -> FrameInput {
+    let mut input = scene.frame_input(1.0, 0.0);
+    input.camera.position = DVec3::new(0.0, 1.5, 0.0);
+    input.camera.rotation = DQuat::IDENTITY;
+    input.lights = vec![Light {
+        name: "sun".to_owned(),
+        kind: LightKind::Directional,
+        position: DVec3::ZERO,
+        direction: DVec3::new(0.1, -1.0, -0.2).normalize(),
+        color: Vec3::ONE,
+        intensity: 3.0,
+        range: f32::INFINITY,
+        properties: vec!["cast_shadow".into()],
+        angular_diameter: 0.0,
+        radius: 0.0,
+        priority: 1.0,
+    }];
+    input
+}
+
+/// The draws of each pass whose name begins so, by its name.
+fn draws(levels: Option<&str>, features: &[(&str, &str)], begins: &str) -> Option<Vec<u64>> {
+    let gpu = gpu::device()?;
+    let scene = roof();
+    let sizes = [("resolutions", "[64, 64, 64, 64]"), ("border", "2")];
+    let parameters: Vec<_> =
+        sizes.into_iter().chain(levels.map(|levels| ("caster_detail", levels))).collect();
+    let with = With { parameters: &parameters, features, size: Some([64, 64]), ..With::default() };
+    let outcome = check_file("pipelines/lore.json", &with);
+    let mut host = Host::new(&gpu, &outcome, &scene);
+    host.frame(&frame(&scene));
+    let counts = host.executor.pass_counts().filter(|(name, _)| name.starts_with(begins));
+    Some(counts.map(|(_, counts)| counts.draws).collect())
+}
+
+#[test]
+fn each_cascade_has_the_level_of_its_own_or_the_last() {
+    let Some(usual) = draws(None, &[], "casters") else { return };
+    // The roof in its second level and in its third, which is its last; and the floor, which has one.
+    assert_eq!(usual, [3, 4, 4, 4]);
+    assert_eq!(draws(Some("[0, 0, 1, 255]"), &[], "casters"), Some(vec![2, 2, 3, 4]));
+    // What is seen is as fine as can be.
+    assert_eq!(draws(None, &[], "surfaces"), Some(vec![2]));
+    // In one array all cascades are views of one pass; kept maps know levels, too.
+    assert_eq!(draws(None, &[("map_array", "true")], "array_casters"), Some(vec![15]));
+    let kept = draws(None, &[("cached", "true")], "cached_casters").unwrap_or_default();
+    assert_eq!(kept.iter().filter(|draws| **draws > 0).copied().collect::<Vec<_>>(), [3, 4, 4, 4]);
+}
+
+#[test]
+fn a_level_that_is_no_whole_number_is_a_diagnostic() {
+    let with = |levels| With { parameters: levels, ..With::default() };
+    let outcome = check_file("pipelines/lore.json", &with(&[("caster_detail", "[1, 2, 3, 256]")]));
+    assert!(outcome.diagnostics.has_errors(), "{}", outcome.text());
+    let text =
+        common::read("pipelines/lore.json").replace("caster_detail[index]", "caster_detail[index] + 0.5");
+    let outcome = common::check_with("pipelines/lore.json", &text, &With::default());
+    assert!(outcome.text().contains("levels of detail are whole numbers"), "{}", outcome.text());
+}
