@@ -152,11 +152,9 @@ fn blurred_moments_shadow_what_comparisons_do() {
 fn lamps_light_and_shadow_what_the_sun_leaves() {
     let Some(gpu) = gpu::device() else { return };
     let interior = load("interior.glb");
-    let features = [("light_filter", "\"hard\"")];
     let path = extended("lore_lamps");
-    let with = |features| With { features, size: Some(SIZE), ..With::default() };
     let play = |input: &FrameInput| {
-        let outcome = check_file(&path, &with(&features));
+        let outcome = check_file(&path, &With { size: Some(SIZE), ..With::default() });
         Host::new(&gpu, &outcome, &interior).picture(input)
     };
     let input = interior.frame_input(256.0 / 144.0, 0.0);
