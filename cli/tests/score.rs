@@ -63,6 +63,25 @@ fn a_light_is_scored_alone_and_all_lights_are_together() {
     assert_eq!((picture.width(), picture.height()), (160, 180), "one light below the other");
 }
 
+/// The default filter of `awsm` is wider than posts and limbs, which it washes out; the preset is not.
+#[test]
+fn the_preset_clean_of_awsm_keeps_the_shadows_of_what_is_thin() {
+    if !adapter() {
+        return;
+    }
+    let sun = |arguments: &[&str]| {
+        let output = score("pipelines/awsm.json", FIGURE, &[&["--format", "json"], arguments].concat());
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let scores = &json["lights"][0]["scores"];
+        let [iou, leak] = ["iou", "leak"].map(|name| scores["bands"]["1"][name].as_f64().unwrap());
+        (iou, leak, scores["contact_leak"].as_f64().unwrap_or(0.0))
+    };
+    let (usual, clean) = (sun(&[]), sun(&["--preset", "clean"]));
+    println!("{usual:?} {clean:?}");
+    assert!(usual.0 < 0.5 && usual.1 > 0.5, "{usual:?}");
+    assert!(clean.0 > 0.98 && clean.1 < 0.01 && clean.2 < 0.1, "{clean:?}");
+}
+
 #[test]
 fn what_a_pipeline_does_not_shadow_is_said_and_counts() {
     if !adapter() {

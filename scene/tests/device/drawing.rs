@@ -157,6 +157,54 @@ fn a_skinned_mesh_is_drawn_where_its_joints_are() {
     assert_eq!(drawn.at(0.25, 0.25), NOTHING);
 }
 
+/// The middles of a grid of places are inside or outside of the triangle that the processor computes, as they are drawn.
+#[test]
+fn a_morphed_mesh_is_drawn_where_the_processor_puts_its_vertices() {
+    let Some(gpu) = gpu::device() else { return };
+    let mut document = red_triangle();
+    let targets = [[-0.5, -0.5, 0., 0., 0., 0., 0., 0., 0.], [0., 0., 0., 0., 0.75, 0., -1., -0.5, 0.]]
+        .map(|moves: [f32; 9]| json!({ "POSITION": document.floats("VEC3", &moves) }));
+    document.json["meshes"][0]["primitives"][0]["targets"] = json!(targets);
+    let (times, weights) =
+        (document.floats("SCALAR", &[0.0, 2.0]), document.floats("SCALAR", &[0.0, 0.0, 1.5, 1.0]));
+    document.push(
+        "animations",
+        json!({
+            "samplers": [{ "input": times, "output": weights }],
+            "channels": [{ "sampler": 0, "target": { "node": 0, "path": "weights" } }],
+        }),
+    );
+    let scene = document.load().unwrap();
+    let mut resources = upload(&gpu, &scene);
+    let mesh = scene.draws().next().unwrap();
+    let mut pictures = Vec::new();
+    for time in [0.0, 0.5, 1.0, 2.0] {
+        let pose = scene.pose(time);
+        resources.update(&gpu.queue, &scene, &pose);
+        let drawn = draw(&gpu, &resources, "opaque");
+        let (mut positions, mut normals) = (Vec::new(), Vec::new());
+        scene.primitive(mesh).morph(pose.weights(mesh.node), &mut positions, &mut normals);
+        let edge = |a: [f32; 3], b: [f32; 3], x: f64, y: f64| {
+            let [ax, ay, bx, by] = [a[0], a[1], b[0], b[1]].map(f64::from);
+            ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / (bx - ax).hypot(by - ay)
+        };
+        let (mut inside, mut seen) = (0, Vec::new());
+        for (x, y) in (0..400).map(|at| (f64::from(at % 20) / 10.0 - 0.95, f64::from(at / 20) / 10.0 - 0.95))
+        {
+            let [a, b, c] = [0, 1, 2].map(|at| edge(positions[at], positions[(at + 1) % 3], x, y));
+            let depth = a.min(b).min(c);
+            // What is closer to an edge than a texel may be drawn or not.
+            if depth.abs() > 0.06 {
+                assert_eq!(drawn.at(x, y) != NOTHING, depth > 0.0, "({x}, {y}) at {time} s, {positions:?}");
+                inside += usize::from(depth > 0.0);
+            }
+            seen.push(drawn.at(x, y));
+        }
+        assert!(inside > 10 && !pictures.contains(&seen), "{inside} inside at {time} s");
+        pictures.push(seen);
+    }
+}
+
 #[test]
 fn a_scene_with_nothing_in_it_uploads_and_draws_nothing() {
     let Some(gpu) = gpu::device() else { return };
