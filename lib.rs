@@ -71,7 +71,7 @@ pub fn templates_with(
         .filter(|(name, _)| files.iter().all(|(own, _)| own != name))
     {
         let file = sources.add(format!("shaders-templates/{name}"), *text);
-        set.add_file(sources, file, name, diagnostics);
+        set.add_library_file(sources, file, name, diagnostics);
     }
     set.check(diagnostics);
     Arc::new(set)

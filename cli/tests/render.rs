@@ -360,6 +360,53 @@ fn options_without_sense_are_named() {
     assert_eq!(std::fs::read_dir(folder.join("")).unwrap().count(), 0);
 }
 
+/// The lesson's own lighting, with a number that the template has which it extends.
+#[test]
+fn bindings_of_the_library_move_aside_for_those_of_an_author() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("render-own-bindings");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let toon = std::fs::read_to_string(root().join("shaders-templates/toon.wgsl.jinja")).unwrap();
+    let document = std::fs::read_to_string(root().join("pipelines/learn/32-own-lighting.json")).unwrap();
+    let document =
+        document.replace("../nebula.json", "umbragraph:nebula.json").replace("toon.wgsl", "own.wgsl");
+    std::fs::write(folder.join("own.json"), document).unwrap();
+    let axes = root().join("shaders-templates/toon.axes.json");
+    std::fs::copy(axes, folder.join("own.axes.json")).unwrap();
+    let (own, out, templates) = (file("own.json"), file("out.png"), file(""));
+    let arguments = ["--out", &out, "--set", "resolution=64", "--templates", &templates];
+    let picture = |attributes: &str| {
+        let text = toon.replace("@group(1) @binding(20)", attributes);
+        assert_ne!(text, toon.replace("@group(1) @binding(20)", ""));
+        std::fs::write(folder.join("own.wgsl.jinja"), text).unwrap();
+        fine(&render(&own, COURTYARD, &arguments));
+        png(&folder.join("out.png"))
+    };
+    let wanted = picture("@group(1) @binding(20)");
+    for attributes in [
+        "@group(1) @binding(0)",
+        "@binding(3) @group(1)",
+        "@group( 1u )\n@binding( 4 )",
+        "@group(0) @binding(0)",
+    ] {
+        assert!(picture(attributes) == wanted, "{attributes}");
+    }
+    // Places in the texts stay what they are.
+    let text = toon.replace("binding(20)", "binding(0)").replace("* ceil(", "* cell(");
+    let line = 1 + text.lines().position(|line| line.contains("cell(")).unwrap();
+    std::fs::write(folder.join("own.wgsl.jinja"), text).unwrap();
+    let said = text_of_check(&own, &templates);
+    assert!(said.contains(&format!("own.wgsl.jinja:{line}:")) && said.contains("cell"), "{said}");
+}
+
+fn text_of_check(pipeline: &str, templates: &str) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
+    let output = command.args(["check", pipeline, "--templates", templates]).output().expect("the command");
+    text(&output.stderr)
+}
+
 #[test]
 fn nothing_but_diagnostics_stands_on_standard_error() {
     if !adapter() {

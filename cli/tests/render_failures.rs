@@ -41,8 +41,8 @@ const CHAIN: &str = r#"{
     "lost": { "copy": { "from": { "name": "first" }, "to": { "name": "dead" } } },
     "numbers": { "compute": { "shader": "numbers.wgsl.jinja", "over": "whole", "bind": { "image": "whole" } } },
     "none": { "clear": { "buffer": "bytes" } },
-    "softened": { "after": ["mixed"], "fullscreen": {
-      "shader": "gradient.wgsl.jinja", "color": [{ "to": "smooth", "clear": [0, 0, 0, 1], "resolve": { "to": "target" } }] } }
+    "softened": { "side_effect": true, "fullscreen": {
+      "shader": "gradient.wgsl.jinja", "color": [{ "to": "smooth", "clear": [0, 0, 0, 1] }] } }
   }
 }"#;
 
@@ -150,11 +150,13 @@ fn a_disk_that_fills_up_leaves_no_half_file_and_what_was_there() {
         ("out.png", "--fast".to_owned()),
         ("out.apng", "--frames 4".to_owned()),
         ("out.gif", "--frames 4".to_owned()),
-        ("out-#.png", "--frames 4".to_owned()),
-        ("small.gif", format!("--frames 2 --size 4x4 --capture maps={}", path("maps.exr"))),
+        (
+            "small.gif",
+            format!("--frames 2 --size 4x4 --set resolution=256 --capture maps={}", path("maps.exr")),
+        ),
         ("small.gif", format!("--frames 40 --size 4x4 --trace {}", path("trace.json"))),
     ] {
-        let named = path(out).replace('#', "0");
+        let named = path(out);
         let before = "what was there";
         let is_small = out.starts_with("small");
         if !is_small {
@@ -224,11 +226,11 @@ fn a_million_frames_take_the_memory_of_a_few() {
         }
         kilobytes()
     };
-    let (early, late) = (wait(8_000), wait(60_000));
+    let (early, late) = (wait(2_000), wait(20_000));
     let bytes = written();
     child.kill().unwrap();
     child.wait().unwrap();
-    assert!(bytes >= 60_000, "only {bytes} bytes in 20 s");
+    assert!(bytes >= 20_000, "only {bytes} bytes in 20 s");
     assert!(early > 0 && late < early + early / 10, "{early} kB after a few frames, {late} kB after many");
     assert!(!folder.join("out.gif").exists(), "nothing stands under the name before all is there");
 }

@@ -13,6 +13,7 @@
 use umbragraph_text::{diagnostic, document, source};
 
 mod aliasing;
+mod aside;
 pub mod axes;
 mod backend;
 pub mod codes;

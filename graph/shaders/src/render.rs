@@ -15,7 +15,7 @@ use super::names::{NameUse, find_name};
 use super::template::Template;
 use super::templates::TemplateSet;
 use super::text_map::{Origin, Segment, TextMap};
-use super::{codes, complexity, filters, guard, template_error};
+use super::{aside, codes, complexity, filters, guard, template_error};
 use crate::diagnostic::{AxisValue, AxisValues, Diagnostic};
 use crate::source::{FileId, Span};
 
@@ -101,7 +101,7 @@ pub(crate) fn render_with(
     guard::begin();
     let result = compiled.render_captured_to(context, &mut sink).map(drop);
     match result {
-        Ok(()) => Ok(sink.finish()),
+        Ok(()) => Ok(aside::move_aside(set, sink.finish())),
         Err(error) => {
             let last = sink.last.and_then(|(at, offset)| {
                 let template = placement.0.get(at)?.template;

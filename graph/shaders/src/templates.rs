@@ -30,6 +30,8 @@ pub struct TemplateSet {
     declarations: BTreeMap<String, Declared>,
     resolved: BTreeMap<String, Resolved>,
     longest_literal: usize,
+    /// The templates whose bindings give way.
+    library: BTreeSet<FileId>,
 }
 
 #[derive(Debug)]
@@ -62,6 +64,7 @@ impl TemplateSet {
             declarations: BTreeMap::new(),
             resolved: BTreeMap::new(),
             longest_literal: 0,
+            library: BTreeSet::new(),
         }
     }
 
@@ -69,6 +72,27 @@ impl TemplateSet {
     pub fn add(&mut self, sources: &mut Sources, name: &str, text: &str, diagnostics: &mut Diagnostics) {
         let file = sources.add(name, text);
         self.add_file(sources, file, name, diagnostics);
+    }
+
+    /// Adds a registered text of a library: its bindings give way to those of other templates that take the same numbers.
+    pub fn add_library_file(
+        &mut self,
+        sources: &Sources,
+        file: FileId,
+        name: &str,
+        diagnostics: &mut Diagnostics,
+    ) {
+        self.library.insert(file);
+        self.add_file(sources, file, name, diagnostics);
+    }
+
+    pub(crate) fn is_of_library(&self, file: FileId) -> bool {
+        self.library.contains(&file)
+    }
+
+    /// Whether there is a library, and templates that are not of it.
+    pub(crate) fn has_own_templates(&self) -> bool {
+        !self.library.is_empty() && self.templates.values().any(|one| !self.is_of_library(one.file))
     }
 
     /// Adds a registered text under a name of its own: a file that diagnostics show by its path.

@@ -1,0 +1,135 @@
+//! Bindings of the library's templates that give way to an author's.
+//!
+//! An author's template includes or extends one of the library, and declares bindings of its own beside those that come
+//! with it. Where both take one number of a group, the library's declaration gets another one: slots are known by their
+//! names, so nothing else changes. The new number follows from the old one alone ([`FIRST`] and so many), so that all
+//! variants of a template agree on it as long as they agree on what the author declares.
+//!
+//! Groups 2 and 3 belong to the host's meshes, and keep their numbers.
+//!
+//! Limits: declarations are found by their attributes, `@group(1) @binding(3)` in either order, with decimal numbers.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use super::templates::TemplateSet;
+use super::text_map::{Origin, Segment, TextMap};
+use crate::source::{FileId, Span};
+
+/// The first number that the library's bindings move to; WebGPU has numbers below 1000.
+const FIRST: u32 = 500;
+/// The first group of the host's.
+const HOST_GROUP: u32 = 2;
+
+/// A declaration: its group and number, the bytes of the number, and the file that it is written in.
+struct Declaration {
+    group: u32,
+    number: u32,
+    range: Range<usize>,
+    file: FileId,
+}
+
+/// The text with the library's bindings out of the way of others.
+pub(crate) fn move_aside(set: &TemplateSet, (text, map): (String, TextMap)) -> (String, TextMap) {
+    if !set.has_own_templates() {
+        return (text, map);
+    }
+    let declarations = declarations(&text, &map);
+    let numbers = |one: &Declaration| (one.group, one.number);
+    let all: BTreeSet<(u32, u32)> = declarations.iter().map(numbers).collect();
+    let own = declarations.iter().filter(|one| !set.is_of_library(one.file));
+    let own: BTreeSet<(u32, u32)> = own.map(numbers).collect();
+    let moved = declarations.iter().filter(|one| {
+        set.is_of_library(one.file) && one.group < HOST_GROUP && own.contains(&(one.group, one.number))
+    });
+    let moved: Vec<(&Range<usize>, String)> = moved
+        .map(|one| {
+            let free = (FIRST + one.number..).find(|number| !all.contains(&(one.group, *number)));
+            (&one.range, free.unwrap_or(one.number).to_string())
+        })
+        .collect();
+    if moved.is_empty() { (text, map) } else { replaced(&text, &map, &moved) }
+}
+
+fn declarations(text: &str, map: &TextMap) -> Vec<Declaration> {
+    let mut found = Vec::new();
+    let mut rest = 0;
+    while let Some(at) = text[rest..].find("@binding").map(|at| rest + at) {
+        rest = at + "@binding".len();
+        let Some((number, range)) = number(text, rest) else { continue };
+        let group = group_before(text, at).or_else(|| group_behind(text, range.end));
+        let file = match map.origin(range.start) {
+            Some(Origin::Literal(file, _)) => file,
+            Some(Origin::Tag(span)) => span.file,
+            None => continue,
+        };
+        found.extend(group.map(|group| Declaration { group, number, range, file }));
+    }
+    found
+}
+
+/// The number in brackets at a place, and its bytes.
+fn number(text: &str, at: usize) -> Option<(u32, Range<usize>)> {
+    let behind = text.get(at..)?.trim_start().strip_prefix('(')?.trim_start();
+    let start = text.len() - behind.len();
+    let length = behind.bytes().take_while(u8::is_ascii_digit).count();
+    let is_closed = behind[length..].trim_start_matches('u').trim_start().starts_with(')');
+    is_closed.then_some((behind[..length].parse().ok()?, start..start + length))
+}
+
+fn group_before(text: &str, at: usize) -> Option<u32> {
+    let before = text[..at].trim_end();
+    let start = before.strip_suffix(')')?.rfind("@group")?;
+    let (group, range) = number(text, start + "@group".len())?;
+    let between = before[range.end..].trim_start_matches('u').trim();
+    (between == ")").then_some(group)
+}
+
+fn group_behind(text: &str, at: usize) -> Option<u32> {
+    let behind = text[at..].trim_start_matches('u').trim_start().strip_prefix(')')?.trim_start();
+    behind
+        .starts_with("@group")
+        .then(|| number(text, text.len() - behind.len() + "@group".len()))?
+        .map(|one| one.0)
+}
+
+/// The text and its map with other bytes in some places, which are in order.
+fn replaced(text: &str, map: &TextMap, places: &[(&Range<usize>, String)]) -> (String, TextMap) {
+    let mut new = String::with_capacity(text.len() + 4 * places.len());
+    let mut segments = Vec::with_capacity(map.segments.len() + 2 * places.len());
+    let mut places = places.iter().peekable();
+    for (piece, origin) in
+        map.pieces().zip(&map.segments).map(|((piece, _), segment)| (piece, segment.origin))
+    {
+        let mut at = piece.start;
+        let origin_at = |offset: usize| match origin {
+            Some(Origin::Literal(file, start)) => {
+                Some(Origin::Literal(file, start + (offset - piece.start) as u32))
+            }
+            other => other,
+        };
+        let push = |from: usize, to: usize, new: &mut String, segments: &mut Vec<Segment>| {
+            if from < to {
+                segments.push(Segment { start: new.len() as u32, origin: origin_at(from) });
+                new.push_str(&text[from..to]);
+            }
+        };
+        while let Some((range, number)) = places.next_if(|(range, _)| range.start < piece.end) {
+            let end = range.end.min(piece.end);
+            push(at, range.start, &mut new, &mut segments);
+            let origin = match origin_at(range.start) {
+                Some(Origin::Literal(file, start)) => {
+                    let start = start as usize;
+                    Some(Origin::Tag(Span::new(file, start..start + (end - range.start))))
+                }
+                other => other,
+            };
+            segments.push(Segment { start: new.len() as u32, origin });
+            new.push_str(number);
+            at = end;
+        }
+        push(at, piece.end, &mut new, &mut segments);
+    }
+    let length = new.len() as u32;
+    (new, TextMap { segments, length })
+}
