@@ -103,8 +103,22 @@ fn compare(
     more: &[(&str, &str)],
     frames: u64,
 ) -> [u64; 2] {
+    compare_with(gpu, path, "cached", (parameters, more), frames)
+}
+
+/// Names of parameters or features, with their values.
+type Settings<'a> = &'a [(&'a str, &'a str)];
+
+/// The same for another feature that keeps maps.
+fn compare_with(
+    gpu: &Gpu,
+    path: &str,
+    feature: &str,
+    (parameters, more): (Settings<'_>, Settings<'_>),
+    frames: u64,
+) -> [u64; 2] {
     let scene = figure();
-    let cached = [more, &[("cached", "true")]].concat();
+    let cached = [more, &[(feature, "true")]].concat();
     let outcomes = [pipeline(path, parameters, more), pipeline(path, parameters, &cached)];
     let [mut plain, mut kept] = outcomes.each_ref().map(|outcome| Host::new(gpu, outcome, &scene));
     let mut counts = [0, 0];
@@ -148,6 +162,24 @@ fn spots_cubes_and_cascades_are_the_same_cached_over_120_frames() {
     ];
     let features = [("light_filter", "\"hard\"")];
     let [drawn, all] = compare(&gpu, "pipelines/awsm.json", &parameters, &features, 120);
+    assert!(drawn * 10 < all * 8, "{drawn} of {all}");
+}
+
+#[test]
+fn spots_and_cubes_are_kept_beside_fitted_cascades() {
+    let Some(gpu) = gpu::device() else { return };
+    let parameters = [
+        ("far", "[4, 40]"),
+        ("cascade_side", "128"),
+        ("cube_side", "64"),
+        ("atlas_min_side", "128"),
+        ("atlas_max_side", "512"),
+        ("tile_max_side", "128"),
+        ("tile_min_side", "16"),
+    ];
+    let features = [("light_filter", "\"hard\"")];
+    let settings = (&parameters[..], &features[..]);
+    let [drawn, all] = compare_with(&gpu, "pipelines/umbra.json", "cached_lamps", settings, 60);
     assert!(drawn * 10 < all * 8, "{drawn} of {all}");
 }
 
