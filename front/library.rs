@@ -7,7 +7,7 @@ use crate::compose::{self, Disk, Files, Roots};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::draw::HostInterface;
 use crate::front::Pipeline;
-use crate::node::{Node, Registry};
+use crate::node::{Node, NodeKind, Registry};
 use crate::pipeline::Modules;
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::source::{FileId, Sources};
@@ -90,6 +90,13 @@ impl Library {
     #[must_use]
     pub fn register<N: Node>(mut self) -> Self {
         self.registry.register::<N>();
+        self
+    }
+
+    /// A node kind of your own that is an object, with values of its own.
+    #[must_use]
+    pub fn register_kind(mut self, kind: impl NodeKind + 'static) -> Self {
+        self.registry.register_kind(kind);
         self
     }
 

@@ -84,7 +84,7 @@ impl Dominoes {
 
     /// The box around everything that casts shadows, in world metres.
     pub(crate) fn bounds() -> Bounds {
-        Bounds { min: DVec3::new(-20.0, -0.2, -20.0), max: DVec3::new(20.0, 1.0, 20.0) }
+        Bounds::between([-20.0, -0.2, -20.0], [20.0, 1.0, 20.0])
     }
 }
 
@@ -95,14 +95,6 @@ impl DrawSource for Dominoes {
 
     fn filters(&self) -> &[&str] {
         &["casters", "opaque"]
-    }
-
-    fn material_count(&self) -> u32 {
-        0
-    }
-
-    fn material(&self, _: u32, _: &str) -> Option<wgpu::BindingResource<'_>> {
-        None
     }
 
     fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>> {

@@ -13,8 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use dominoes::{Dominoes, GEOMETRY, interface};
-use glam::{DMat3, DQuat, DVec3, Vec3};
-use umbragraph::frame::{Camera, FrameInput, Light, LightKind, Projection};
+use umbragraph::frame::{Camera, FrameInput, Light, Projection};
 use umbragraph::{Executor, Frame, Library, Options, Plan, wgpu};
 
 const SIZE: [u32; 2] = [960, 540];
@@ -84,34 +83,20 @@ fn target(device: &wgpu::Device) -> wgpu::Texture {
 
 /// The camera and the sun of a moment.
 fn frame(time: f64, index: u64) -> FrameInput {
-    let (eye, middle) = (DVec3::new(1.2, 4.6, 6.2), DVec3::new(0.3, 0.0, 0.3));
-    let back = (eye - middle).normalize();
-    let right = DVec3::Y.cross(back).normalize();
-    let sun = Light {
-        name: "sun".to_owned(),
-        kind: LightKind::Directional,
-        position: DVec3::ZERO,
-        direction: DVec3::new(-0.8, -0.7, -0.35).normalize(),
-        color: Vec3::new(1.0, 0.92, 0.8),
-        intensity: 4.0,
-        range: f32::INFINITY,
-        properties: vec!["cast_shadow".into()],
-        angular_diameter: 0.0,
-        radius: 0.0,
-        priority: 1.0,
+    let mut sun = Light::directional("sun", [-0.8, -0.7, -0.35], [1.0, 0.92, 0.8], 4.0);
+    sun.properties.push("cast_shadow".into());
+    let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
+    let camera = Camera {
+        projection: Projection::Perspective { vertical_fov: 0.8, near: 0.1, far: 40.0 },
+        ..Camera::look_at([1.2, 4.6, 6.2], [0.3, 0.0, 0.3], 0.8, aspect)
     };
     FrameInput {
-        camera: Camera {
-            position: eye,
-            rotation: DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back)),
-            projection: Projection::Perspective { vertical_fov: 0.8, near: 0.1, far: 40.0 },
-            aspect: f64::from(SIZE[0]) / f64::from(SIZE[1]),
-        },
         lights: vec![sun],
         filter_bounds: vec![("casters".into(), Dominoes::bounds())],
         scene_bounds: Dominoes::bounds(),
         time,
         index,
+        ..FrameInput::new(camera)
     }
 }
 

@@ -6,5 +6,7 @@ mod common;
 mod contract;
 mod devices;
 mod exposed;
+mod kinds;
 mod meshes;
 mod threads;
+mod views;

@@ -279,7 +279,8 @@ impl DrawSource for Meshes {
     }
 
     fn draw(&self, pass: &mut dyn DrawPass) {
-        if pass.filter() == "transparent" || !pass.set_properties(PropertySet::default()) {
+        let is_empty = ["transparent", "dynamic_casters"].contains(&pass.filter());
+        if is_empty || !pass.set_properties(PropertySet::default()) {
             return;
         }
         let [boxes, pyramids] = self.ranges.clone();

@@ -26,14 +26,22 @@ pub trait DrawSource: wgpu::WasmNotSend + wgpu::WasmNotSync {
         None
     }
 
-    /// The number of materials.
-    fn material_count(&self) -> u32;
+    /// The number of materials; none of hosts whose shaders have none, or that bind groups of their own.
+    fn material_count(&self) -> u32 {
+        0
+    }
 
     /// The resource for a binding of group 2 of a material.
-    fn material(&self, material: u32, binding: &str) -> Option<wgpu::BindingResource<'_>>;
+    fn material(&self, material: u32, binding: &str) -> Option<wgpu::BindingResource<'_>> {
+        let _ = (material, binding);
+        None
+    }
 
     /// The resource for a binding of group 3; a block's binding covers one object, the offset moves it.
-    fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>>;
+    fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>> {
+        let _ = binding;
+        None
+    }
 
     /// Issues the draws of one view.
     fn draw(&self, pass: &mut dyn DrawPass);

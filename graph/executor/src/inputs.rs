@@ -36,9 +36,10 @@ pub(super) fn check(instantiated: &Instantiated, device: &wgpu::Device, frame: &
         }
     }
     for (name, _) in frame.imports {
-        let known = instantiated.plan.pipeline.find_resource(name);
-        let known = known.map(|handle| instantiated.plan.pipeline.resource(handle));
-        if known.is_none_or(|resource| resource.lifetime() != Lifetime::Imported) {
+        let plan = &instantiated.plan;
+        let is_planned = plan.resources.get(*name).is_some_and(|one| one.physical == Physical::Imported);
+        let declared = || plan.pipeline.find_resource(name).map(|handle| plan.pipeline.resource(handle));
+        if !is_planned && declared().is_none_or(|resource| resource.lifetime() != Lifetime::Imported) {
             diagnostics.push(surplus(instantiated, name));
         }
     }

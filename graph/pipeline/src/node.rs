@@ -98,7 +98,8 @@ pub trait Node: DeserializeOwned + JsonSchema + 'static {
     }
 }
 
-/// A node kind without its type; [`Registry::register`] makes it of any [`Node`].
+/// A node kind without its type; [`Registry::register`] makes it of any [`Node`], and [`Registry::register_kind`] takes one
+/// that has values of its own.
 pub trait NodeKind: Send + Sync {
     /// The key that names the kind in a pass.
     fn name(&self) -> &'static str;
@@ -169,6 +170,14 @@ impl Registry {
     /// Adds a kind; one of the same name is replaced.
     pub fn register<N: Node>(&mut self) -> &mut Self {
         self.kinds.insert(N::NAME, Arc::new(Typed::<N>(PhantomData)));
+        self.schema = OnceLock::new();
+        self
+    }
+
+    /// Adds a kind that is an object, with values of its own: a channel to the host, or a name that is known at run time. One
+    /// of the same name is replaced.
+    pub fn register_kind(&mut self, kind: impl NodeKind + 'static) -> &mut Self {
+        self.kinds.insert(kind.name(), Arc::new(kind));
         self.schema = OnceLock::new();
         self
     }
