@@ -192,6 +192,63 @@ fn a_value_goes_before_what_the_data_publishes_and_a_member_that_neither_has_is_
 }
 
 #[test]
+fn a_block_lies_at_given_offsets_or_the_diagnostic_says_how_it_would() {
+    let check = |members: &str, offsets: &str| {
+        let template = format!(
+            "{{% include \"lib/fullscreen.wgsl.jinja\" %}}
+             struct Constants {{ {members} }}
+             @group(1) @binding(0) var<uniform> constants: Constants;
+             @fragment fn fill() -> @location(0) vec4<f32> {{
+                 return constants.tint * constants.bias * f32(constants.cascade);
+             }}"
+        );
+        let text = format!(
+            r#"{{
+                "format": 1, "name": "offsets",
+                "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+                "passes": {{ "fill": {{ "fullscreen": {{
+                    "shader": "constants.wgsl.jinja", "color": [{{ "to": "target" }}],
+                    "bind": {{ "constants": {{ "block": {{
+                        "values": {{ "bias": 0.5, "tint": [1, 0.5, 0.25, 1], "cascade": 2 }}, "offsets": {offsets}
+                    }} }} }}
+                }} }} }}
+            }}"#
+        );
+        let templates = [("constants.wgsl.jinja", template.as_str())];
+        check_with("offsets.json", &text, &With { templates: &templates, ..With::default() })
+    };
+    // As far apart as constants that were pushed: 132 bytes.
+    let spread = "@size(64) bias: f32, @size(64) tint: vec4<f32>, cascade: u32";
+    let outcome = check(spread, r#"{ "bias": 0, "tint": 64, "cascade": 128 }"#);
+    let block = &outcome.plan().passes[0].blocks[0];
+    let at = |offset: usize| <[u8; 4]>::try_from(&block.bytes[offset..offset + 4]).unwrap();
+    assert_eq!([at(0), at(68), at(128)], [0.5_f32.to_le_bytes(), 0.5_f32.to_le_bytes(), 2_u32.to_le_bytes()]);
+    let close = "bias: f32, tint: vec4<f32>, cascade: u32";
+    for (members, offsets, said) in [
+        (
+            close,
+            r#"{ "bias": 0, "tint": 64 }"#,
+            ["\"tint\" lies at byte 16 in constants.wgsl.jinja, not at byte 64", "@size(64) before \"bias\""],
+        ),
+        (
+            spread,
+            r#"{ "tint": 8 }"#,
+            ["\"tint\" cannot lie at byte 8: of vec4<f32> it is a multiple of 16", "write 0 or 16"],
+        ),
+        (
+            spread,
+            r#"{ "tint": 64, "cascade": 76 }"#,
+            ["\"cascade\" is to begin at byte 76, and \"tint\" ends at byte 80", "write 80 or more"],
+        ),
+        (spread, r#"{ "tints": 64 }"#, ["the block has no member \"tints\"", "did you mean \"tint\"?"]),
+    ] {
+        let outcome = check(members, offsets);
+        assert_eq!(outcome.codes(), ["UG0605"], "{}", outcome.text());
+        assert!(said.iter().all(|part| outcome.text().contains(part)), "{}", outcome.text());
+    }
+}
+
+#[test]
 fn a_preset_goes_before_a_default_a_file_before_a_preset_and_a_setting_before_a_file() {
     let far =
         |with: &With<'_>| check_file(MANTIS, with).plan().pipeline.parameters["splits"].value.to_string();

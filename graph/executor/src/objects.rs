@@ -44,6 +44,36 @@ pub(super) struct RenderKey {
     pub(super) primitive: Primitive,
 }
 
+impl RenderKey {
+    /// What writes depth alone, whatever is there, by a triangle without buffers.
+    pub(super) fn depth_alone(
+        layout: wgpu::PipelineLayout,
+        module: wgpu::ShaderModule,
+        (vertex, fragment): (&str, Option<&str>),
+        format: wgpu::TextureFormat,
+        samples: u32,
+    ) -> Self {
+        Self {
+            layout,
+            module,
+            vertex: Some(vertex.to_owned()),
+            fragment: fragment.map(str::to_owned),
+            constants: Vec::new(),
+            buffers: Vec::new(),
+            targets: Vec::new(),
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::Always),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            samples,
+            primitive: Primitive::default(),
+        }
+    }
+}
+
 /// The primitive topology.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub(super) struct Primitive {

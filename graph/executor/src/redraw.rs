@@ -17,7 +17,7 @@
 //! shader reads besides are not compared.
 
 use super::creation::Creation;
-use super::objects::{Objects, Primitive, RenderKey};
+use super::objects::{Objects, RenderKey};
 use super::scroll;
 use crate::compiler::Plan;
 use crate::data::View;
@@ -154,24 +154,9 @@ pub(super) fn clear_pipeline(
     samples: u32,
 ) -> wgpu::RenderPipeline {
     let label = "clear a view";
-    let key = RenderKey {
-        layout: objects.pipeline_layout(creation, label, Vec::new()),
-        module: objects.built_in(creation, label, CLEAR_KEY, CLEAR),
-        vertex: Some("cover".to_owned()),
-        fragment: None,
-        constants: Vec::new(),
-        buffers: Vec::new(),
-        targets: Vec::new(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Always),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
-        samples,
-        primitive: Primitive::default(),
-    };
+    let layout = objects.pipeline_layout(creation, label, Vec::new());
+    let module = objects.built_in(creation, label, CLEAR_KEY, CLEAR);
+    let key = RenderKey::depth_alone(layout, module, ("cover", None), format, samples);
     objects.render_pipeline(creation, label, key)
 }
 

@@ -6,11 +6,12 @@
 //! writes depth, since parts of depth textures cannot be copied. What came into view is left: a strip at each of two
 //! edges at most, which are cleared and drawn.
 //!
-//! Limits: textures of one sample. Texels that were moved were drawn with the matrix of another frame, which in 32 bits
-//! may round them otherwise than the one of this frame does.
+//! Limits: textures of one sample. Texels that were moved were drawn with the matrix of another frame. Whole texels are
+//! exact in both matrices, and still not each texel is the one that would be drawn now: the place of a vertex is a sum in 32
+//! bits, which rounds by where in the map it lies, and so do a rasteriser's parts of a texel and its slopes of depth.
 
 use super::creation::Creation;
-use super::objects::{Objects, Primitive, RenderKey};
+use super::objects::{Objects, RenderKey};
 use super::resources::{Resources, Texture};
 use crate::compiler::Plan;
 use crate::data::View;
@@ -95,24 +96,9 @@ impl Scroll {
             [wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) }];
         let descriptor = wgpu::BindGroupDescriptor { label: Some(label), layout: &layout, entries: &entries };
         let group = creation.bind_group(&descriptor);
-        let key = RenderKey {
-            layout: objects.pipeline_layout(creation, label, vec![Some(layout)]),
-            module: objects.built_in(creation, label, KEY, WGSL),
-            vertex: Some("cover".to_owned()),
-            fragment: Some("moved".to_owned()),
-            constants: Vec::new(),
-            buffers: Vec::new(),
-            targets: Vec::new(),
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: attached,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Always),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
-            samples: 1,
-            primitive: Primitive::default(),
-        };
+        let layout = objects.pipeline_layout(creation, label, vec![Some(layout)]);
+        let module = objects.built_in(creation, label, KEY, WGSL);
+        let key = RenderKey::depth_alone(layout, module, ("cover", Some("moved")), attached, 1);
         let pipeline = objects.render_pipeline(creation, label, key);
         let texture = resources.texture(plan, from.resource)?;
         Some(Self { pipeline, group, copy, texture, mip: from.mip, layer: from.layer })

@@ -34,12 +34,25 @@ pub enum BindObject {
     Sampler(SamplerBind),
     /// The members of a uniform block, each with an expression.
     Values(ValuesBind),
+    /// The same, whose members have to lie at given offsets.
+    Block(BlockBind),
     /// Blackboard data, and expressions for members of the block that it does not publish.
     Data(DataBind),
 }
 
 /// Expressions by the names of a block's members.
 pub type ValuesBind = BTreeMap<String, Expr>;
+
+/// The members of a uniform block, and where in it they have to lie.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BlockBind {
+    /// Expressions by the names of members.
+    pub values: ValuesBind,
+    /// The first byte of members, by their names. Where the shader has one elsewhere, the diagnostic says by which
+    /// "@size" it is moved.
+    pub offsets: BTreeMap<String, u32>,
+}
 
 /// Blackboard data, and expressions for members of the block that it does not publish.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]

@@ -8,6 +8,7 @@ mod blackboard;
 mod blocks;
 mod evaluate;
 mod expressions;
+mod offsets;
 mod programs;
 mod references;
 mod samplers;

@@ -196,6 +196,21 @@ impl PassBuilder<'_> {
                     self.block_values((&binding.name, layout), values, &at, &program.template, true)
                         .map(SlotSource::Values)
                 }
+                Bind::Object(BindObject::Block(block)) => {
+                    let layout = binding.block.as_ref()?;
+                    let at = format!("{here}/block");
+                    let placed = self.block_offsets(
+                        layout,
+                        &block.offsets,
+                        &format!("{at}/offsets"),
+                        &program.template,
+                    );
+                    let named = (binding.name.as_str(), layout);
+                    let values_at = format!("{at}/values");
+                    let values =
+                        self.block_values(named, &block.values, &values_at, &program.template, true)?;
+                    placed.map(|()| SlotSource::Values(values))
+                }
                 Bind::Object(BindObject::Data(data)) => {
                     let layout = binding.block.as_ref()?;
                     let at = format!("{here}/data");
