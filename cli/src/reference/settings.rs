@@ -179,6 +179,7 @@ fn type_of(schema: &Json) -> String {
         return match last(path) {
             PASS => "[pass](documents.md#pass)".to_owned(),
             name => match name.strip_suffix("OrExpression") {
+                Some("string") => "string, or `\"=…\"`".to_owned(),
                 Some(word) => format!("[{word}](types.md#{}), or `\"=…\"`", word.to_lowercase()),
                 None => format!("[{name}](types.md#{})", name.to_lowercase()),
             },

@@ -67,7 +67,7 @@ impl PassBuilder<'_> {
         if !fine {
             return None;
         }
-        for (member, wanted) in placed.iter().filter(|(member, wanted)| member.offset != *wanted) {
+        if let Some((member, wanted)) = placed.iter().find(|(member, wanted)| member.offset != *wanted) {
             let message = format!(
                 "\"{}\" lies at byte {} in {template}, not at byte {wanted}",
                 member.name, member.offset
@@ -82,7 +82,7 @@ impl PassBuilder<'_> {
                 _ => "change the order of the members in the template".to_owned(),
             };
             self.misplaced(at, &member.name, message, help);
-            // What comes after it moves with it.
+            // Those after it move with it.
             return None;
         }
         Some(())
