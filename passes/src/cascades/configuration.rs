@@ -133,7 +133,10 @@ impl Configuration {
         if frame.camera.check().is_some() || !light.has(CAST_SHADOW) {
             return set;
         }
-        let rotation = light::from_world(light.direction, self.up);
+        let mut rotation = light::from_world(light.direction, self.up);
+        if self.shape == FitShape::Aligned {
+            rotation = fit::aligned(&rotation, &frame.camera);
+        }
         let (near, mut far) = frame.camera.projection.depth_range();
         if far.is_infinite() && matches!(self.splits, Splits::Whole { .. }) {
             far = farthest(frame).max(2.0 * near);

@@ -14,6 +14,8 @@
 //! [`within_scene`] narrows a box to the part in which there is something to receive shadows, without giving up
 //! stability: what changes with the camera is only where the narrowed box lies, not how large it is.
 
+use std::f64::consts::PI;
+
 use glam::{DMat3, DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -27,6 +29,9 @@ use super::splits::Slice;
 pub enum FitShape {
     /// The box around the slice: the most texels for each metre, but sizes change as the camera turns.
     Tight,
+    /// The same, with sides that lie along the view, in steps of 15 degrees: the most texels for views that are longer than
+    /// wide.
+    Aligned,
     /// The box around a sphere: sizes stay as the camera turns.
     #[default]
     Sphere,
@@ -53,7 +58,7 @@ pub fn extent(camera: &Camera, slice: &Slice, light: &DMat3, shape: FitShape) ->
     let tight = corners.clone().fold(Bounds::EMPTY, Bounds::with);
     let center = corners.sum::<DVec3>() / 8.0;
     let (min, size) = match shape {
-        FitShape::Tight => (tight.min.truncate(), (tight.max - tight.min).truncate()),
+        FitShape::Tight | FitShape::Aligned => (tight.min.truncate(), (tight.max - tight.min).truncate()),
         FitShape::Sphere => {
             let (distance, radius) = sphere(&camera.projection, camera.aspect, slice);
             let middle = (*light * (origin.forward() * distance)).truncate();
@@ -67,6 +72,15 @@ pub fn extent(camera: &Camera, slice: &Slice, light: &DMat3, shape: FitShape) ->
         near: position.z + tight.max.z,
         center: position + center,
     }
+}
+
+/// The light space whose upper side lies nearest to where a camera looks, of those that are turned by steps.
+pub fn aligned(light: &DMat3, camera: &Camera) -> DMat3 {
+    const STEP: f64 = PI / 12.0;
+    let ahead = *light * camera.forward();
+    // Looking along the light, any side is up.
+    let turn = if ahead.truncate().length() < 0.05 { 0.0 } else { ahead.x.atan2(ahead.y) };
+    DMat3::from_rotation_z((turn / STEP).round() * STEP) * *light
 }
 
 /// The distance of the centre along the view axis, and the radius, of the sphere around a slice.

@@ -120,7 +120,7 @@ fn camera() -> impl Strategy<Value = Camera> {
 }
 
 fn shape() -> impl Strategy<Value = FitShape> {
-    prop_oneof![Just(FitShape::Tight), Just(FitShape::Sphere)]
+    prop_oneof![Just(FitShape::Tight), Just(FitShape::Aligned), Just(FitShape::Sphere)]
 }
 
 fn any_snap() -> impl Strategy<Value = Snap> {

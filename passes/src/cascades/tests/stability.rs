@@ -1,5 +1,9 @@
 //! Static points keep their place in their texel as the camera moves.
 
+use std::f64::consts::FRAC_PI_4;
+
+use glam::DVec4;
+
 use super::*;
 
 /// The largest distance of a shift, in texels, from a whole number of texels.
@@ -79,6 +83,37 @@ fn a_tight_fit_has_finer_texels_than_a_sphere() {
         set.iter().map(|cascade| cascade.texel_size).sum::<f64>()
     };
     assert!(texel(FitShape::Tight) < 0.95 * texel(FitShape::Sphere));
+}
+
+#[test]
+fn an_aligned_fit_is_finer_than_a_tight_one_across_the_light_and_turns_in_steps() {
+    let projection = Projection::Perspective { vertical_fov: 0.5, near: 0.1, far: 100.0 };
+    let looking = |turn: f64| Camera {
+        rotation: DQuat::from_rotation_y(turn),
+        projection,
+        aspect: 1.0,
+        ..identity_camera()
+    };
+    let light = DVec3::new(0.0, -1.0, 0.0);
+    let sets = |turn: f64, shape| {
+        Configuration { shape, square: false, ..configuration(&[20.0]) }.fit(&frame(looking(turn), light))
+    };
+    // Half of a right angle beside both axes of the light.
+    let area = |shape| {
+        let side = |row: DVec4| 2.0 / row.truncate().length();
+        let set = sets(FRAC_PI_4, shape);
+        let matrices = set.iter().map(|cascade| cascade.view.clip_from_world);
+        matrices.map(|matrix| side(matrix.row(0)) * side(matrix.row(1))).sum::<f64>()
+    };
+    let [aligned, tight] = [FitShape::Aligned, FitShape::Tight].map(area);
+    assert!(aligned < 0.8 * tight, "{aligned} {tight}");
+    let axis = |turn: f64| {
+        let set = sets(turn, FitShape::Aligned);
+        set.iter().next().expect("a cascade").view.clip_from_world.row(0).truncate().normalize()
+    };
+    // Within a step of 15 degrees the axes stay, beyond it they do not.
+    assert!(axis(0.30).abs_diff_eq(axis(0.35), 1e-12));
+    assert!(axis(0.30).dot(axis(0.60)) < 0.99);
 }
 
 #[test]
