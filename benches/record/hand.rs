@@ -27,6 +27,8 @@ pub(crate) struct ByHand {
     blocks: wgpu::Buffer,
     staging: Vec<u8>,
     fills: Vec<Fill>,
+    /// Offset, bytes, bytes from view to view, and whose views.
+    places: Vec<(usize, usize, usize, Option<String>)>,
     view: BlackboardData,
     pub(crate) counts: Counts,
 }
@@ -106,6 +108,7 @@ impl ByHand {
         let mut size = 0;
         let mut places: Vec<Vec<Option<(u64, u64, u64)>>> = Vec::new();
         let mut fills = Vec::new();
+        let mut block_places = Vec::new();
         let mut constants: Vec<(usize, Vec<u8>)> = Vec::new();
         for planned in &plan.passes {
             let Work::Render(render) = plan.pipeline.pass(planned.handle).work() else {
@@ -126,6 +129,9 @@ impl ByHand {
                         if matches!(slot.source, SlotSource::View) { max_views(plan, render) } else { 1 };
                     let place = (size, bytes, stride);
                     size += stride * count;
+                    let views = matches!(slot.source, SlotSource::View)
+                        .then(|| plan.pipeline.resource(views_of(render)).name.clone());
+                    block_places.push((place.0 as usize, bytes as usize, stride as usize, views));
                     let data = match &slot.source {
                         SlotSource::Data { data, .. } => Some((data.resource, None)),
                         SlotSource::View => Some((views_of(render), Some(stride as usize))),
@@ -342,6 +348,7 @@ impl ByHand {
             blocks,
             staging,
             fills,
+            places: block_places,
             view: BlackboardData::new(View::shape()),
             counts: Counts::default(),
         }
@@ -368,7 +375,22 @@ impl ByHand {
                 }
             }
         }
-        self.queue.write_buffer(&self.blocks, 0, &self.staging);
+        // Of views that there are.
+        let mut used: Vec<std::ops::Range<usize>> = Vec::new();
+        for (offset, size, stride, data) in &self.places {
+            let views = data
+                .as_ref()
+                .and_then(|data| self.cpu.data(data))
+                .map_or(1, |data| data.views().len().max(1));
+            let end = offset + stride * (views - 1) + size;
+            match used.last_mut() {
+                Some(last) if *offset <= last.end + (16 << 10) => last.end = last.end.max(end),
+                _ => used.push(*offset..end),
+            }
+        }
+        for range in used {
+            self.queue.write_buffer(&self.blocks, range.start as u64, &self.staging[range]);
+        }
         let mut counts = Counts::default();
         let mut open: Option<wgpu::RenderPass<'static>> = None;
         for pass in &self.passes {

@@ -2,13 +2,15 @@
 //!
 //! All blocks that the module fills (blackboard data, views, constants) lie in one buffer, each at a place that is
 //! fixed when the plan is instantiated; a pass that draws several views has its `view` block that many times, and a
-//! dynamic offset chooses among them. A record packs all of them into one staging vector and uploads it with one write.
-//! Constants are in that vector from the start.
+//! dynamic offset chooses among them. A record packs all of them into one staging vector and uploads what it uses of it:
+//! there is room for as many views as there can be, of which a frame has few. Constants are in that vector from the start.
 //!
 //! A uniform block is padded to whole 16 bytes, which some devices want; a storage block is exactly as long as its
 //! values, since a shader can ask for the length of an array at its end.
 //!
 //! Limits: the blocks of a plan together have less than 4 GiB, since dynamic offsets are 32 bits wide.
+
+use std::ops::Range;
 
 use crate::compiler::CpuPasses;
 use crate::compiler::{PackedBlock, Plan, PlannedPass};
@@ -42,8 +44,13 @@ pub(super) struct Blocks {
     /// Beside the places, where blackboard data goes in the block.
     layouts: Vec<Vec<Option<BlockLayout>>>,
     staging: Vec<u8>,
+    /// The bytes of it that the record uses, in order.
+    used: Vec<Range<u64>>,
     view: BlackboardData,
 }
+
+/// Bytes between two uploads that cost less than another upload.
+const SMALL_GAP: u64 = 16 << 10;
 
 impl Blocks {
     /// Lays out the blocks of a plan.
@@ -96,6 +103,7 @@ impl Blocks {
             layouts: layouts.collect(),
             places,
             staging,
+            used: Vec::new(),
             view: BlackboardData::new(View::shape()),
         })
     }
@@ -116,16 +124,30 @@ impl Blocks {
         }
     }
 
-    /// Packs the blocks of one record.
-    pub(super) fn pack(&mut self, plan: &Plan, cpu_passes: &CpuPasses) -> &[u8] {
+    /// Packs the blocks of one record: where the bytes that it uses go, and they.
+    pub(super) fn pack(&mut self, plan: &Plan, cpu_passes: &CpuPasses) -> impl Iterator<Item = (u64, &[u8])> {
         let of = |handle: ResourceHandle| cpu_passes.seen(handle);
+        self.used.clear();
         for ((planned, places), layouts) in plan.passes.iter().zip(&self.places).zip(&self.layouts) {
             if !cpu_passes.switches().runs(plan, planned.handle) {
                 continue;
             }
             let work = plan.pipeline.pass(planned.handle).work();
             for ((slot, place), layout) in slots(work).iter().zip(places).zip(layouts) {
-                let (Some(place), Some(layout)) = (place, layout) else { continue };
+                let Some(place) = place else { continue };
+                let count = match &slot.source {
+                    SlotSource::View => {
+                        let views = scene_views(work).and_then(of).map(BlackboardData::views);
+                        views.map_or(1, |views| views.len().max(1) as u64)
+                    }
+                    _ => 1,
+                };
+                let end = place.offset + place.stride * (count - 1) + place.size;
+                match self.used.last_mut() {
+                    Some(last) if place.offset <= last.end + SMALL_GAP => last.end = last.end.max(end),
+                    _ => self.used.push(place.offset..end),
+                }
+                let Some(layout) = layout else { continue };
                 match &slot.source {
                     SlotSource::Data { data, .. } => {
                         if let (Some(data), Some(block)) =
@@ -149,7 +171,11 @@ impl Blocks {
                 }
             }
         }
-        &self.staging
+        let staging = &self.staging;
+        self.used.iter().filter_map(move |bytes| {
+            let range = usize::try_from(bytes.start).ok()?..usize::try_from(bytes.end).ok()?;
+            Some((bytes.start, staging.get(range)?))
+        })
     }
 }
 

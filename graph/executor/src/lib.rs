@@ -451,8 +451,9 @@ impl Executor {
         if let (Some(blocks), Ok(())) = (&blocks, &prepared) {
             // Within the scopes of the creation, if there are any: on a device that is lost, a new buffer is none.
             let Instantiated { plan, cpu_passes, blocks: packed, .. } = &mut self.instantiated;
-            let bytes = packed.pack(plan, cpu_passes);
-            self.queue.write_buffer(&blocks.buffer, 0, bytes);
+            for (offset, bytes) in packed.pack(plan, cpu_passes) {
+                self.queue.write_buffer(&blocks.buffer, offset, bytes);
+            }
         }
         let has_created = creation.has_created();
         let mut caught = creation.finish();
