@@ -216,6 +216,7 @@ const RULES: &[Rule] = &[
     Rule("textures are at most 8,192 texels wide", "UG0321", &SHOWN, "\"size\": [64, 64] } }", "\"size\": [8193, 64] } }"),
     Rule("textures have at most 256 layers", "UG0321", &SHOWN, "\"size\": [64, 64] } }", "\"size\": [64, 64], \"layers\": 257 } }"),
     Rule("mip levels end at one texel", "UG0321", &SHOWN, "\"size\": [64, 64] } }", "\"size\": [64, 64], \"mips\": 8 } }"),
+    Rule("textures of several samples can be attached", "UG0323", &RESOLVED, "\"format\": \"rgba8unorm\", \"size\": [64, 64], \"samples\": 4", "\"format\": \"rg11b10ufloat\", \"size\": [64, 64], \"samples\": 4"),
     // Buffers
     Rule("buffers have at most 256 MiB", "UG0321", &COUNTED, "\"counts\": { \"buffer\": { \"size\": 1024", "\"counts\": { \"buffer\": { \"size\": 268435460"),
     // Passes

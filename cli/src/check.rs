@@ -1,5 +1,6 @@
 //! `umbragraph check`
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use umbragraph::diagnostic::render;
@@ -9,23 +10,26 @@ use umbragraph::shader::permutations::Count;
 use crate::arguments::{CheckArguments, DiagnosticsFormat};
 use crate::mend::mend;
 use crate::parts;
+use crate::remarks;
 use crate::session::{Covered, Session};
 use crate::streams::{complain, print, print_json};
 
 /// Checks pipelines, mends them first where that is asked; whether there were no errors.
 pub(crate) fn run(arguments: &CheckArguments) -> bool {
     let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
+    let mut has_mended = true;
     if arguments.fix {
         let mended = mend(arguments);
         if mended.is_empty() {
             complain("--fix: nothing is wrong that can be mended in one way only\n");
+            has_mended = false;
         } else if arguments.dry_run {
             mended.print_difference();
             return true;
         }
         session.diagnostics.extend(mended.write());
     }
-    let mut is_sound = true;
+    let mut is_sound = has_mended;
     let mut pipelines = Vec::new();
     for path in &arguments.pipelines {
         let before = session.diagnostics.error_count();
@@ -49,6 +53,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
         }
         if session.diagnostics.error_count() == before && !arguments.format.is_data() {
             print(&summary(path, &covered, arguments.verify));
+            print(&remarks::lines(path, &covered));
         }
     }
     report(&mut session, arguments.format, pipelines) && is_sound
@@ -70,6 +75,10 @@ fn numbers(path: &Path, covered: &Covered) -> serde_json::Value {
             Cover::Some => "some",
         },
         "profiles": covered.profiles,
+        "left": remarks::left(covered),
+        "culled": covered.coverage.remarks.culled.iter().cloned().collect::<BTreeMap<_, _>>(),
+        "unused_entry_points": covered.coverage.remarks.entry_points,
+        "without_effect": covered.coverage.remarks.parameters,
     })
 }
 

@@ -21,6 +21,7 @@ mod plan;
 #[cfg(feature = "gpu")]
 mod progress;
 mod reference;
+mod remarks;
 #[cfg(feature = "gpu")]
 mod render;
 mod replace;

@@ -19,7 +19,7 @@ use umbragraph::source::{FileId, Span};
 
 use crate::arguments::{DiagnosticsFormat, PermutationsArguments};
 use crate::axes;
-use crate::session::{Session, profiles};
+use crate::session::{Session, dry_run, profiles};
 use crate::streams::{print, print_json};
 use crate::validator::ExternalValidator;
 use crate::variants::{Outcome, ReachedConfigurations, write};
@@ -92,7 +92,14 @@ fn requests(
             plan: &PlanOptions::new(1280, 720),
         };
         let mut diagnostics = Diagnostics::new();
-        let reached = pipeline::reach(&document, &options, configured, &session.sources, &mut diagnostics);
+        let mut judge = dry_run(&session.registry, first);
+        let reached = pipeline::reach(
+            &document,
+            &options,
+            (configured, &mut judge),
+            &session.sources,
+            &mut diagnostics,
+        );
         session.diagnostics.extend(diagnostics);
         counts.push(ReachedConfigurations {
             pipeline: path.display().to_string(),

@@ -13,7 +13,7 @@ use umbragraph::executor::DryRun;
 use umbragraph::node::Registry;
 use umbragraph::pipeline::{self, Configurations, FileKind, Overrides, ParameterFile, Setting};
 use umbragraph::scene::interface;
-use umbragraph::shader::permutations::{self, Request};
+use umbragraph::shader::permutations::{self, Count, Request};
 use umbragraph::shader::{AxisValues, TargetProfile, TemplateSet};
 use umbragraph::source::{FileId, Sources, Span};
 use umbragraph::{Bundled, CheckOptions, CheckReport, Coverage, compose, read_source};
@@ -90,6 +90,9 @@ pub(crate) struct Covered {
     pub(crate) configurations: Configurations,
     /// The names of the profiles.
     pub(crate) profiles: Vec<String>,
+    /// How many configurations differ in their shaders or passes, with all values of parameters; `None` where one was
+    /// asked for.
+    pub(crate) reachable: Option<Count>,
 }
 
 impl Session {
@@ -295,8 +298,12 @@ impl Session {
         }
         let coverage = first?;
         self.prove_for(&coverage.variants, &profiles);
+        let reachable = profiles
+            .first()
+            .filter(|_| !only_one)
+            .map(|profile| Configurations::all(&composed.document, &self.templates, profile).number);
         let profiles = profiles.into_iter().map(|profile| profile.name).collect();
-        Some(Covered { coverage, configurations: widest, profiles })
+        Some(Covered { coverage, configurations: widest, profiles, reachable })
     }
 
     fn configured(&mut self, path: &Path, choices: &Choices) -> Option<Configured> {
@@ -532,7 +539,7 @@ fn collect(
 
 /// What wgpu says of a plan on a device with a profile's limits and features.
 #[cfg(feature = "gpu")]
-fn dry_run<'r>(
+pub(crate) fn dry_run<'r>(
     registry: &'r Registry,
     profile: &TargetProfile,
 ) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<'r> {
@@ -545,6 +552,6 @@ fn dry_run<'r>(
 
 /// Nothing, without wgpu.
 #[cfg(not(feature = "gpu"))]
-fn dry_run(_: &Registry, _: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<> {
+pub(crate) fn dry_run(_: &Registry, _: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<> {
     |_| Diagnostics::new()
 }

@@ -171,6 +171,7 @@ fn check_fix_mends_several_files_in_rounds_and_has_nothing_to_do_after() {
     let dry = run(&["check", "--fix", "--dry-run", path]);
     assert!(!text(&dry.stdout).contains("@@"), "{}", text(&dry.stdout));
     for output in [&again, &dry] {
+        assert_eq!(output.status.code(), Some(1), "there was nothing to do");
         assert!(
             text(&output.stderr).contains("nothing is wrong that can be mended"),
             "{}",
@@ -199,6 +200,47 @@ fn parts_of_pipelines_are_checked_as_what_they_are() {
     let output = run(&["check", &broken.display().to_string()]);
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stderr).contains("unknown key \"bnid\""), "{}", text(&output.stderr));
+}
+
+const CHOSEN: &str = r#"{
+  "format": 1, "name": "chosen",
+  "parameters": {
+    "way": { "type": "enum", "values": ["plain", "shown"], "default": "plain" },
+    "strength": { "type": "f32", "default": 1, "unit": "1", "min": 0, "max": 2 }
+  },
+  "resources": {
+    "spare": { "texture": { "format": "rgba8unorm", "size": "viewport" } },
+    "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }
+  },
+  "passes": {
+    "aside": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "spare" }] } },
+    "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } },
+    "show": { "when": "way == 'shown'", "after": ["fill"], "fullscreen": { "shader": "resample.wgsl.jinja",
+      "bind": { "SOURCE": "spare" }, "color": [{ "to": "target",
+        "blend": { "color": { "src_factor": "constant", "dst_factor": "one" }, "constant": "[strength, 1, 1, 0]" } }] } }
+  }
+}
+"#;
+
+#[test]
+fn what_a_plan_does_not_use_and_what_is_left_is_said_below_the_line() {
+    let folder = ScratchFolder::new("check-remarks");
+    let path = folder.join("chosen.json");
+    let path = path.to_str().unwrap();
+    std::fs::write(path, CHOSEN.replace("SOURCE", "source")).unwrap();
+    let output = run(&["check", path]);
+    let said = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(said.contains("\n  culled: nothing reads what aside writes: spare\n"), "{said}");
+    assert!(said.contains("\n  parameters without effect here: strength\n"), "{said}");
+    assert!(said.contains("\n  not checked: 1 configurations with other values of parameters"), "{said}");
+    let shown = text(&run(&["check", path, "--set", "way=shown"]).stdout);
+    assert!(!shown.contains("culled:") && !shown.contains("without effect"), "{shown}");
+
+    // What only a parameter reaches is found by `permutations`, as the line says.
+    std::fs::write(path, CHOSEN.replace("SOURCE", "sorce")).unwrap();
+    assert_eq!(run(&["check", path]).status.code(), Some(0));
+    assert_eq!(run(&["permutations", path]).status.code(), Some(1));
 }
 
 #[test]

@@ -153,7 +153,8 @@ fn bytes_of(
     if let Some(run) = bytes.filter(|run| words && (run.first % 4 != 0 || run.count % 4 != 0)) {
         let message = format!("{} bytes from byte {} are copied", run.count, run.first);
         let help = "copies begin at, and have, multiples of 4 bytes";
-        return pass.reject(codes::DEVICE_RULE, at, message, help);
+        let key = if run.first % 4 == 0 { "size" } else { "offset" };
+        return pass.reject(codes::DEVICE_RULE, &format!("{at}/{key}"), message, help);
     }
     pass.buffer_range(name, bytes, pointer)
 }

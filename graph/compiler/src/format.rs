@@ -189,14 +189,23 @@ pub(super) fn choose(
     }
     let message =
         format!("no format of \"{}\" supports all of its usages: {}", resource.name, reasons.join("; "));
-    let place = resource.value.nearest("/texture/format").span;
-    let mut diagnostic = Diagnostic::error(codes::FORMAT_USAGE, place, message)
-        .pointer(format!("{}/texture/format", resource.pointer))
-        .help(match could_be(pipeline, wants, size, texture.view == Some(TextureShape::D3)).as_slice() {
+    let would_do = could_be(pipeline, wants, size, texture.view == Some(TextureShape::D3));
+    // Where no format does, it is a use that is wrong: what is attached is not read as the shader wants it.
+    let sampled = wants.accesses.iter().rfind(|(_, one)| one.usage == Usage::Sampled);
+    let (place, pointer) = match sampled.filter(|_| would_do.is_empty()) {
+        Some((_, one)) => (one.place, one.pointer.clone()),
+        None => {
+            let pointer = format!("{}/texture/format", resource.pointer);
+            (resource.value.nearest("/texture/format").span, pointer)
+        }
+    };
+    let mut diagnostic = Diagnostic::error(codes::FORMAT_USAGE, place, message).pointer(pointer).help(
+        match would_do.as_slice() {
             [] => "choose another format, or use it otherwise: no common format would do".to_owned(),
             formats => format!("choose another format, or add a candidate: {} would do", formats.join(", ")),
-        });
-    for (pass, one) in wants.accesses.iter().take(4) {
+        },
+    );
+    for (pass, one) in wants.accesses.iter().filter(|(_, one)| one.place != place).take(4) {
         diagnostic = diagnostic
             .related(one.place, format!("\"{}\" uses it as {}", pipeline.pass(*pass).name, one.usage.name()));
     }
@@ -309,6 +318,10 @@ fn rejection(
         if samples > 1 && !guaranteed.flags.sample_count_supported(samples) {
             return Some(format!("cannot have {samples} samples"));
         }
+    }
+    // Textures of several samples are attachments, used as such or not.
+    if samples > 1 && !guaranteed.allowed_usages.contains(wgpu_types::TextureUsages::RENDER_ATTACHMENT) {
+        return Some(format!("cannot have {samples} samples"));
     }
     if wants.cleared && !guaranteed.allowed_usages.contains(wgpu_types::TextureUsages::RENDER_ATTACHMENT) {
         return Some("cannot be cleared to the initial value of a history".to_owned());

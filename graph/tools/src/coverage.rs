@@ -13,6 +13,7 @@ use crate::configurations::Configurations;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, Severity};
 use crate::document::Document;
 use crate::pipeline::{Modules, as_written};
+use crate::remarks::Remarks;
 use crate::shader::AxisValues;
 use crate::source::Sources;
 use crate::unused::unused;
@@ -27,6 +28,8 @@ pub struct Coverage {
     pub variants: BTreeSet<(String, AxisValues)>,
     /// The violations that the verifier found in plans, where it ran: defects of the compiler.
     pub violations: Vec<String>,
+    /// What the plan of the first configuration does not use.
+    pub remarks: Remarks,
 }
 
 /// What else is said of a plan.
@@ -94,6 +97,7 @@ pub fn check_configurations(
     // A use that is invalid counts for nothing.
     if found.is_sound() {
         unused(document, templates, diagnostics);
+        coverage.remarks = Remarks::of(document, &coverage.first);
     }
     diagnostics.extend(found.diagnostics(configurations));
     coverage

@@ -28,6 +28,7 @@ mod property_tests_uninitialised;
 #[cfg(test)]
 mod property_tests_writers;
 mod reach;
+mod remarks;
 pub mod report;
 pub mod reprojection;
 mod thresholds;
@@ -43,3 +44,4 @@ pub use configurations::{Configuration, Configurations, MAX as MAX_CONFIGURATION
 pub use cover::Cover;
 pub use coverage::{Coverage, Judge, check_configurations};
 pub use reach::{AxisProduct, Configured, Reached, ReachedProgram, reach};
+pub use remarks::Remarks;

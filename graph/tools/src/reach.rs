@@ -4,14 +4,18 @@
 //! host, the union of a pass's variants) holds for every one of them. Their shader variants are kept apart as a list of
 //! products: a value of one axis is only combined with a value of another where some configuration does so.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::sync::Arc;
 
 use super::configurations::{Configurations, FreeAxis, cannot_hold};
 use crate::check::CheckOptions;
+use crate::compiler;
 use crate::compose::with_users;
+use crate::coverage::Judge;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
 use crate::document::{self, Document};
-use crate::pipeline::{Absent, Modules, Overrides, lacking};
+use crate::pipeline::{Absent, Modules, Overrides, Pipeline, lacking};
 use crate::shader::permutations::Count;
 use crate::shader::{self, AxisValue, AxisValues};
 use crate::source::{Sources, Span};
@@ -67,10 +71,13 @@ pub enum Configured<'a> {
 /// Where only features are switched that is an error, since features can say what they require and exclude. Where a
 /// parameter is involved it is a note: whoever chooses such values is told so then, and no shader is reached; these
 /// configurations are counted apart.
+///
+/// What `judge` says of a plan is added: a dry run's diagnostics, for one. It is asked of each configuration that has a
+/// pass with other work, or other shaders, than all before.
 pub fn reach(
     document: &Document,
     options: &CheckOptions<'_>,
-    configured: Configured<'_>,
+    (configured, judge): (Configured<'_>, Judge<'_>),
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Reached {
@@ -83,8 +90,16 @@ pub fn reach(
     let mut rejected = Rejected::default();
     let mut present = BTreeSet::new();
     let mut wanted = 0;
-    let loaded =
-        configurations.load(document, options, sources, &mut modules, |at, overrides, _, own, modules| {
+    let mut realized = Realized { judge, works: HashSet::new() };
+    let loaded = configurations.load(
+        document,
+        options,
+        sources,
+        &mut modules,
+        |at, overrides, pipeline, mut own, modules| {
+            if !own.has_errors() {
+                own.extend(realized.judge(pipeline, options, sources));
+            }
             let mut here = std::mem::take(&mut modules.present);
             let key = |diagnostic: &Diagnostic| {
                 (diagnostic.code, diagnostic.place.clone(), diagnostic.message.clone())
@@ -112,7 +127,8 @@ pub fn reach(
                     diagnostics.push(diagnostic);
                 }
             }
-        });
+        },
+    );
     if let Err(own_diagnostics) = loaded {
         diagnostics.extend(with_users(document, own_diagnostics));
         return Reached::default();
@@ -126,6 +142,41 @@ pub fn reach(
     diagnostics.extend(rejected.notes());
     let (number, loaded) = (configurations.number, configurations.list.len());
     Reached { programs, configurations: number, loaded, rejected: number_rejected }
+}
+
+/// What is said of plans, where a pass is as in none before.
+struct Realized<'j> {
+    judge: Judge<'j>,
+    works: HashSet<u64>,
+}
+
+impl Realized<'_> {
+    fn judge(
+        &mut self,
+        mut pipeline: Pipeline,
+        options: &CheckOptions<'_>,
+        sources: &Sources,
+    ) -> Diagnostics {
+        let mut is_new = false;
+        for pass in &pipeline.passes {
+            let mut hasher = DefaultHasher::new();
+            (&pass.name, format!("{:?}", pass.work())).hash(&mut hasher);
+            let variants = pass.work().program().map(|program| &pipeline.program(program).variants);
+            variants.into_iter().flatten().for_each(|variant| variant.module.hash.hash(&mut hasher));
+            is_new |= self.works.insert(hasher.finish());
+        }
+        let mut own = Diagnostics::new();
+        if !is_new || !pipeline.gaps.is_empty() || !pipeline.refused.is_empty() {
+            return own;
+        }
+        compiler::set_aside(&mut pipeline, options.plan, sources, &mut own);
+        let pipeline = Arc::new(pipeline);
+        let graph = compiler::build(&pipeline, &mut own);
+        let plan = graph.and_then(|graph| compiler::plan(&pipeline, &graph, options.plan, sources, &mut own));
+        // Values of parameters may ask for what no device has: whoever gives them is told so then.
+        let is_sound = !own.has_errors();
+        plan.filter(|_| is_sound).map(|plan| (self.judge)(&Arc::new(plan))).unwrap_or_default()
+    }
 }
 
 /// The diagnostics about passes that no configuration has. Where it is shown that there is none, the pass is of no use;

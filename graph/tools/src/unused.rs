@@ -16,15 +16,15 @@ use crate::shader::{Axes, TemplateSet};
 
 /// The names that a part of a document mentions.
 #[derive(Default)]
-struct Mentioned<'a> {
-    words: BTreeSet<&'a str>,
+pub(crate) struct Mentioned<'a> {
+    pub(crate) words: BTreeSet<&'a str>,
     texts: BTreeSet<&'a str>,
     /// Whether a text is computed, and could be the name of any template.
     is_open: bool,
 }
 
 impl<'a> Mentioned<'a> {
-    fn read(&mut self, value: &'a Value) {
+    pub(crate) fn read(&mut self, value: &'a Value) {
         match &value.kind {
             Kind::Text(text) => self.text(text),
             Kind::Array(elements) => elements.iter().for_each(|element| self.read(element)),

@@ -74,6 +74,15 @@ pub enum Work {
 }
 
 impl Work {
+    /// The shader, of what has one.
+    pub fn program(&self) -> Option<ProgramHandle> {
+        match self {
+            Work::Render(render) => Some(render.draw.bound().0),
+            Work::Compute(compute) => Some(compute.program),
+            Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => None,
+        }
+    }
+
     /// What it accesses and how, in the order in which it is done.
     pub fn accesses(&self) -> Vec<(&Subresource, Usage)> {
         let mut all = Vec::new();

@@ -93,7 +93,7 @@ fn lay_over(
             (None, Kind::Null) if changes.deleted.get(&at.to_string()) == Some(&entry.value.span) => {}
             (None, Kind::Null) if !keeps => {
                 let message = format!("there is no \"{}\" to delete", entry.key);
-                let diagnostic = Diagnostic::error(codes::DELETES_NOTHING, entry.value.span, message);
+                let diagnostic = Diagnostic::error(codes::DELETES_NOTHING, entry.key_span, message);
                 let left = entries.iter().enumerate().filter(|(index, _)| !deleted.contains(index));
                 let names = left.map(|(_, known)| known.key.as_str());
                 let taken = |name: &str| written.iter().any(|key| key == name);
@@ -159,7 +159,7 @@ pub(super) fn reject_deletions(
             }
             let message = format!("there is no \"{}\" to delete", entry.key);
             diagnostics.push(
-                Diagnostic::error(codes::DELETES_NOTHING, entry.value.span, message)
+                Diagnostic::error(codes::DELETES_NOTHING, entry.key_span, message)
                     .pointer(at)
                     .help("null deletes what an extended file has under that key; leave the key out"),
             );

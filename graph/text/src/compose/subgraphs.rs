@@ -141,6 +141,17 @@ impl Composer<'_> {
                 return None;
             }
         };
+        let what = match (root.get("passes"), root.get("inserts"), root.get("parameters")) {
+            (None, Some(_), _) => Some("an extension: `--extension FILE` puts it into a pipeline"),
+            (None, None, Some(_)) => Some("a parameter file: `--params FILE` gives its values"),
+            _ => None,
+        };
+        if let Some(what) = what {
+            let message = format!("\"{name}\" is no subgraph, but {what}");
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_SUBGRAPH, place, message);
+            self.diagnostics.push(diagnostic.help("a subgraph is a file with \"inputs\" and \"passes\""));
+            return None;
+        }
         let all = TOP.key("subgraphs");
         merge::reject_deletions(&mut root, &all.key(name), &self.changes, self.diagnostics);
         resolve(self.files, &mut root, path);

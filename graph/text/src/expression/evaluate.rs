@@ -251,7 +251,7 @@ fn call(
     let Some(function) = FUNCTIONS.iter().find(|function| function.name == name) else {
         let known: Vec<String> = FUNCTIONS.iter().map(|function| function.name.to_owned()).collect();
         return Err(ExpressionError {
-            range,
+            range: range.start..range.start + name.len(),
             kind: ErrorKind::UnknownName,
             message: format!("there is no function \"{name}\""),
             help: Some(format!("the functions are {}", known.join(", "))),

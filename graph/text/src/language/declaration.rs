@@ -339,7 +339,8 @@ pub struct PassCommon {
     pub extends: Option<Names>,
     /// Whether the pass is there at all: an expression over parameters and features.
     pub when: Option<Expr>,
-    /// Repeats the pass: one variable, with a count or a list as an expression. Rounds are named NAME.0, NAME.1, …
+    /// Repeats the pass: one variable, with a count or a list as an expression, such as { "level": "levels - 1" }. Rounds
+    /// are named NAME.0, NAME.1, …
     pub for_each: Option<BTreeMap<String, Expr>>,
     /// Instead of a node kind: the subgraph that stands here, by its name under "subgraphs", or the path of a file that is
     /// one, relative to this file, such as "parts/blur.json".

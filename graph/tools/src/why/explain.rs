@@ -10,7 +10,7 @@ use crate::expression;
 use crate::language::{Lifetime, format_name};
 use crate::pipeline::{Pipeline, ResourceKind};
 use crate::source::Span;
-use crate::work::{PassHandle, Work};
+use crate::work::PassHandle;
 
 /// The kind in words, more exactly than the enumeration.
 pub(super) fn what(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> String {
@@ -432,11 +432,7 @@ fn has_axis(subject: &Subject<'_>, pass: &str, name: &str) -> bool {
     let Some(pipeline) = subject.checked.pipeline.as_deref() else { return false };
     let instances = instances(subject, pass);
     let passes = pipeline.passes.iter().filter(|one| instances.contains(&one.name.as_str()));
-    let mut programs = passes.filter_map(|one| match one.work() {
-        Work::Render(render) => Some(render.draw.bound().0),
-        Work::Compute(compute) => Some(compute.program),
-        Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => None,
-    });
+    let mut programs = passes.filter_map(|one| one.work().program());
     programs.any(|handle| pipeline.program(handle).axes.iter().any(|(axis, _)| axis == name))
 }
 

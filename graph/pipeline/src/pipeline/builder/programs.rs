@@ -80,7 +80,18 @@ impl PassBuilder<'_> {
                     }
                 },
                 Err(error) => {
-                    self.expression_error(&error, &at());
+                    // A word, and no name of this pipeline.
+                    let word = expr.parse().ok().and_then(|one| match one.kind {
+                        ExpressionKind::Name(word) if error.unknown.is_some() => Some(AxisValue::Name(word)),
+                        _ => None,
+                    });
+                    let has_words = known.get(name).is_some_and(|axis| {
+                        matches!(axis.kind, AxisKind::Enum(_) | AxisKind::TextureFormat(_))
+                    });
+                    match word.filter(|_| !has_words) {
+                        Some(word) => self.axis_value_error(template, known, name, &word, &at()),
+                        None => self.expression_error(&error, &at()),
+                    }
                     fine = false;
                 }
             }

@@ -176,11 +176,12 @@ pub(super) fn is_absent(absent: &BTreeSet<String>, name: &str) -> bool {
     }
 }
 
-/// Whether a pass is, or comes of, one that could not be declared.
+/// Whether a pass is, or comes of, one that could not be declared, or has such rounds.
 pub(super) fn is_gap(gaps: &[(String, &Entry)], name: &str) -> bool {
-    gaps.iter().any(|(gap, _)| {
-        name.strip_prefix(gap.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-    })
+    let is_in = |name: &str, outer: &str| {
+        name.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    gaps.iter().any(|(gap, _)| is_in(name, gap) || is_in(gap, name))
 }
 
 /// The resources of which nothing is known: broken ones, and those that passes with diagnostics mention (any string

@@ -169,7 +169,12 @@ impl<'a> Checker<'a, '_> {
 
     fn wrong_type(&mut self, value: &Value, wanted: &str, pointer: &Pointer<'_>) {
         let message = format!("{wanted} is wanted here, this is {}", value.kind_name());
-        self.push(Diagnostic::error(codes::WRONG_TYPE, value.span, message), pointer);
+        let mut diagnostic = Diagnostic::error(codes::WRONG_TYPE, value.span, message);
+        let number = value.text().filter(|text| text.parse::<f64>().is_ok_and(f64::is_finite));
+        if let Some(number) = number.filter(|_| wanted.contains("number")) {
+            diagnostic.help = Some(format!("write it without quotes: {number}"));
+        }
+        self.push(diagnostic, pointer);
     }
 
     fn words(&mut self, value: &Value, words: &[Json], pointer: &Pointer<'_>) {
@@ -235,7 +240,19 @@ impl<'a> Checker<'a, '_> {
                         match is_expression {
                             true => unknown_word(value, &words)
                                 .help(format!("an expression begins with \"=\": write \"={text}\"")),
-                            false => unknown_word(value, &words),
+                            false => match unknown_word(value, &words) {
+                                // It may be the name of a parameter or derived value.
+                                word if alternatives.takes_expressions
+                                    && word.fix.is_none()
+                                    && is_name(text) =>
+                                {
+                                    let known = word.help.clone().unwrap_or_default();
+                                    word.help(format!(
+                                        "{known}; an expression begins with \"=\": \"={text}\""
+                                    ))
+                                }
+                                word => word,
+                            },
                         },
                         pointer,
                     );
@@ -320,6 +337,12 @@ pub fn unknown_key(entry: &Entry, known: &[&str], beside: &[Entry]) -> Diagnosti
         [] => "no keys are known here".to_owned(),
         known => format!("the keys known here are {}", known.join(", ")),
     })
+}
+
+/// Whether a text could be the name of something in an expression.
+fn is_name(text: &str) -> bool {
+    text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+        && text.chars().all(|each| each.is_ascii_alphanumeric() || each == '_')
 }
 
 /// The diagnostic for a text that is none of the known words.

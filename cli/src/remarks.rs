@@ -1,0 +1,49 @@
+//! What `check` says below its line about a pipeline: what the plan does not use, and what is left to `permutations`.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::session::Covered;
+
+/// The maximum number of names in a line.
+const NAMES: usize = 8;
+
+/// The configurations that parameters reach and `check` has not gone through.
+pub(crate) fn left(covered: &Covered) -> u64 {
+    let Some(reachable) = covered.reachable else { return 0 };
+    let checked = covered.configurations.list.len() as u128;
+    u64::try_from(reachable.number.saturating_sub(checked)).unwrap_or(u64::MAX)
+}
+
+/// A line for each thing, all indented; nothing where there is nothing to say.
+pub(crate) fn lines(path: &Path, covered: &Covered) -> String {
+    let remarks = &covered.coverage.remarks;
+    let mut text = String::new();
+    let culled = remarks.culled.iter().map(|(_, reason)| reason.clone());
+    list(&mut text, "culled", "; ", culled);
+    let entries = remarks.entry_points.iter().map(|(template, name)| format!("{name} of {template}"));
+    list(&mut text, "entry points that no pass runs", ", ", entries);
+    list(&mut text, "parameters without effect here", ", ", remarks.parameters.iter().cloned());
+    let left = left(covered);
+    if left > 0 {
+        let exact = covered.reachable.is_some_and(|reachable| reachable.exact);
+        let min = if exact { "" } else { "at least " };
+        let _ = writeln!(
+            text,
+            "  not checked: {min}{left} configurations with other values of parameters that reach other shaders or \
+             passes; `umbragraph permutations {}` proves them",
+            path.display()
+        );
+    }
+    text
+}
+
+fn list(text: &mut String, what: &str, between: &str, names: impl ExactSizeIterator<Item = String>) {
+    let number = names.len();
+    if number == 0 {
+        return;
+    }
+    let shown: Vec<String> = names.take(NAMES).collect();
+    let more = if number > NAMES { format!("{between}and {} more", number - NAMES) } else { String::new() };
+    let _ = writeln!(text, "  {what}: {}{more}", shown.join(between));
+}

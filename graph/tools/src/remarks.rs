@@ -1,0 +1,111 @@
+//! What a pipeline has and a plan of it does not use: no defect, but worth a line.
+//!
+//! Culled passes, with the reason; entry points of the shaders that no pass runs; parameters that nothing of the plan
+//! follows from. The last are found by words, as unused settings are (`unused`), but in what the plan keeps: its passes,
+//! resources and what these name in turn, and the conditions of all passes. So one that only a setting of another scheme
+//! reads is named; one that is only multiplied by zero is not.
+
+use std::collections::BTreeSet;
+
+use crate::check::CheckReport;
+use crate::compiler::Plan;
+use crate::document::{Document, Entry, Value};
+use crate::pipeline::Pipeline;
+use crate::shader::Stage;
+use crate::unused::Mentioned;
+use crate::work::Work;
+
+/// What a plan does not use.
+#[derive(Clone, Debug, Default)]
+pub struct Remarks {
+    /// The culled passes, each with the first step of the reason.
+    pub culled: Vec<(String, String)>,
+    /// The entry points that no pass runs, as template and name.
+    pub entry_points: Vec<(String, String)>,
+    /// The parameters from which nothing of the plan follows.
+    pub parameters: Vec<String>,
+}
+
+impl Remarks {
+    /// What the plan of a checked pipeline does not use; nothing where there is no plan.
+    pub(crate) fn of(document: &Document, checked: &CheckReport) -> Self {
+        let (Some(pipeline), Some(plan)) = (&checked.pipeline, &checked.plan) else { return Self::default() };
+        let reason = |name: &String| plan.why_culled_within(name, 1).into_iter().next().unwrap_or_default();
+        Self {
+            culled: plan.culled.keys().map(|name| (name.clone(), reason(name))).collect(),
+            entry_points: entry_points(pipeline),
+            parameters: parameters(document, pipeline, plan),
+        }
+    }
+}
+
+fn entry_points(pipeline: &Pipeline) -> Vec<(String, String)> {
+    let (mut run, mut all) = (BTreeSet::new(), BTreeSet::new());
+    for pass in &pipeline.passes {
+        let stages: &[Stage] = match pass.work() {
+            Work::Render(_) => &[Stage::Vertex, Stage::Fragment],
+            _ => &[Stage::Compute],
+        };
+        let Some(program) = pass.work().program() else { continue };
+        let program = pipeline.program(program);
+        for variant in &program.variants {
+            let name = |entry: &crate::shader::EntryPoint| (program.template.clone(), entry.name.clone());
+            all.extend(variant.module.reflection.entry_points.iter().map(name));
+            run.extend(stages.iter().filter_map(|stage| variant.entry_point(*stage)).map(name));
+        }
+    }
+    all.difference(&run).cloned().collect()
+}
+
+fn parameters(document: &Document, pipeline: &Pipeline, plan: &Plan) -> Vec<String> {
+    let root = &document.root;
+    let entries = |section: &str| root.get(section).and_then(Value::entries).unwrap_or_default();
+    let kept: BTreeSet<&str> = plan
+        .passes
+        .iter()
+        .filter_map(|planned| pipeline.pass(planned.handle).pointer.strip_prefix("/passes/"))
+        .map(|rest| rest.split('/').next().unwrap_or(rest))
+        .collect();
+    let mut mentioned = Mentioned::default();
+    let mut axes = BTreeSet::new();
+    for entry in entries("passes") {
+        if kept.contains(entry.key.as_str()) || entry.value.get("use").is_some() {
+            mentioned.read(&entry.value);
+        } else {
+            let conditions = ["when", "for_each"].into_iter().filter_map(|key| entry.value.get(key));
+            conditions.for_each(|condition| mentioned.read(condition));
+        }
+    }
+    for planned in &plan.passes {
+        let Some(program) = pipeline.pass(planned.handle).work().program() else { continue };
+        for variant in &pipeline.program(program).variants {
+            axes.extend(variant.module.axes.keys().chain(variant.module.constants.keys()).cloned());
+        }
+    }
+    // What is named names others in turn; what nothing names says nothing.
+    for section in ["constraints", "geometry", "subgraphs", "shared_settings"] {
+        root.get(section).into_iter().for_each(|section| mentioned.read(section));
+    }
+    let mut waiting: Vec<&Entry> =
+        ["resources", "derived", "features"].into_iter().flat_map(entries).collect();
+    loop {
+        let before = waiting.len();
+        waiting.retain(|entry| {
+            let is_named = mentioned.words.contains(entry.key.as_str())
+                || axes.contains(&entry.key)
+                || plan.resources.contains_key(&entry.key);
+            if is_named {
+                mentioned.read(&entry.value);
+            }
+            !is_named
+        });
+        if waiting.len() == before {
+            break;
+        }
+    }
+    let declared = entries("parameters").iter().map(|entry| &entry.key);
+    declared
+        .filter(|name| !mentioned.words.contains(name.as_str()) && !axes.contains(*name))
+        .cloned()
+        .collect()
+}
