@@ -393,7 +393,7 @@ mod tests {
             ("sqrt(-1)", 0..8, ErrorKind::Arithmetic),
             ("far[2]", 4..5, ErrorKind::Arithmetic),
             ("sise + 1", 0..4, ErrorKind::UnknownName),
-            ("flor(1)", 0..7, ErrorKind::UnknownName),
+            ("flor(1)", 0..4, ErrorKind::UnknownName),
             ("1 + ", 4..4, ErrorKind::Syntax),
             ("(1", 2..2, ErrorKind::Syntax),
             ("1 2", 2..3, ErrorKind::Syntax),
