@@ -433,10 +433,10 @@ fn whatever_comes_no_kept_map_is_older_than_its_cadence() {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (seed >> 33) % end
         };
-        let cadence = 1 << next(4);
+        let cadence = 2 << next(3);
         let list = format!("[{cadence}]");
         let parameters =
-            [("far", "[4, 40]"), ("resolution", "64"), ("fit", "\"sphere\""), ("cadence", list.as_str())];
+            [("far", "[4, 40]"), ("resolution", "256"), ("fit", "\"sphere\""), ("cadence", list.as_str())];
         let outcomes = ["false", "true"]
             .map(|cached| pipeline("pipelines/nebula.json", &parameters, &[("cached", cached)]));
         let [mut plain, mut kept] = outcomes.each_ref().map(|outcome| Host::new(&gpu, outcome, &scene));
