@@ -33,6 +33,7 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("parts/blur.json", include_str!("parts/blur.json")),
     ("parts/blur_tiles.json", include_str!("parts/blur_tiles.json")),
     ("parts/cached_casters.json", include_str!("parts/cached_casters.json")),
+    ("parts/mips.json", include_str!("parts/mips.json")),
     ("umbra.json", include_str!("umbra.json")),
 ];
 

@@ -201,6 +201,7 @@ fn files_of_the_other_kinds_conform_to_theirs() {
                 "pipelines/learn/parts/through_small.json",
                 "pipelines/parts/blur.json",
                 "pipelines/parts/blur_tiles.json",
+                "pipelines/parts/mips.json",
             ];
             own.map(|path| root().join(path)).to_vec()
         }),

@@ -88,6 +88,14 @@ fn moments_take_memory_where_they_are_asked_for_alone() {
     }
     let (filter, precision, texel) = KINDS[1];
     assert_eq!(bytes(&none), bytes(&with((filter, precision), ("moment_cascades", "\"none\""))));
+    // Four more levels, each a quarter of the one above; without moments none.
+    let levels = |parameters: &[(&'static str, &'static str)]| {
+        awsm(parameters, &[("moment_filter", filter), ("moment_precision", precision)], [160, 120])
+    };
+    let mips = levels(&[("moment_levels", "5"), ("moment_cascades", "\"last\"")]);
+    let count = mips.plan().passes.iter().filter(|pass| pass.name.starts_with("reduce_")).count();
+    assert_eq!((count, mips.plan().resources["soft_cascade_moments"].size.expect("a texture").mips), (4, 5));
+    assert_eq!(bytes(&levels(&[("moment_levels", "5")])), bytes(&none));
     for (which, layers) in [("\"last\"", 1), ("\"last_two\"", 2)] {
         let some = with((filter, precision), ("moment_cascades", which));
         assert_eq!(bytes(&some), bytes(&none) + layers * (2 * 256 * 256 * texel + 16 * 16 * 16), "{which}");
@@ -194,6 +202,39 @@ fn forward_and_reverse_depth_give_the_same_shadows_of_moments() {
         let bound = if precision == "\"fp32\"" { 640 * 360 / 10_000 } else { 640 * 360 / 2000 };
         assert!(differing <= bound, "{filter} {precision}: {differing} pixels differ");
     }
+}
+
+/// How far shadows in a small picture are from those of a picture four times as large that is then made as small.
+#[test]
+fn mips_of_moments_bring_a_small_picture_closer_to_a_large_one() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = scene(&root().join("examples/scenes/figure.glb"));
+    let [width, height] = [80_usize, 45];
+    let picture = |levels, scale: u32| {
+        let parameters = [
+            ("moment_cascades", "\"all\""),
+            ("moment_spots", "true"),
+            ("moment_levels", levels),
+            ("blur_radius", "1"),
+            ("cascade_side", "2048"),
+            ("debug_view", "\"shadow_term\""),
+        ];
+        let outcome = awsm(&parameters, &[("moment_filter", "\"msm\"")], [80 * scale, 45 * scale]);
+        Host::new(&gpu, &outcome, &scene).picture(&scene.frame_input(80.0 / 45.0, 0.0))
+    };
+    let large: Vec<f64> = picture("1", 4).rgba_pixels().map(|pixel| f64::from(pixel[0])).collect();
+    let error = |levels| {
+        let small = picture(levels, 1);
+        let errors = small.rgba_pixels().enumerate().map(|(at, pixel)| {
+            let (x, y) = (at % width * 4, at / width * 4);
+            let mean = (0..16).map(|at| large[(y + at / 4) * width * 4 + x + at % 4]).sum::<f64>() / 16.0;
+            (f64::from(pixel[0]) - mean).abs()
+        });
+        errors.sum::<f64>() / (width * height) as f64
+    };
+    let (with, without) = (error("5"), error("1"));
+    println!("{with:.2} levels of 255 with mips, {without:.2} without");
+    assert!(with < 0.8 * without, "{with} and {without}");
 }
 
 #[test]

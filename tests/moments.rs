@@ -55,6 +55,16 @@ struct Settings { exponent: f32, deviation: f32, bias: f32 }
 }
 "#;
 
+/// Numbers that differ from texel to texel.
+const NOISE: &str = r#"{% include "lib/texels.wgsl.jinja" %}
+@group(1) @binding(1) var image: texture_storage_2d_array<{{ texel_storage }}, write>;
+@compute @workgroup_size(16, 16) fn paint(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= textureDimensions(image)) || id.z >= textureNumLayers(image) { return; }
+    let number = f32((id.x * 7919u + id.y * 104729u + id.z * 31u) % 1009u) / 1009.0;
+    textureStore(image, id.xy, id.z, pack_texel(vec4<f32>(number, 1.0 - number, number * number, 0.5)));
+}
+"#;
+
 /// An image of zeros with a one in it, one of a constant, and one of halves that are tiles.
 const IMAGES: &str = r#"{% include "lib/texels.wgsl.jinja" %}
 struct Settings { constant: f32, radius: f32 }
@@ -76,13 +86,15 @@ struct Settings { constant: f32, radius: f32 }
 }
 "#;
 
-const OWN: [(&str, &str); 8] = [
+const OWN: [(&str, &str); 10] = [
     ("ramp.wgsl.jinja", RAMP),
     ("ramp.axes.json", r#"{ "inherits": ["lib/texels.wgsl.jinja", "lib/moments.wgsl.jinja"], "axes": {} }"#),
     ("unpack.wgsl.jinja", UNPACK),
     ("unpack.axes.json", r#"{ "inherits": ["lib/texels.wgsl.jinja"], "axes": {} }"#),
     ("bound.wgsl.jinja", BOUND),
     ("bound.axes.json", r#"{ "inherits": ["lib/moments_lit.wgsl.jinja"], "axes": {} }"#),
+    ("noise.wgsl.jinja", NOISE),
+    ("noise.axes.json", r#"{ "inherits": ["lib/texels.wgsl.jinja"], "axes": {} }"#),
     ("images.wgsl.jinja", IMAGES),
     ("images.axes.json", r#"{ "inherits": ["lib/texels.wgsl.jinja"], "axes": {} }"#),
 ];
@@ -310,6 +322,62 @@ fn a_constant_stays_constant_to_the_last_texel_of_a_layer_and_of_a_tile_whatever
                     };
                     assert!(error <= bound, "{texel}, radius {radius}, texel {at}: {value:?} of {wanted}");
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn each_mip_level_is_the_mean_of_the_level_above_it() {
+    let Some(gpu) = gpu::device() else { return };
+    // The sides of the first level, one of which is odd from the second level on, and one a single texel at last.
+    for (size, formats) in [([50_u32, 37_u32], 0..5), ([64, 2], 0..1)] {
+        for (texel, format, bound) in [
+            ("rgba32float", "rgba32float", 1e-6),
+            ("rg32float", "rg32float", 1e-6),
+            ("rgba16float", "rgba16float", 2e-3),
+            ("packed_2x16float", "r32uint", 2e-3),
+            ("packed_4x16unorm", "rg32uint", 4.0 / 65535.0),
+        ][formats]
+            .iter()
+            .copied()
+        {
+            let level = |level: u32| {
+                let [width, height] = size.map(|side| (side >> level).max(1));
+                let image = format!(
+                    r#", "image": {{ "texture": {{ "format": "{format}", "size": {size:?}, "layers": 2, "mips": 5, "view": "2d-array" }} }}"#
+                );
+                let passes = format!(
+                    r#""paint": {{ "compute": {{ "shader": "noise.wgsl.jinja", "over": "image", "axes": {{ "texel_format": "'{texel}'" }},
+                        "bind": {{ "image": {{ "texture": {{ "name": "image", "mip": 0 }} }} }} }} }},
+                    "mips": {{ "use": "pipelines/parts/mips.json",
+                        "with": {{ "image": "image", "levels": 5, "texel_format": "{texel}" }} }},
+                    "unpack": {{ "compute": {{ "shader": "unpack.wgsl.jinja", "over": "plain", "axes": {{ "texel_format": "'{texel}'" }},
+                        "bind": {{ "image": {{ "texture": {{ "name": "image", "mip": {level} }} }}, "plain": "plain" }} }} }}"#
+                );
+                (width, height, run(&gpu, [width, height, 2], &image, &passes).values)
+            };
+            let mut above = level(0);
+            assert!(above.2.iter().any(|value| value[0] > 0.9) && above.2.iter().any(|value| value[0] < 0.1));
+            for index in 1..5 {
+                let (width, height, values) = level(index);
+                for (at, value) in values.iter().enumerate() {
+                    let (x, y) = (at as u32 % width, at as u32 / width % height);
+                    let layer = at as u32 / (width * height);
+                    let of_four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(right, down)| {
+                        let (x, y) = ((2 * x + right).min(above.0 - 1), (2 * y + down).min(above.1 - 1));
+                        above.2[((layer * above.1 + y) * above.0 + x) as usize]
+                    });
+                    for (channel, value) in value.iter().enumerate() {
+                        let wanted = of_four.iter().map(|one| f64::from(one[channel])).sum::<f64>() / 4.0;
+                        let error = (f64::from(*value) - wanted).abs();
+                        assert!(
+                            error <= bound,
+                            "{texel} {size:?}, level {index}, {x} {y}: {value} of {wanted}"
+                        );
+                    }
+                }
+                above = (width, height, values);
             }
         }
     }

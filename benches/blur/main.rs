@@ -119,8 +119,9 @@ impl Form {
 
 /// Holds two textures to be the same within 1e-6; of 16 bits within the last.
 fn same(gpu: &Gpu, textures: &[wgpu::Texture; 2]) {
-    let [plain, shared] =
-        textures.each_ref().map(|one| pollster::block_on(read_back(&gpu.device, &gpu.queue, one)).expect("texels"));
+    let [plain, shared] = textures
+        .each_ref()
+        .map(|one| pollster::block_on(read_back(&gpu.device, &gpu.queue, one)).expect("texels"));
     let bound = if textures[0].format() == wgpu::TextureFormat::Rgba16Float { 1e-3 } else { 1e-6 };
     let pairs = plain.values.iter().flatten().zip(shared.values.iter().flatten());
     let worst = pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f32::max);

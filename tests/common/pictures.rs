@@ -226,6 +226,17 @@ pub const VARIANTS: &[Variant] = &[
         &[("moment_filter", "\"msm\"")],
     ),
     variant(
+        ["awsm", "courtyard", "moment_mips"],
+        &[
+            ("moment_cascades", "\"all\""),
+            ("moment_spots", "true"),
+            ("moment_levels", "5"),
+            ("blur_radius", "1"),
+            ("cascade_side", "1024"),
+        ],
+        &[("moment_precision", "\"fp32\"")],
+    ),
+    variant(
         ["awsm", "figure", "evsm4_fp16"],
         &[
             ("moment_cascades", "\"last_two\""),
