@@ -244,6 +244,28 @@ fn what_a_plan_does_not_use_and_what_is_left_is_said_below_the_line() {
 }
 
 #[test]
+fn a_filter_that_scenes_do_not_know_is_found_without_a_scene() {
+    let folder = ScratchFolder::new("check-filter");
+    let path = folder.join("slip.json");
+    let document = r#"{ "format": 1, "name": "slip", "extends": "umbragraph:nebula.json",
+      "passes": { "shade": { "draw": { "filter": "opaqe" } } } }"#;
+    std::fs::write(&path, document).unwrap();
+    let output = run(&["check", path.to_str().unwrap()]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    for words in ["error[UG0805]", "knows no filter \"opaqe\"", "slip.json:2:50", "did you mean \"opaque\"?"]
+    {
+        assert!(said.contains(words), "{words} is missing in {said}");
+    }
+    std::fs::write(&path, document.replace("opaqe", "what else")).unwrap();
+    let said = text(&run(&["check", path.to_str().unwrap()]).stderr);
+    assert!(
+        said.contains("it knows all, opaque, transparent, casters, static_casters, dynamic_casters"),
+        "{said}"
+    );
+}
+
+#[test]
 fn a_folder_is_no_file_to_include() {
     let folder = ScratchFolder::new("check-include-folder");
     let path = folder.join("main.json");

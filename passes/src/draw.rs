@@ -106,6 +106,7 @@ impl Node for Draw {
 impl Draw {
     fn scene(&self, pass: &mut PassBuilder<'_>, geometry: String) -> Option<DrawWork> {
         let views = pass.data(&self.views, "/views");
+        pass.filter(&geometry, &self.filter, "/filter");
         let (program, bindings) = self.shader.declare(pass, Some(&geometry));
         let cull = pass.word_or(&self.cull, "/cull", Cull::Back)?;
         let order = pass.word_or(&self.order, "/order", DrawOrder::default())?;

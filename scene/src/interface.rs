@@ -12,6 +12,7 @@ use umbragraph_pipeline::draw::{
 };
 use umbragraph_pipeline::wgpu_types::VertexFormat;
 
+use crate::filter::FILTERS;
 use crate::scene::{Draw, Scene};
 
 /// The name of the geometry contract that scenes fulfil.
@@ -118,6 +119,7 @@ pub fn any_scene() -> HostInterface {
         .material(HostSlot::opaque("base_color_sampler", "sampler"))
         .object(slot("object", object))
         .properties(PROPERTIES, (0..1 << PROPERTIES.len()).map(PropertySet))
+        .filters(FILTERS)
 }
 
 #[cfg(test)]

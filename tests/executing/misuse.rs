@@ -125,3 +125,28 @@ fn a_host_that_moves_the_viewport_does_not_reach_into_the_next_view() {
     show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0 0 0 2 2", "0"]));
     assert_eq!(color(&gpu, &target, 0), RED_TEXEL);
 }
+
+/// Passes and what they draw into are labelled as the pipeline names them, so that wgpu's own errors and debuggers do.
+#[test]
+fn errors_of_the_device_name_passes_and_resources_as_the_pipeline_does() {
+    let Some(gpu) = gpu::device() else { return };
+    let plan = plan(&target(1), &draw(8, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    // Without the vertex buffer that the pipeline reads.
+    let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]])
+        .drawing(|pass, _| pass.render_pass().draw(0..6, 0..1));
+    let mut executor = executor(&gpu, &plan, Some(&squares));
+    let target = import(&gpu, &plan, "target");
+    let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let (input, imports) = (frame(&["0"]), [("target", &target)]);
+    let record = umbragraph::executor::Frame {
+        input: &input,
+        draws: Some(&squares as &dyn umbragraph::draw::DrawSource),
+        imports: &imports,
+        toggles: &[],
+    };
+    let _ = executor.record(&mut encoder, &record);
+    let _ = encoder.finish();
+    let error = pollster::block_on(scope.pop()).expect("an error of the device").to_string();
+    assert!(error.contains("\"squares\"") || error.contains("'squares'"), "{error}");
+}

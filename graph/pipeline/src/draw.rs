@@ -55,6 +55,8 @@ pub struct HostInterface {
     pub properties: Vec<String>,
     /// The combinations of properties that occur; pipelines are built for these.
     pub property_sets: Vec<PropertySet>,
+    /// The words that passes may write under `filter`; any where none are stated.
+    pub filters: Vec<String>,
     /// The layout of bind group 2, where the host has bind groups of its own for it. Bindings are then found by their
     /// numbers, and `material` need only name blocks whose members are to be compared.
     pub material_layout: Option<Vec<BindGroupLayoutEntry>>,
@@ -113,6 +115,13 @@ impl HostInterface {
         buffers: impl IntoIterator<Item = HostVertexBuffer>,
     ) -> Self {
         self.vertex_buffers_of.push((set, buffers.into_iter().collect()));
+        self
+    }
+
+    /// With the words that passes may write under `filter`.
+    #[must_use]
+    pub fn filters(mut self, filters: &[&str]) -> Self {
+        self.filters = filters.iter().map(|filter| (*filter).to_owned()).collect();
         self
     }
 

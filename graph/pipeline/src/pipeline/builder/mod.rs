@@ -130,6 +130,19 @@ impl PassBuilder<'_> {
         None
     }
 
+    /// The filter of draws of a geometry, where a host of it states those that it knows.
+    pub fn filter(&mut self, geometry: &str, name: &str, pointer: &str) {
+        let Some(known) = self.shared.filters.get(geometry).cloned() else { return };
+        if known.iter().any(|filter| filter == name) {
+            return;
+        }
+        let names: Vec<&str> = known.iter().map(String::as_str).collect();
+        let message = format!("the host of \"{geometry}\" knows no filter \"{name}\"");
+        self.report_unknown(codes::UNKNOWN_FILTER, pointer, message, name, &names, || {
+            format!("it knows {}", names.join(", "))
+        });
+    }
+
     pub(crate) fn settings_do_not_decode(&mut self, error: &serde_json::Error) {
         let message = format!("the settings do not decode: {error}");
         let help = "compare them with the schema";

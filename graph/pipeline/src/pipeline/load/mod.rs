@@ -92,6 +92,9 @@ pub fn load(
     let names = toggles.iter().map(|toggle| toggle.name.clone()).collect();
     let mut shared =
         Shared::new(settings.scope(), settings.dependence(), names, sound.geometry, programs, sources);
+    let stated = registry.hosts().filter(|(_, interface)| !interface.filters.is_empty());
+    shared.filters =
+        stated.map(|(geometry, interface)| (geometry.to_owned(), interface.filters.clone())).collect();
     let connected = declare(document, registry, &broken, &toggles, &mut shared)
         .map(|passes| Connected::new(document, passes, &toggles, &mut shared));
     diagnostics.extend(shared.diagnostics);

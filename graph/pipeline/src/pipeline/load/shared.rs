@@ -39,6 +39,8 @@ pub(in crate::pipeline) struct Shared {
     pub(in crate::pipeline) resources: Vec<Resource>,
     pub(super) resource_index: HashMap<String, ResourceHandle>,
     pub(in crate::pipeline) geometry: BTreeMap<String, GeometryDeclaration>,
+    /// By geometry the filters that a host of it states.
+    pub(in crate::pipeline) filters: BTreeMap<String, Vec<String>>,
     pub(in crate::pipeline) programs: Programs,
     pub(in crate::pipeline) diagnostics: Diagnostics,
     /// Diagnostics about what subgraphs are given; they stand where the subgraph is used.
@@ -70,6 +72,7 @@ impl Shared {
             resources: Vec::new(),
             resource_index: HashMap::new(),
             geometry,
+            filters: BTreeMap::new(),
             programs,
             diagnostics: Diagnostics::new(),
             misgiven: Diagnostics::new(),
