@@ -2,7 +2,8 @@
 //!
 //! A pass names all that its variants bind, and one of them may have less than another. What none of them has is
 //! misspelt. The variants are those that the given values allow, found as for their proof, and parsed only where their
-//! text has the name; the search ends at the first that declares it, so a name that is right is found soon.
+//! text has the name. Those that differ in one axis from the first come first, then those that differ in two, and the
+//! search ends at the first that declares it, so a name that is right is found soon.
 //!
 //! Limits: a text that does not parse is taken to declare every name in it, since its own diagnostic comes first; and
 //! where there are more variants than [`super::explore`] takes, the others are taken to declare it.
@@ -33,7 +34,7 @@ pub fn declares(
     wgsl::with_stack(|| {
         let space = Arc::new(Space::new(axes, &allowed));
         let placement = Placement::new(templates);
-        let mut explorer = Explorer::new(templates, &placement, template, &space, false);
+        let mut explorer = Explorer::new(templates, &placement, template, &space, false).nearest_first();
         while let Some(source) = explorer.next_text() {
             if source.wgsl.contains(member.unwrap_or(binding))
                 && wgsl::parse(&source.wgsl).map_or(true, |module| has(&module, binding, member))

@@ -14,7 +14,7 @@
 //! the exploration says that it is incomplete, and of which axes.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use minijinja::value::{Object, Value};
@@ -127,8 +127,10 @@ pub(crate) struct Explorer<'a> {
     /// Whether a note is taken of the literal text that paths write.
     track: bool,
     unknown: BTreeSet<String>,
+    /// Whether paths come by the number of their decisions that differ from the first path's, not depth first.
+    nearest_first: bool,
     by_hash: HashMap<[u8; 32], usize>,
-    pending: Vec<Pending>,
+    pending: VecDeque<Pending>,
     next: Option<AxisValues>,
     pub(crate) exploration: Exploration,
 }
@@ -148,11 +150,17 @@ impl<'a> Explorer<'a> {
             space: space.clone(),
             track,
             unknown: BTreeSet::new(),
+            nearest_first: false,
             by_hash: HashMap::new(),
-            pending: Vec::new(),
+            pending: VecDeque::new(),
             next: Some(AxisValues::new()),
             exploration: Exploration { complete: true, ..Exploration::default() },
         }
+    }
+
+    /// The same, with paths in the order of their distance from the first: for a search that ends soon.
+    pub(crate) fn nearest_first(self) -> Self {
+        Self { nearest_first: true, ..self }
     }
 
     /// Goes on to the next distinct text, which is the last of `exploration.texts` then; `None` after the last path.
@@ -163,7 +171,7 @@ impl<'a> Explorer<'a> {
                 return None;
             }
             let found = self.take_path(start);
-            self.next = take_pending(&self.space, &mut self.pending);
+            self.next = self.take_pending();
             if found.is_some() {
                 return found;
             }
@@ -178,7 +186,7 @@ impl<'a> Explorer<'a> {
                 return false;
             }
             self.take_path(start);
-            self.next = take_pending(&self.space, &mut self.pending);
+            self.next = self.take_pending();
         }
         true
     }
@@ -224,7 +232,7 @@ impl<'a> Explorer<'a> {
         let mut decided = before;
         for (axis, taken) in state.forks {
             let value = state.decided.get(&axis).cloned();
-            self.pending.push(Pending { decided: decided.clone(), axis: axis.clone(), next: taken + 1 });
+            self.pending.push_back(Pending { decided: decided.clone(), axis: axis.clone(), next: taken + 1 });
             if !exploration.read.contains(&axis) {
                 exploration.read.insert(axis.clone());
             }
@@ -236,27 +244,35 @@ impl<'a> Explorer<'a> {
         new
     }
 
+    /// The values that the next path begins with.
+    fn take_pending(&mut self) -> Option<AxisValues> {
+        let space = &self.space;
+        loop {
+            let next =
+                if self.nearest_first { self.pending.pop_front() } else { self.pending.pop_back() };
+            let mut branch = next?;
+            let found = space.variable(&branch.axis).and_then(|domain| {
+                let domain = narrowed(space, &branch.axis, domain);
+                first_possible(space, &domain, &branch.axis, &mut branch.decided, branch.next)
+            });
+            if let Some(taken) = found {
+                let values = branch.decided.clone();
+                branch.decided.remove(&branch.axis);
+                branch.next = taken + 1;
+                if self.nearest_first {
+                    self.pending.push_front(branch);
+                } else {
+                    self.pending.push_back(branch);
+                }
+                return Some(values);
+            }
+        }
+    }
+
     /// The outcome.
     pub(crate) fn finish(self) -> Exploration {
         finish(self.set, self.template, &self.space, self.exploration, &self.unknown)
     }
-}
-
-fn take_pending(space: &Space, pending: &mut Vec<Pending>) -> Option<AxisValues> {
-    while let Some(mut branch) = pending.pop() {
-        let found = space.variable(&branch.axis).and_then(|domain| {
-            let domain = narrowed(space, &branch.axis, domain);
-            first_possible(space, &domain, &branch.axis, &mut branch.decided, branch.next)
-        });
-        if let Some(taken) = found {
-            let values = branch.decided.clone();
-            branch.decided.remove(&branch.axis);
-            branch.next = taken + 1;
-            pending.push(branch);
-            return Some(values);
-        }
-    }
-    None
 }
 
 /// The first value from `from` on that leaves a configuration; it stays in `decided`.
