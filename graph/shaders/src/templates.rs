@@ -10,7 +10,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use minijinja::Environment;
 
@@ -28,7 +28,8 @@ pub struct TemplateSet {
     pub(crate) environment: Environment<'static>,
     pub(crate) templates: BTreeMap<String, Template>,
     declarations: BTreeMap<String, Declared>,
-    resolved: BTreeMap<String, Resolved>,
+    /// The axes with those inherited: of all templates at once, when they are first asked for.
+    resolved: OnceLock<BTreeMap<String, Resolved>>,
     longest_literal: usize,
     /// The templates whose bindings give way.
     library: BTreeSet<FileId>,
@@ -62,7 +63,7 @@ impl TemplateSet {
             environment: filters::environment(),
             templates: BTreeMap::new(),
             declarations: BTreeMap::new(),
-            resolved: BTreeMap::new(),
+            resolved: OnceLock::new(),
             longest_literal: 0,
             library: BTreeSet::new(),
         }
@@ -119,7 +120,7 @@ impl TemplateSet {
             diagnostics.extend(template.broken.clone());
             self.templates.insert(name.to_owned(), template);
         }
-        self.resolve();
+        self.resolved = OnceLock::new();
     }
 
     /// Notes that a template, or the axes of one, cannot be read: whatever uses it gets this diagnostic, and not that
@@ -142,7 +143,7 @@ impl TemplateSet {
             let template = Template { file, text, scan, prepared, broken: Some(diagnostic) };
             self.templates.insert(name.to_owned(), template);
         }
-        self.resolve();
+        self.resolved = OnceLock::new();
     }
 
     fn prepare(&mut self, file: FileId, name: &str, text: &Arc<str>) -> Template {
@@ -191,13 +192,13 @@ impl TemplateSet {
     pub fn axes(&self, template: &str) -> Option<&Axes> {
         self.templates
             .contains_key(template)
-            .then(|| self.resolved.get(template).map_or(&NO_AXES, |found| &found.axes))
+            .then(|| self.resolved().get(template).map_or(&NO_AXES, |found| &found.axes))
     }
 
     /// What is wrong with the axes of a template, so that it cannot be rendered: as far as it takes other files to see
     /// it, and declarations that do not tell what an axis is.
     pub(crate) fn axes_diagnostics(&self, template: &str) -> Vec<Diagnostic> {
-        let found = self.resolved.get(template);
+        let found = self.resolved().get(template);
         found
             .into_iter()
             .flat_map(|found| found.diagnostics.iter().chain(&found.lost.diagnostics))
@@ -207,7 +208,7 @@ impl TemplateSet {
 
     /// Whether a template has axes of which it cannot be told what they are.
     pub fn has_lost_axes(&self, template: &str) -> bool {
-        self.resolved.get(template).is_some_and(|found| !found.lost.diagnostics.is_empty())
+        self.resolved().get(template).is_some_and(|found| !found.lost.diagnostics.is_empty())
     }
 
     /// The diagnostic for a name that is no template of this set.
@@ -243,7 +244,7 @@ impl TemplateSet {
                 ));
             }
         }
-        for (name, resolved) in &self.resolved {
+        for (name, resolved) in self.resolved() {
             diagnostics.extend(resolved.diagnostics.iter().cloned());
             let template = self.templates.get(name).filter(|_| self.axes_file(name).is_some());
             diagnostics.extend(
@@ -252,24 +253,25 @@ impl TemplateSet {
         }
     }
 
-    fn resolve(&mut self) {
-        let mut resolved = BTreeMap::new();
-        for name in self.templates.keys() {
-            let mut diagnostics = Vec::new();
-            let (axes, lost) = self.collect(name, &mut BTreeMap::new(), &mut diagnostics);
-            let clash = clash(name, &axes);
-            let defaults = axes.defaults();
-            for constraint in axes.violated(&defaults).filter(|_| clash.is_none()) {
-                let message = format!("the default values break a constraint: {constraint}");
-                diagnostics.push(
-                    Diagnostic::error(codes::CONSTRAINT_VIOLATED, constraint.span, message)
-                        .help("change a default, so that a pipeline that sets nothing is valid"),
-                );
-            }
-            diagnostics.extend(clash);
-            resolved.insert(name.clone(), Resolved { axes, diagnostics, lost });
-        }
-        self.resolved = resolved;
+    fn resolved(&self) -> &BTreeMap<String, Resolved> {
+        self.resolved.get_or_init(|| {
+            let resolve = |name: &String| {
+                let mut diagnostics = Vec::new();
+                let (axes, lost) = self.collect(name, &mut BTreeMap::new(), &mut diagnostics);
+                let clash = clash(name, &axes);
+                let defaults = axes.defaults();
+                for constraint in axes.violated(&defaults).filter(|_| clash.is_none()) {
+                    let message = format!("the default values break a constraint: {constraint}");
+                    diagnostics.push(
+                        Diagnostic::error(codes::CONSTRAINT_VIOLATED, constraint.span, message)
+                            .help("change a default, so that a pipeline that sets nothing is valid"),
+                    );
+                }
+                diagnostics.extend(clash);
+                (name.clone(), Resolved { axes, diagnostics, lost })
+            };
+            self.templates.keys().map(resolve).collect()
+        })
     }
 
     /// The axes that a template declares and inherits. Every template is worked out once; a template that inherits

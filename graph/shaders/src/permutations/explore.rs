@@ -248,8 +248,7 @@ impl<'a> Explorer<'a> {
     fn take_pending(&mut self) -> Option<AxisValues> {
         let space = &self.space;
         loop {
-            let next =
-                if self.nearest_first { self.pending.pop_front() } else { self.pending.pop_back() };
+            let next = if self.nearest_first { self.pending.pop_front() } else { self.pending.pop_back() };
             let mut branch = next?;
             let found = space.variable(&branch.axis).and_then(|domain| {
                 let domain = narrowed(space, &branch.axis, domain);
