@@ -532,19 +532,31 @@ impl<'a> Builder<'a> {
                 names.push(format!("and {} more", members.len() - SHOWN));
             }
             let message = format!("the passes {} wait for one another", names.join(", "));
-            let mut diagnostic = Diagnostic::error(codes::CYCLE, first.place, message)
-                .pointer(&first.pointer)
-                .help("break the cycle: read an older version (name@pass), or write to another resource");
-            for (at, pass) in members.iter().enumerate().take(SHOWN) {
-                let step = self.describe_step(*pass, members[(at + 1) % members.len()]);
-                diagnostic = diagnostic.related(self.pipeline.passes[*pass].place, step);
+            let steps = members.iter().zip(members.iter().cycle().skip(1));
+            let is_explicit = |(from, to): (&usize, &usize)| {
+                matches!(self.via(*from, *to), Some(Via::Order(Hazard::Explicit)))
+            };
+            let help = if steps.clone().any(is_explicit) {
+                "break the cycle: remove one of the \"after\""
+            } else {
+                "break the cycle: read an older version (name@pass), or write to another resource"
+            };
+            let mut diagnostic =
+                Diagnostic::error(codes::CYCLE, first.place, message).pointer(&first.pointer).help(help);
+            for (from, to) in steps.take(SHOWN) {
+                let step = self.describe_step(*from, *to);
+                diagnostic = diagnostic.related(self.pipeline.passes[*from].place, step);
             }
             diagnostics.push(diagnostic);
         }
     }
 
+    fn via(&self, from: usize, to: usize) -> Option<Via> {
+        self.next[from].iter().find(|(next, _)| next.index() == to).map(|(_, via)| *via)
+    }
+
     fn describe_step(&self, from: usize, to: usize) -> String {
-        let via = self.next[from].iter().find(|(next, _)| next.index() == to).map(|(_, via)| *via);
+        let via = self.via(from, to);
         let (first, second) = (&self.pipeline.passes[from].name, &self.pipeline.passes[to].name);
         let resource = |handle: ResourceHandle| &self.pipeline.resource(handle).name;
         match via {
