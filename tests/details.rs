@@ -3,13 +3,78 @@
 
 mod common;
 
-use common::gpu::Host;
-use common::{With, check_file};
+use common::gpu::{Host, import};
+use common::{With, check_file, check_with};
 use glam::{DQuat, DVec3, Vec3};
 use serde_json::{Value, json};
+use umbragraph::executor::read_back;
 use umbragraph::frame::{FrameInput, Light, LightKind};
 use umbragraph::scene::{NoFiles, Scene, from_slice};
 use umbragraph_test_support::gpu;
+
+/// What the map of each cascade holds of boards above each other, of which the node has so many levels of detail, from one
+/// of them on.
+fn maps(first: usize, count: usize) -> Option<Vec<Vec<f32>>> {
+    const MAPS: [&str; 4] = ["map_0", "map_1", "map_2", "map_3"];
+    let gpu = gpu::device()?;
+    let scene = boards(first, count);
+    let imported = json!({ "texture": { "lifetime": "imported" } });
+    let resources: serde_json::Map<_, _> =
+        MAPS.map(|name| (name.to_owned(), imported.clone())).into_iter().collect();
+    let text =
+        json!({ "format": 1, "name": "seen", "extends": "lore.json", "resources": resources }).to_string();
+    // A depth that does not depend on what there is.
+    let parameters = [
+        ("resolutions", "[64, 64, 64, 64]"),
+        ("border", "2"),
+        ("caster_cull", "\"none\""),
+        ("pull_to_casters", "false"),
+        ("fit", "\"sphere\""),
+    ];
+    let with = With { parameters: &parameters, size: Some([64, 64]), ..With::default() };
+    let outcome = check_with("pipelines/seen.json", &text, &with);
+    let mut host = Host::new(&gpu, &outcome, &scene);
+    host.imports.extend(MAPS.map(|name| (name, import(&gpu, outcome.plan(), name))));
+    host.frame(&frame(&scene));
+    let read = |(_, texture): &(&str, wgpu::Texture)| {
+        let texels = pollster::block_on(read_back(&gpu.device, &gpu.queue, texture)).expect("texels");
+        texels.values.iter().map(|texel| texel[0]).collect()
+    };
+    Some(host.imports.iter().map(read).collect())
+}
+
+/// A floor, and a board whose levels of detail lie at heights of their own, the finest highest.
+fn boards(first: usize, count: usize) -> Scene {
+    let mut binary = Vec::new();
+    for (height, side) in [(0.0, 200.0), (6.0, 190.0), (4.0, 180.0), (2.0, 170.0_f32)] {
+        for [x, z] in [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]] {
+            binary.extend([x * side, height, z * side].iter().flat_map(|value: &f32| value.to_le_bytes()));
+        }
+    }
+    let mesh = |at: usize| json!({ "primitives": [{ "attributes": { "POSITION": at }, "mode": 5 }] });
+    let accessor = |at: usize| {
+        json!({
+            "bufferView": 0, "byteOffset": 48 * at, "componentType": 5126, "count": 4, "type": "VEC3",
+            "min": [-200, 0, -200], "max": [200, 6, 200],
+        })
+    };
+    let mut finest = json!({ "mesh": first });
+    if count > 1 {
+        finest["extensions"] = json!({ "MSFT_lod": { "ids": (2..=count).collect::<Vec<_>>() } });
+    }
+    let levels = (first + 1..first + count).map(|mesh| json!({ "mesh": mesh }));
+    let nodes: Vec<_> = [finest, json!({ "mesh": 0 })].into_iter().chain(levels).collect();
+    let document = json!({
+        "asset": { "version": "2.0" }, "extensionsUsed": ["MSFT_lod"],
+        "scenes": [{ "nodes": [0, 1] }], "nodes": nodes,
+        "meshes": (0..4).map(mesh).collect::<Vec<_>>(),
+        "accessors": (0..4).map(accessor).collect::<Vec<_>>(),
+        "bufferViews": [{ "buffer": 0, "byteLength": binary.len() }],
+        "buffers": [{ "byteLength": binary.len() }],
+    });
+    from_slice("boards.glb", &container(&document, &binary), &NoFiles)
+        .unwrap_or_else(|error| panic!("{error:?}"))
+}
 
 /// A binary glTF of a floor, and of a roof in three levels of detail with one, two and three primitives.
 fn roof() -> Scene {
@@ -103,6 +168,17 @@ fn each_cascade_has_the_level_of_its_own_or_the_last() {
     assert_eq!(draws(None, &[("map_array", "true")], "array_casters"), Some(vec![15]));
     let kept = draws(None, &[("cached", "true")], "cached_casters").unwrap_or_default();
     assert_eq!(kept.iter().filter(|draws| **draws > 0).copied().collect::<Vec<_>>(), [3, 4, 4, 4]);
+}
+
+/// The map of each cascade is, texel by texel, the one of a scene that has nothing but the level of the cascade.
+#[test]
+fn each_cascade_shows_the_level_of_its_own_or_the_last() {
+    let Some(levels) = maps(1, 3) else { return };
+    let alone: Vec<_> = (1..=3).filter_map(|mesh| maps(mesh, 1)).collect();
+    for (cascade, map) in levels.iter().enumerate() {
+        let shown: Vec<_> = (0..3).filter(|level| alone[*level][cascade] == *map).collect();
+        assert_eq!(shown, [(cascade + 1).min(2)], "cascade {cascade}");
+    }
 }
 
 #[test]

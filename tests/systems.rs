@@ -224,11 +224,26 @@ fn a_block_lies_at_given_offsets_or_the_diagnostic_says_how_it_would() {
     let at = |offset: usize| <[u8; 4]>::try_from(&block.bytes[offset..offset + 4]).unwrap();
     assert_eq!([at(0), at(68), at(128)], [0.5_f32.to_le_bytes(), 0.5_f32.to_le_bytes(), 2_u32.to_le_bytes()]);
     let close = "bias: f32, tint: vec4<f32>, cascade: u32";
+    // What the diagnostic writes is laid out as it should be, whatever is to lie where.
+    for offsets in [
+        r#"{ "bias": 0, "tint": 64, "cascade": 128 }"#,
+        r#"{ "cascade": 4, "tint": 16, "bias": 32 }"#,
+        r#"{ "bias": 0, "tint": 32 }"#,
+    ] {
+        let said = check(close, offsets).text();
+        let (_, said) = said.split_once("struct Constants { ").unwrap_or_else(|| panic!("{said}"));
+        let (members, _) = said.split_once(" }").unwrap();
+        let text = check(members, offsets).text();
+        assert!(!text.contains(" lies at byte "), "{members}: {text}");
+    }
     for (members, offsets, said) in [
         (
             close,
             r#"{ "bias": 0, "tint": 64 }"#,
-            ["\"tint\" lies at byte 16 in constants.wgsl.jinja, not at byte 64", "@size(64) before \"bias\""],
+            [
+                "\"tint\" lies at byte 16 in constants.wgsl.jinja, not at byte 64",
+                "struct Constants { @size(64) bias: f32, tint: vec4<f32>, cascade: u32 }",
+            ],
         ),
         (
             spread,

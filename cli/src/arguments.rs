@@ -453,10 +453,6 @@ pub(crate) struct RenderArguments {
     /// Writes when the processor and the GPU work on each pass of each frame, as a trace for ui.perfetto.dev.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) trace: Option<PathBuf>,
-    /// Writes what changes from frame to frame as JSON: how many of the points that two frames see have another shadow
-    /// term, and what passes that keep views have drawn. The pictures show the shadow term.
-    #[arg(long, value_name = "FILE.json")]
-    pub(crate) report: Option<PathBuf>,
     /// Compresses PNG files less, in a fraction of the time.
     #[arg(long)]
     pub(crate) fast: bool,
@@ -471,7 +467,8 @@ pub(crate) struct RenderArguments {
 #[cfg(feature = "gpu")]
 #[derive(Args)]
 pub(crate) struct Shots {
-    /// Scores so many frames, which are drawn one after the other; the scene's animations play.
+    /// Scores so many frames, which are drawn one after the other; the scene's animations play. Of several, `score` says
+    /// how many points that two in a row see have another shadow term, though rays say the same.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) frames: u32,
     /// Frames a second.

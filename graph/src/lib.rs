@@ -25,7 +25,7 @@ pub use umbragraph_pipeline::{data, frame, glam, node, work};
 
 pub use umbragraph_tools::{
     CheckOptions, CheckReport, Coverage, capture, check, check_configurations, check_document, check_sharing,
-    report, reprojection, why,
+    report, why,
 };
 
 #[cfg(feature = "gpu")]

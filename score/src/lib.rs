@@ -12,10 +12,12 @@
 //! | which rays lead to a light | [`light`] |
 //! | what each pixel of a camera shows, and what of a light arrives there | [`truth`] |
 //! | how a picture answers | [`scores`] |
+//! | how much of it changes from frame to frame though the truth does not | [`changes`] |
 //!
 //! Nothing here knows how shadows are rendered, and no device is needed. Limits: surfaces that are blended neither cast
 //! shadows nor count; alpha masks are sampled in their base level, where a renderer may take smaller ones.
 
+pub mod changes;
 pub mod difference;
 pub mod light;
 pub mod limits;
@@ -24,6 +26,7 @@ pub mod scores;
 pub mod triangles;
 pub mod truth;
 
+pub use changes::{Changes, Seen};
 pub use limits::Limits;
 pub use rays::Rays;
 pub use scores::{BANDS, Counts, Rendered, Scores};

@@ -8,6 +8,7 @@
 //! | `max_leak`, `max_acne`, with `_k1`, `_k2`, `_k4` | leak, acne |
 //! | `max_contact_leak` | leak where something very near casts the shadow |
 //! | `max_mean_error`, `max_penumbra_error`, `max_bias` | errors against lights with an extent |
+//! | `max_changed` | points whose shadow term changes from frame to frame, of those that are seen twice |
 //! | `min_both_hit` | pixels that rays and picture hit, of those that rays hit |
 //!
 //! A score that does not exist meets no limit, and a name that is not known is an error: a limit that is silently not
@@ -61,7 +62,8 @@ impl Limits {
         let banded = ["min_iou", "max_leak", "max_acne"].iter().flat_map(|name| {
             BANDS.map(|band| if band == 0 { (*name).to_owned() } else { format!("{name}_k{band}") })
         });
-        let others = ["min_both_hit", "max_contact_leak", "max_mean_error", "max_penumbra_error", "max_bias"];
+        let errors = ["max_mean_error", "max_penumbra_error", "max_bias"];
+        let others = ["min_both_hit", "max_changed", "max_contact_leak"].into_iter().chain(errors);
         banded.chain(others.map(str::to_owned)).collect()
     }
 }
@@ -81,6 +83,7 @@ fn measured(name: &str, scores: &Scores) -> Option<Option<f64>> {
     match (banded, name) {
         (Some(score), _) => Some(score(&scores.band(band))),
         (None, "min_both_hit") => Some(ratio(scores.hit_in_both, scores.hit)),
+        (None, "max_changed") => Some(scores.changes.share()),
         (None, "max_contact_leak") => Some(scores.contact.leak()),
         (None, "max_mean_error") => Some(scores.mean_error.mean()),
         (None, "max_penumbra_error") => Some(scores.penumbra_error.mean()),

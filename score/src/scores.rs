@@ -19,6 +19,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use serde::ser::SerializeMap;
 
+use crate::changes::Changes;
 use crate::truth::{LightTruth, Truth};
 
 /// The bands for which scores are given.
@@ -201,6 +202,8 @@ pub struct Scores {
     pub penumbra_error: Errors,
     /// What is grey too light, less what is too dark.
     pub bias: Errors,
+    /// What has changed since the frame before.
+    pub changes: Changes,
 }
 
 impl Scores {
@@ -254,6 +257,7 @@ impl Scores {
         self.mean_error.add(&other.mean_error);
         self.penumbra_error.add(&other.penumbra_error);
         self.bias.add(&other.bias);
+        self.changes.add(&other.changes);
     }
 
     /// The scores of a band.

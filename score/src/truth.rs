@@ -33,7 +33,7 @@ const SIDE: u32 = 4;
 /// What a camera sees.
 pub struct Truth<'r> {
     rays: &'r Rays<'r>,
-    camera: Camera,
+    pub(crate) camera: Camera,
     /// Pixels in a row, and rows.
     pub size: [u32; 2],
     points: Vec<Option<Point>>,

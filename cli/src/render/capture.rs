@@ -71,7 +71,7 @@ pub(super) struct CaptureFile {
     format: Format,
 }
 
-/// What is captured of a plan, and the document that captures it, and at last what is wanted besides for no file.
+/// What is captured of a plan, and the document that captures it.
 ///
 /// # Errors
 /// What does not exist or has no picture, files that cannot be written: all of it at once.
@@ -79,7 +79,6 @@ pub(super) fn captures(
     plan: &Plan,
     arguments: &[CaptureArgument],
     all: Option<&Path>,
-    also: Option<Capture>,
 ) -> Result<(Vec<CaptureFile>, CaptureDocument), Diagnostics> {
     let mut diagnostics = Diagnostics::new();
     let mut captures = Vec::new();
@@ -123,7 +122,7 @@ pub(super) fn captures(
             captures.push(CaptureFile { capture, layer: None, content, file, format: Format::Png });
         }
     }
-    let asked: Vec<Capture> = captures.iter().map(|one| one.capture.clone()).chain(also).collect();
+    let asked: Vec<Capture> = captures.iter().map(|one| one.capture.clone()).collect();
     match capture::document(plan, &asked) {
         Ok(document) if !diagnostics.has_errors() => Ok((captures, document)),
         Ok(_) => Err(diagnostics),

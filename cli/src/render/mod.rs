@@ -4,7 +4,6 @@ pub(crate) mod camera;
 pub(crate) mod capture;
 pub(crate) mod files;
 mod layout;
-mod report;
 mod target;
 mod timings;
 
@@ -23,13 +22,11 @@ use umbragraph::source::Sources;
 
 use self::camera::CameraPath;
 use self::files::{Animation, Compression, Format};
-use self::report::Report;
 use self::timings::Timings;
 use crate::arguments::RenderArguments;
 use crate::device::{self, Graphics};
 use crate::progress::Progress;
 use crate::session::Session;
-use crate::shadow_term;
 use crate::streams::print;
 
 /// Renders what the arguments ask for; whether there were no errors.
@@ -61,9 +58,7 @@ fn render(
 ) -> Result<Option<String>, Diagnostics> {
     let output = Output::of(arguments)?;
     let path = CameraPath::of(arguments.camera.as_ref())?;
-    let mut report = arguments.report.is_some().then(Report::default);
-    let choices =
-        &if report.is_some() { shadow_term::choices(&arguments.choices) } else { arguments.choices.clone() };
+    let choices = &arguments.choices;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, choices));
     let scene = match progress.stage("load scene", || {
         umbragraph::scene::load_below(&arguments.scene, session.roots(&arguments.scene))
@@ -80,9 +75,7 @@ fn render(
     if session.diagnostics.has_errors() {
         return Ok(None);
     }
-    let also = report.as_ref().map(|_| report::depth());
-    let (captures, document) =
-        capture::captures(plan, &arguments.capture, arguments.capture_all.as_deref(), also)?;
+    let (captures, document) = capture::captures(plan, &arguments.capture, arguments.capture_all.as_deref())?;
     let graphics = progress.stage("open device", device::open)?;
     let on_device = device::profile(&graphics, &checked);
     let checked = if document.imports.is_empty() {
@@ -118,9 +111,6 @@ fn render(
         let part = f64::from(at) / f64::from(output.frames);
         let input = drawing.input(&path, u64::from(at), time, part);
         drawing.frame(&input)?;
-        if let Some(report) = &mut report {
-            drawing.report(report, time)?;
-        }
         if let Some(animation) = &mut animation {
             animation.frame(at, &mut drawing.picture()?)?;
         }
@@ -139,9 +129,6 @@ fn render(
     let mut said = format!("{}: {frames}{width} by {height} on {}\n", arguments.out.display(), graphics.name);
     for (capture, texels) in captures.iter().zip(drawing.captured()?) {
         said.push_str(&capture.write(&texels, output.compression)?);
-    }
-    if let Some((report, path)) = report.as_ref().zip(arguments.report.as_ref()) {
-        said.push_str(&report.write(path)?);
     }
     if let Some(timings) = &drawing.timings {
         if arguments.timings {
@@ -350,23 +337,11 @@ impl<'a> Drawing<'a> {
 
     /// The captures of the last frame.
     fn captured(&self) -> Result<Vec<Texels>, Diagnostics> {
-        let texels: Result<Vec<_>, Diagnostic> =
-            self.captures.iter().filter_map(|name| self.capture(name)).collect();
-        Ok(texels?)
-    }
-
-    /// The texels of an import.
-    fn capture(&self, name: &str) -> Option<Result<Texels, Diagnostic>> {
         let Graphics { device, queue, .. } = self.graphics;
-        let (_, texture) = self.imports.iter().find(|(import, _)| import == name)?;
-        Some(pollster::block_on(read_back(device, queue, texture)))
-    }
-
-    /// Takes the last frame into a report, for which depth is the last of the captures.
-    fn report(&self, report: &mut Report, time: f64) -> Result<(), Diagnostics> {
-        if let Some(depth) = self.captures.last().and_then(|name| self.capture(name)) {
-            report.frame(&self.executor, (&self.picture()?, &depth?), time)?;
-        }
-        Ok(())
+        let texture = |name: &String| self.imports.iter().find(|(import, _)| import == name);
+        let textures = self.captures.iter().filter_map(texture);
+        let texels: Result<Vec<_>, Diagnostic> =
+            textures.map(|(_, texture)| pollster::block_on(read_back(device, queue, texture))).collect();
+        Ok(texels?)
     }
 }

@@ -1,7 +1,11 @@
 //! `umbragraph score`: the shadows of a pipeline against ray-traced ones.
 //!
 //! Every light that casts shadows is rendered alone, as the pipeline's shadow term, and the same pixels are asked of rays
-//! (`umbragraph-score`). Scores add up: "together" are the pixels of all lights and frames.
+//! (`umbragraph-score`). Scores add up: "together" are the pixels of all lights and frames. Of frames in a row each light's
+//! are held against each other as well: what changes though rays say the same.
+//!
+//! Limits: lights take turns, so that with several of them what a pipeline keeps from frame to frame (a history of its
+//! picture) is of the light before.
 
 pub(crate) mod view;
 
@@ -11,7 +15,7 @@ use std::path::Path;
 
 use serde_json::json;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
-use umbragraph_score::{Counts, Limits, Rays, Scores};
+use umbragraph_score::{Counts, Limits, Rays, Scores, Seen};
 
 use self::view::View;
 use crate::arguments::{AnswerFormat, ScoreArguments};
@@ -90,6 +94,7 @@ fn score(
     let mut differences = Vec::new();
     let (mut triangles, mut bytes) = (0, 0);
     let mut unshadowed = Vec::new();
+    let mut before: BTreeMap<usize, Seen> = BTreeMap::new();
     for frame in 0..arguments.shots.frames {
         let time = arguments.shots.at + f64::from(frame) / arguments.shots.fps;
         let part = f64::from(frame) / f64::from(arguments.shots.frames);
@@ -97,13 +102,22 @@ fn score(
         let pose = drawing.pose().clone();
         let rays = progress.stage("boxes around triangles", || Rays::new(&scene, &pose));
         (triangles, bytes) = (rays.count(), rays.bytes());
-        let Some(view) = View::new(&rays, &input, choices.size, progress)? else { continue };
+        let Some(view) = View::new(&rays, &input, choices.size, progress)? else {
+            before.clear();
+            continue;
+        };
         if lights.is_empty() {
             lights = view.names().map(|name| (name.to_owned(), Scores::default())).collect();
         }
         differences.clear();
         let mut together = Scores::default();
-        for answer in view.answers(&mut drawing, &input, progress)? {
+        let mut seen = BTreeMap::new();
+        for mut answer in view.answers(&mut drawing, &input, progress)? {
+            if let Some(now) = view.seen(&answer).filter(|_| arguments.shots.frames > 1) {
+                answer.scores.changes =
+                    before.get(&answer.at).map(|before| now.changes_since(before)).unwrap_or_default();
+                seen.insert(answer.at, now);
+            }
             together.add(&answer.scores);
             if arguments.out.is_some() {
                 differences.extend(view.difference(&answer));
@@ -113,6 +127,7 @@ fn score(
                 unshadowed.extend(answer.is_unshadowed.then(|| name.clone()));
             }
         }
+        before = seen;
         frames.push((frame, together));
     }
     if frames.is_empty() {
@@ -192,7 +207,7 @@ impl Scored {
             .frames
             .iter()
             .map(|(frame, scores)| {
-                json!({ "frame": frame, "iou": scores.iou(), "mean_error": scores.mean_error })
+                json!({ "frame": frame, "iou": scores.iou(), "mean_error": scores.mean_error, "changes": scores.changes })
             })
             .collect();
         let worst = self.worst().map(|(frame, iou)| json!({ "frame": frame, "iou": iou }));
@@ -256,6 +271,10 @@ fn table(text: &mut String, name: &str, scores: &Scores) {
         line(text, &format!("{metres} to {} m away", 2.0 * metres), counts);
     }
     let _ = writeln!(text, "  contact leak{}", cell(scores.contact.leak()));
+    if let Some(share) = scores.changes.share() {
+        let points = scores.changes.points;
+        let _ = writeln!(text, "  from frame to frame {:.4} % of {points} points change", 100.0 * share);
+    }
     if scores.mean_error.mean().is_some() {
         let [mean, penumbra, bias] = [&scores.mean_error, &scores.penumbra_error, &scores.bias];
         let [mean, penumbra, bias] = [mean, penumbra, bias].map(|errors| cell(errors.mean()));

@@ -3,7 +3,7 @@
 use umbragraph::diagnostic::{Diagnostic, Diagnostics};
 use umbragraph::frame::{FrameInput, Light};
 use umbragraph::passes::lights::CAST_SHADOW;
-use umbragraph_score::{LightTruth, Rays, Rendered, Scores, Truth, difference};
+use umbragraph_score::{LightTruth, Rays, Rendered, Scores, Seen, Truth, difference};
 
 use super::nothing;
 use crate::progress::Progress;
@@ -76,6 +76,12 @@ impl<'r> View<'r> {
             answers.push(Answer { at, scores, is_unshadowed, pixels });
         }
         Ok(answers)
+    }
+
+    /// What an answer shows, for the next frame to be held against.
+    pub(crate) fn seen(&self, answer: &Answer) -> Option<Seen> {
+        let (_, traced) = self.lights.get(answer.at)?;
+        Some(Seen::new(&self.truth, traced.as_ref()?, Rendered::new(&answer.pixels)))
     }
 
     /// Where and how an answer differs.

@@ -5,8 +5,7 @@
 //!   and proven;
 //! - [`verify`](verify::verify): a second opinion on a plan, which shares no code with what made it;
 //! - [`report`] and [`why`]: a plan shown, and the reasons for it;
-//! - [`capture`]: textures of a frame for somebody to look at;
-//! - [`reprojection`]: how much of a picture changes though nothing moved but the camera.
+//! - [`capture`]: textures of a frame for somebody to look at.
 
 use umbragraph_compiler as compiler;
 use umbragraph_pipeline::{
@@ -30,7 +29,6 @@ mod property_tests_writers;
 mod reach;
 mod remarks;
 pub mod report;
-pub mod reprojection;
 mod thresholds;
 mod unused;
 mod varied;

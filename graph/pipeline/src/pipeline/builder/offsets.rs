@@ -1,7 +1,8 @@
 //! Where members of a block have to lie, as a user says, held to where the shader has them.
 //!
-//! A block of values is laid out by the struct of the shader. Who has a layout given from elsewhere moves members by
-//! `@size` of the member before; what is said here finds the one that is not where it should be.
+//! A block of values is laid out by the struct of the shader. For who has a layout given from elsewhere (push constants of
+//! an engine that is ported), the struct that has it is written out, with `@size` of the member before each gap. Members
+//! without an offset follow behind those that have one.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +20,7 @@ impl PassBuilder<'_> {
         at: &str,
         template: &str,
     ) -> Option<()> {
-        let TypeLayout::Struct { members, .. } = layout else { return Some(()) };
+        let TypeLayout::Struct { name, members, .. } = layout else { return Some(()) };
         let mut placed: Vec<(&Member, u32)> = Vec::new();
         let mut fine = true;
         for (name, offset) in offsets {
@@ -72,15 +73,7 @@ impl PassBuilder<'_> {
                 "\"{}\" lies at byte {} in {template}, not at byte {wanted}",
                 member.name, member.offset
             );
-            let before =
-                members.iter().filter(|other| other.offset < member.offset).max_by_key(|other| other.offset);
-            let room = before.map(|before| (before, wanted.saturating_sub(before.offset)));
-            let help = match room {
-                Some((before, room)) if room >= before.layout.size() => {
-                    format!("write @size({room}) before \"{}\" in the template", before.name)
-                }
-                _ => "change the order of the members in the template".to_owned(),
-            };
+            let help = format!("write in {template}: {}", laid_out(name, members, &placed));
             self.misplaced(at, &member.name, message, help);
             // Those after it move with it.
             return None;
@@ -91,4 +84,22 @@ impl PassBuilder<'_> {
     fn misplaced(&mut self, at: &str, name: &str, message: String, help: String) {
         self.report(codes::BLOCK_MISMATCH, &document::pointer_join(at, name), message, help);
     }
+}
+
+/// The struct in WGSL whose members lie at their offsets, which are in order and leave room.
+fn laid_out(name: &str, members: &[Member], placed: &[(&Member, u32)]) -> String {
+    let mut written = Vec::new();
+    if let Some((_, first @ 1..)) = placed.first() {
+        written.push(format!("@size({first}) reserved: u32"));
+    }
+    for (at, (member, offset)) in placed.iter().enumerate() {
+        let gap = placed.get(at + 1).and_then(|(next, wanted)| {
+            let natural = (offset + member.layout.size()).next_multiple_of(next.layout.align());
+            (natural != *wanted).then(|| format!("@size({}) ", wanted - offset))
+        });
+        written.push(format!("{}{}: {}", gap.unwrap_or_default(), member.name, member.layout.spelling()));
+    }
+    let others = members.iter().filter(|member| placed.iter().all(|(other, _)| other.name != member.name));
+    written.extend(others.map(|member| format!("{}: {}", member.name, member.layout.spelling())));
+    format!("struct {name} {{ {} }}", written.join(", "))
 }
