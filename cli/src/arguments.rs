@@ -405,6 +405,8 @@ pub(crate) enum SchemaKind {
     Parameters,
     /// Subgraphs in files of their own.
     Subgraph,
+    /// Axes of templates.
+    Axes,
 }
 
 #[derive(Args)]

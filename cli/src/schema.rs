@@ -9,13 +9,14 @@ use crate::streams::{complain, print_json};
 
 /// Prints the schema, or compares it with a file; whether they are alike.
 pub(crate) fn run(arguments: &SchemaArguments) -> bool {
-    let (kind, said) = match arguments.of {
-        SchemaKind::Pipeline => (FileKind::Pipeline, ""),
-        SchemaKind::Extension => (FileKind::Extension, " --of extension"),
-        SchemaKind::Parameters => (FileKind::Parameters, " --of parameters"),
-        SchemaKind::Subgraph => (FileKind::Subgraph, " --of subgraph"),
+    let of = |kind| pipeline::schema_of(kind, &umbragraph::registry());
+    let (schema, said) = match arguments.of {
+        SchemaKind::Pipeline => (of(FileKind::Pipeline), ""),
+        SchemaKind::Extension => (of(FileKind::Extension), " --of extension"),
+        SchemaKind::Parameters => (of(FileKind::Parameters), " --of parameters"),
+        SchemaKind::Subgraph => (of(FileKind::Subgraph), " --of subgraph"),
+        SchemaKind::Axes => (umbragraph::shader::axes_schema(), " --of axes"),
     };
-    let schema = pipeline::schema_of(kind, &umbragraph::registry());
     let Ok(text) = serde_json::to_string_pretty(&schema) else { return false };
     let Some(path) = &arguments.check else {
         print_json(&(text + "\n"));

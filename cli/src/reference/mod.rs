@@ -71,7 +71,17 @@ pub(crate) fn run(arguments: &ReferenceArguments) -> bool {
         .join("\n");
     if found.is_empty() {
         let suggested = suggested_name(wanted, entries().map(|(_, entry)| entry.name.as_str()));
-        let help = suggested.map_or_else(String::new, |suggested| format!(" (did you mean {suggested}?)"));
+        let has = |entry: &Entry| {
+            let part = wanted.to_lowercase();
+            entry.name.to_lowercase().contains(&part) || entry.summary.to_lowercase().contains(&part)
+        };
+        let about: Vec<&str> =
+            entries().filter(|(_, entry)| has(entry)).map(|(_, entry)| entry.name.as_str()).take(8).collect();
+        let help = match suggested {
+            Some(suggested) => format!(" (did you mean {suggested}?)"),
+            None if about.is_empty() => String::new(),
+            None => format!("; of it speak {}", about.join(", ")),
+        };
         complain(&format!("the reference has no {wanted}{help}; `umbragraph reference` lists what it has\n"));
         return false;
     }

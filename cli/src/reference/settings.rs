@@ -42,11 +42,30 @@ impl Settings {
                     .map_or_else(String::new, |pass| properties(pass, |key| !kinds.contains(key)))
             ),
         };
+        let mut entries = vec![pipeline, pass];
+        for (kind, name, what) in [
+            (FileKind::Subgraph, "subgraph", "The keys of a file that a pass names under `use`."),
+            (
+                FileKind::Extension,
+                "extension",
+                "The keys of a file with passes for extension points (`--extension`).",
+            ),
+            (
+                FileKind::Parameters,
+                "parameters",
+                "The keys of a file with values of parameters and features (`--params`).",
+            ),
+        ] {
+            let schema = schema_of_composed(kind, &self.registry);
+            let text = format!("{what}\n\n{}", properties(&schema, |_| true));
+            entries.push(Entry { name: name.to_owned(), summary: what.to_owned(), text });
+        }
+        entries.push(axes());
         Page {
             name: "documents",
             title: "Documents",
-            introduction: "What a pipeline's file can have. The types are those of [types](types.md) and JSON's.",
-            entries: vec![pipeline, pass],
+            introduction: "What files can have. The types are those of [types](types.md) and JSON's.",
+            entries,
         }
     }
 
@@ -115,6 +134,26 @@ impl Settings {
     fn definition(&self, name: &str) -> Option<&Json> {
         self.schema["$defs"].get(name)
     }
+}
+
+/// The file beside a template.
+fn axes() -> Entry {
+    let schema = umbragraph::shader::axes_schema();
+    let mut file = schema.clone();
+    // Both have tables of their own.
+    file["properties"]["axes"]["additionalProperties"] = Json::Null;
+    file["properties"]["constraints"]["items"] = Json::Null;
+    let summary = "The keys of `NAME.axes.json`, which stands beside the template `NAME.wgsl.jinja`.";
+    let text = format!(
+        "{summary}\n\n{}\nAn axis:\n\n{}\nA constraint:\n\n{}\nFor example:\n\n```jsonc\n{}\n```\n",
+        properties(&file, |_| true),
+        properties(&schema["properties"]["axes"]["additionalProperties"], |_| true),
+        properties(&schema["properties"]["constraints"]["items"], |_| true),
+        "{ \"axes\": {\n  \"taps\": { \"type\": \"integer\", \"min\": 1, \"max\": 8, \"default\": 4 },\n  \
+         \"mode\": { \"type\": \"enum\", \"values\": [\"sharp\", \"soft\"], \"default\": \"soft\" },\n  \
+         \"fog\": { \"type\": \"bool\", \"default\": false }\n} }",
+    );
+    Entry { name: "axes".to_owned(), summary: summary.to_owned(), text }
 }
 
 /// The words before a table of published values.

@@ -43,6 +43,7 @@ pub(super) fn page() -> Page {
             whole.push_str(&format!("\nIncludes, with their bindings: {}.\n", includes.join(", ")));
         }
         for part in [
+            table(["declares", "what"], &declarations(&text, name.starts_with("lib/"))),
             table(["binding", "declared as", "members of the block"], &bindings),
             table(["axis", "values", "default", "what"], &axes),
         ] {
@@ -50,8 +51,7 @@ pub(super) fn page() -> Page {
                 whole.push_str(&format!("\n{part}"));
             }
         }
-        let summary = about.split_once(". ").map_or(about.clone(), |(first, _)| format!("{first}."));
-        Some(Entry { name: name.to_owned(), summary, text: whole })
+        Some(Entry { name: name.to_owned(), summary: first_sentence(&about).to_owned(), text: whole })
     });
     Page {
         name: "templates",
@@ -66,14 +66,74 @@ pub(super) fn page() -> Page {
     }
 }
 
-/// The comment with which a template begins, on one line for each paragraph.
+/// The comment with which a template begins, on one line for each paragraph; without one, what is said of its first
+/// function.
 fn about(text: &str) -> String {
     let Some(comment) = text.strip_prefix("{#").and_then(|rest| rest.split("#}").next()) else {
-        return String::new();
+        return declarations(text, true)
+            .into_iter()
+            .map(|[_, what]| what)
+            .find(|what| !what.is_empty())
+            .unwrap_or_default();
     };
     let paragraphs =
         comment.split("\n\n").map(|paragraph| paragraph.split_whitespace().collect::<Vec<_>>().join(" "));
     paragraphs.collect::<Vec<_>>().join("\n\n").trim().to_owned()
+}
+
+/// The first sentence, which does not end at an initial.
+fn first_sentence(text: &str) -> &str {
+    let text = text.lines().next().unwrap_or_default();
+    let end = text.match_indices(". ").find(|(at, _)| {
+        let mut before = text[..*at].chars().rev();
+        let initial = before.next().is_some_and(char::is_uppercase)
+            && before.next().is_none_or(|one| !one.is_alphanumeric());
+        !initial
+    });
+    end.map_or(text, |(at, _)| &text[..=at])
+}
+
+/// The structs and functions that a template gives to those that include it, each with the comment above it. What a block
+/// is made of is said at its binding, and what exists in several variants once.
+fn declarations(text: &str, included: bool) -> Vec<[String; 2]> {
+    let mut rows: Vec<[String; 2]> = Vec::new();
+    let (mut comment, mut entry_point) = (Vec::new(), false);
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        if let Some(words) = line.strip_prefix("//") {
+            comment.push(words.trim());
+            continue;
+        }
+        let declared =
+            if let Some(name) = line.strip_prefix("struct ").and_then(|rest| rest.strip_suffix(" {")) {
+                let bound = bindings(text).any(|(_, declared)| declared.ends_with(&format!(": {name}")));
+                let members = members(text, &format!(": {name}")).unwrap_or_default().replace('`', "");
+                (!bound).then(|| format!("struct {name} {{ {members} }}"))
+            } else if line.starts_with("fn ") && !entry_point {
+                let mut signature = line.to_owned();
+                while !signature.ends_with('{') {
+                    let Some(next) = lines.next() else { break };
+                    let gap = if signature.ends_with('(') || next.starts_with(')') { "" } else { " " };
+                    signature = format!(
+                        "{}{gap}{}",
+                        signature.trim_end_matches(if next.starts_with(')') { "," } else { "" }),
+                        next.trim()
+                    );
+                }
+                Some(signature.trim_end_matches('{').trim_end().to_owned())
+            } else {
+                None
+            };
+        if let Some(declared) = declared.filter(|_| included) {
+            let row = [format!("`{declared}`"), comment.join(" ")];
+            if !rows.iter().any(|[known, _]| *known == row[0]) {
+                rows.push(row);
+            }
+        }
+        entry_point = line.starts_with(['@']) && !line.contains(" var");
+        comment.clear();
+    }
+    rows
 }
 
 /// Where each binding is, and how it is declared.

@@ -207,7 +207,7 @@ fn feedback(pipeline: &Pipeline, pass: PassHandle, first: &Access, second: &Acce
     let help = if is_buffer(pipeline, second) {
         "a pass reads no part of a buffer of which it writes another: use a second buffer"
     } else {
-        "no device can read what the same pass writes: use another mip or layer, or a second texture"
+        "no device can read what the same pass writes: use another mip or layer, or let those that write it before write a second texture, which is read here"
     };
     Diagnostic::error(codes::FEEDBACK, second.place, message)
         .pointer(&second.pointer)

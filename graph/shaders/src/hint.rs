@@ -24,8 +24,19 @@ pub(super) fn improve(text: &str, mut rejection: Rejection) -> Rejection {
     } else if let Some((name, range)) = suggested(text, &rejection.message, &words) {
         rejection.labels.push((range, format!("\"{name}\" is here")));
         rejection.help = Some(format!("did you mean \"{name}\"?"));
+    } else if let Some(structs) = structs(text, &rejection, &words) {
+        rejection.help = Some(format!("the structs here are {structs}"));
     }
     rejection
+}
+
+/// The structs of a text where a type is unknown.
+fn structs(text: &str, rejection: &Rejection, words: &[Range<usize>]) -> Option<String> {
+    let at = rejection.range.as_ref().filter(|_| rejection.message.starts_with("no definition in scope"))?;
+    text.get(..at.start)?.trim_end().ends_with([':', '<', '>']).then_some(())?;
+    let declared = words.windows(2).filter(|pair| &text[pair[0].clone()] == "struct");
+    let names: Vec<&str> = declared.map(|pair| &text[pair[1].clone()]).collect();
+    (!names.is_empty()).then(|| names.join(", "))
 }
 
 /// Identifiers, keywords and brackets, in order; comments are left out.
@@ -108,6 +119,16 @@ mod tests {
             text,
             Rejection { range: Some(0..1), ..Rejection::new(Stage::Parsing, message, naga::Span::UNDEFINED) },
         )
+    }
+
+    #[test]
+    fn where_a_type_is_unknown_the_structs_are_named() {
+        let text = "struct Covered { uv: vec2f }\nfn f(a: VertexOutput) {}";
+        let at = text.find("VertexOutput").unwrap();
+        let message = "no definition in scope for identifier: `VertexOutput`";
+        let rejection = Rejection::new(Stage::Parsing, message, naga::Span::UNDEFINED);
+        let rejection = improve(text, Rejection { range: Some(at..at + 12), ..rejection });
+        assert_eq!(rejection.help.as_deref(), Some("the structs here are Covered"));
     }
 
     #[test]

@@ -50,7 +50,7 @@ mod wgsl;
 mod wgsl_error;
 
 pub use crate::diagnostic::{AxisValue, AxisValues, describe};
-pub use axes::{Axes, Axis, AxisKind, AxisMode};
+pub use axes::{Axes, Axis, AxisKind, AxisMode, schema as axes_schema};
 pub use backend::Emitted;
 pub use compile::{ShaderModule, compile, complete, generate};
 pub use limits::exceeded_by_layout;

@@ -215,7 +215,11 @@ impl TemplateSet {
     pub fn unknown(&self, name: &str, place: impl Into<crate::diagnostic::Place>) -> Diagnostic {
         let diagnostic =
             Diagnostic::error(codes::TEMPLATE_UNKNOWN, place, format!("there is no template \"{name}\""));
-        self.suggest(diagnostic, name, None)
+        let mut diagnostic = self.suggest(diagnostic, name, None);
+        let help = diagnostic.help.take().unwrap_or_default();
+        diagnostic.help(format!(
+            "{help}; for templates of your own, give their folder (--templates FOLDER, Library::templates)"
+        ))
     }
 
     /// Adds the template that was meant by a name to a diagnostic at the name; nothing means the template `itself`.

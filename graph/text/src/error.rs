@@ -62,6 +62,16 @@ impl fmt::Debug for Error {
 
 impl std::error::Error for Error {}
 
+/// What is wrong without its place, for an error of a device that has none.
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.code, self.message)?;
+        self.help.iter().try_for_each(|help| write!(f, "; {help}"))
+    }
+}
+
+impl std::error::Error for Diagnostic {}
+
 impl<'a> IntoIterator for &'a Error {
     type Item = &'a Diagnostic;
     type IntoIter = std::slice::Iter<'a, Diagnostic>;

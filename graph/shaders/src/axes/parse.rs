@@ -377,7 +377,11 @@ impl Reader<'_> {
 
     fn default(&mut self, entry: &Entry, kind: &AxisKind) -> Option<AxisValue> {
         let Some(written) = entry.value.get("default") else {
-            self.wrong(entry.key_span, format!("the axis \"{}\" has no \"default\"", entry.key));
+            let message = format!("the axis \"{}\" has no \"default\"", entry.key);
+            let help =
+                format!("give it the value with which the template is proven by itself: {}", kind.describe());
+            self.diagnostics
+                .push(Diagnostic::error(codes::AXIS_DECLARATION, entry.key_span, message).help(help));
             return None;
         };
         let value = to_axis_value(written).filter(|value| kind.contains(value));

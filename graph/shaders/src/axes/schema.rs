@@ -9,11 +9,10 @@ use serde_json::{Value, json};
 pub fn schema() -> Value {
     let conditions = json!({
         "type": "array",
-        "description": "Conditions: `name` or `!name` for boolean axes, `name=value`, `name!=value`.",
+        "description": "Conditions on axes: `name` or `!name` for boolean axes, `name=value`, `name!=value`.",
         "items": { "type": "string" }
     });
-    let values =
-        json!({ "type": "array", "minItems": 1, "uniqueItems": true, "items": { "type": "string" } });
+    let values = json!({ "type": "array", "description": "The words, or formats.", "minItems": 1, "uniqueItems": true, "items": { "type": "string" } });
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Axes of a shader template",
@@ -35,8 +34,14 @@ pub fn schema() -> Value {
                     "additionalProperties": false,
                     "required": ["type", "default"],
                     "properties": {
-                        "type": { "enum": ["bool", "enum", "integer", "texture_format"] },
-                        "default": { "type": ["boolean", "integer", "string"] },
+                        "type": {
+                            "description": "What the values are: true and false, the words under `values`, the integers from `min` to `max`, or the texture formats under `values`.",
+                            "enum": ["bool", "enum", "integer", "texture_format"]
+                        },
+                        "default": {
+                            "description": "The value where nothing gives another.",
+                            "type": ["boolean", "integer", "string"]
+                        },
                         "description": { "type": "string" },
                         "as": {
                             "description": "Whether the axis is a variable of the template or a pipeline-overridable constant of the WGSL.",
@@ -59,13 +64,14 @@ pub fn schema() -> Value {
                 }
             },
             "constraints": {
+                "description": "Which values go together; a combination that breaks one is no variant.",
                 "type": "array",
                 "items": {
                     "type": "object",
                     "additionalProperties": false,
                     "properties": {
                         "description": { "type": "string" },
-                        "when": { "type": "string" },
+                        "when": { "description": "The condition under which the others are asked; always without it.", "type": "string" },
                         "requires": conditions,
                         "excludes": conditions,
                         "one_of": conditions

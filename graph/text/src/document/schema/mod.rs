@@ -301,7 +301,17 @@ impl<'a> Checker<'a, '_> {
             (Some((_, branch)), None, _) => self.value(value, &branch.node, pointer, depth + 1),
             (None, _, Some(entry)) => {
                 let known: Vec<&str> = tagged.iter().map(|(tag, _)| *tag).collect();
-                self.push(unknown_key(entry, &known, entries), &pointer.key(&entry.key));
+                let mut diagnostic = unknown_key(entry, &known, entries);
+                let of_any_name = tagged.iter().find(|(tag, branch)| {
+                    let rules = self.schema.rules(&branch.node).and_then(|rules| rules.properties.as_ref());
+                    let rules = rules.and_then(|keys| keys.get(tag)).and_then(|node| self.schema.rules(node));
+                    rules.is_some_and(|rules| matches!(rules.additional, Additional::Like(_)))
+                });
+                if let (Some((tag, _)), None) = (of_any_name, &diagnostic.fix) {
+                    let help = diagnostic.help.take().unwrap_or_default();
+                    diagnostic.help = Some(format!("{help}; other names stand under \"{tag}\""));
+                }
+                self.push(diagnostic, &pointer.key(&entry.key));
             }
             _ => {
                 let names: Vec<String> = tagged.iter().map(|(tag, _)| format!("\"{tag}\"")).collect();
