@@ -18,7 +18,7 @@
 //! # Ok::<(), umbragraph::Error>(())
 //! ```
 //!
-//! [`Library`], [`Pipeline`], [`Options`], `Executor` and `Frame` are the front door; what is in modules is for tools, node
+//! [`Library`], [`Pipeline`], [`Options`], `Renderer`, `Executor` and `Frame` are the front door; what is in modules is for tools, node
 //! kinds and hosts with needs of their own.
 //!
 //! Features: `gpu` (on by default) adds [`executor`] and re-exports wgpu; `gltf` (on by default) adds [`scene`].
@@ -38,6 +38,8 @@ pub use umbragraph_scene as scene;
 
 #[cfg(feature = "gpu")]
 pub use executor::{Executor, Frame, Parameter};
+#[cfg(feature = "gpu")]
+pub use front::Renderer;
 pub use umbragraph_graph::compiler::Plan;
 
 use std::sync::Arc;

@@ -1,9 +1,14 @@
-//! The front door: from a file to a plan with [`Library`], [`Pipeline`] and [`Options`].
+//! The front door: from a file to a plan with [`Library`], [`Pipeline`] and [`Options`], and from
+//! frame to frame with `Renderer`.
 
 mod library;
 mod options;
 mod pipeline;
+#[cfg(feature = "gpu")]
+mod renderer;
 
 pub use library::Library;
 pub use options::{Options, Setting};
 pub use pipeline::Pipeline;
+#[cfg(feature = "gpu")]
+pub use renderer::Renderer;

@@ -9,7 +9,7 @@ use crate::wgpu_types;
 
 /// What a pipeline is planned with: the size of the picture, values of parameters and features, what the host's own
 /// textures are.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Options {
     pub(super) plan: PlanOptions,
@@ -79,6 +79,14 @@ impl Options {
         self
     }
 
+    /// With the format, the size and the usages of a texture of the host's own.
+    #[cfg(feature = "gpu")]
+    #[must_use]
+    pub fn import_texture(self, resource: impl Into<String>, texture: &crate::wgpu::Texture) -> Self {
+        let (resource, (import, usages)) = (resource.into(), import_of(texture));
+        self.import(resource.clone(), import).import_usages(resource, usages)
+    }
+
     /// With the usages that a texture of the host's own was created with; without it everything is allowed.
     #[must_use]
     pub fn import_usages(mut self, resource: impl Into<String>, usages: wgpu_types::TextureUsages) -> Self {
@@ -106,4 +114,18 @@ impl Options {
         self.plan.objective = objective;
         self
     }
+}
+
+/// What a texture of the host's own is.
+#[cfg(feature = "gpu")]
+pub(super) fn import_of(texture: &crate::wgpu::Texture) -> (Import, wgpu_types::TextureUsages) {
+    let size = texture.size();
+    let size = crate::compiler::TextureSize {
+        width: size.width,
+        height: size.height,
+        layers: size.depth_or_array_layers,
+        mips: texture.mip_level_count(),
+        samples: texture.sample_count(),
+    };
+    (Import { format: texture.format(), size }, texture.usage())
 }

@@ -95,6 +95,13 @@ impl Pipeline {
     }
 }
 
+impl PartialEq for Pipeline {
+    /// Whether both are of one load.
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
 impl fmt::Debug for Pipeline {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = self.0.document.root.get("name").and_then(document::Value::text);

@@ -8,5 +8,6 @@ mod devices;
 mod exposed;
 mod kinds;
 mod meshes;
+mod renderer;
 mod threads;
 mod views;

@@ -1,4 +1,5 @@
-//! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `gallery`, `cameras`, `soak` and `mutants`.
+//! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `gallery`, `cameras`, `integrations`,
+//! `soak` and `mutants`.
 //!
 //! They work on a fresh clone with nothing but cargo: what else is needed is installed where that is possible, and
 //! named where it is not. There are no dependencies, so that the command itself is built in a second.
@@ -11,6 +12,7 @@ mod demo;
 mod distribution;
 mod driver_search;
 mod gallery;
+mod integrations;
 mod mutants;
 mod process;
 mod scenes;
@@ -36,6 +38,9 @@ usage: cargo xtask COMMAND
          render examples/gallery/ again: what each pipeline makes of each scene that suits it, in labelled sheets
   cameras [--seed N]
          print the worst errors and scores of each system and the flagship over 20 random cameras, scene by scene
+  integrations [NAME]
+         build and test the packages of examples/ that adopt the module in an engine (bevy), all or one; their engines
+         take half an hour to build on two cores, and want a newer Rust, which rustup installs
   soak [--seconds N] [--cases N] [--seed N]
          run all tests of random cases with fresh seeds, N times as many cases as in ordinary tests (10), for N seconds
          or once; and what is too long for ordinary tests
@@ -65,6 +70,7 @@ enum Command {
     Scenes { check: bool },
     Gallery,
     Cameras { seed: u64 },
+    Integrations { only: Option<String> },
     Soak(soak::Options),
     Mutants(mutants::Options),
     Help,
@@ -78,6 +84,7 @@ fn main() -> ExitCode {
         Ok(Command::Scenes { check }) => scenes::run(check),
         Ok(Command::Gallery) => gallery::run(),
         Ok(Command::Cameras { seed }) => cameras::run(seed),
+        Ok(Command::Integrations { only }) => integrations::run(only.as_deref()),
         Ok(Command::Soak(options)) => soak::run(&options),
         Ok(Command::Mutants(options)) => mutants::run(&options),
         Ok(Command::Help) => {
@@ -99,6 +106,7 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
         "scenes" => Command::Scenes { check: false },
         "gallery" => Command::Gallery,
         "cameras" => Command::Cameras { seed: 1 },
+        "integrations" => Command::Integrations { only: None },
         "soak" => return soak_options(rest),
         "mutants" => return mutants_options(rest),
         "help" | "--help" | "-h" => return Ok(Command::Help),
@@ -109,6 +117,9 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
         [check] if name == "scenes" && check == "--check" => Ok(Command::Scenes { check: true }),
         [seed, value] if name == "cameras" && seed == "--seed" => {
             Ok(Command::Cameras { seed: number(seed, Some(value))? })
+        }
+        [only] if name == "integrations" && integrations::names().any(|known| known == only) => {
+            Ok(Command::Integrations { only: Some(only.clone()) })
         }
         [help] if help == "--help" || help == "-h" => Ok(Command::Help),
         [extra, ..] => Err(format!("`{name}` takes no argument `{extra}`")),
@@ -168,6 +179,10 @@ mod tests {
         assert_eq!(parsed("scenes --check"), Ok(Command::Scenes { check: true }));
         assert_eq!(parsed("gallery"), Ok(Command::Gallery));
         assert_eq!(parsed("cameras --seed 7"), Ok(Command::Cameras { seed: 7 }));
+        assert_eq!(parsed("integrations"), Ok(Command::Integrations { only: None }));
+        let only = Some("bevy".to_owned());
+        assert_eq!(parsed("integrations bevy"), Ok(Command::Integrations { only }));
+        assert!(parsed("integrations bvey").is_err());
         let soak = soak::Options { seconds: Some(60), times: Some(100), seed: None };
         assert_eq!(parsed("soak --seconds 60 --cases 100"), Ok(Command::Soak(soak)));
         let mutants = mutants::Options { sample: Some(9), jobs: Some(2), ..mutants::Options::default() };

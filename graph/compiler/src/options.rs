@@ -8,7 +8,7 @@ use super::order_report::Objective;
 use super::texture_size::TextureSize;
 
 /// The caller's knowledge of a frame in advance: viewport, imports, objective.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PlanOptions {
     /// Width and height of the picture in texels.
     pub viewport: [u32; 2],

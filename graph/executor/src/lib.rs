@@ -104,6 +104,31 @@ pub struct Frame<'a> {
     pub toggles: &'a [(&'a str, bool)],
 }
 
+impl<'a> Frame<'a> {
+    /// A frame without meshes, textures of the host's, or toggles.
+    pub fn new(input: &'a FrameInput) -> Self {
+        Self { input, draws: None, imports: &[], toggles: &[] }
+    }
+
+    /// With the host's meshes.
+    #[must_use]
+    pub fn draws(self, draws: &'a dyn DrawSource) -> Self {
+        Self { draws: Some(draws), ..self }
+    }
+
+    /// With the host's textures.
+    #[must_use]
+    pub fn imports(self, imports: &'a [(&'a str, &'a wgpu::Texture)]) -> Self {
+        Self { imports, ..self }
+    }
+
+    /// With toggles that are switched otherwise.
+    #[must_use]
+    pub fn toggles(self, toggles: &'a [(&'a str, bool)]) -> Self {
+        Self { toggles, ..self }
+    }
+}
+
 /// A plan, instantiated on a device.
 pub struct Executor {
     device: wgpu::Device,

@@ -214,6 +214,12 @@ pub struct Bounds {
     pub max: DVec3,
 }
 
+impl Default for Bounds {
+    fn default() -> Self {
+        Self::EMPTY
+    }
+}
+
 impl Bounds {
     /// The box between two corners.
     pub fn between(min: [f64; 3], max: [f64; 3]) -> Self {

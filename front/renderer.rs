@@ -1,0 +1,81 @@
+//! [`Renderer`]: a pipeline recorded frame by frame, whatever becomes of it.
+
+use crate::compiler::Import;
+use crate::executor::{Executor, Frame};
+use crate::front::options::import_of;
+use crate::front::{Options, Pipeline};
+use crate::{Error, wgpu, wgpu_types};
+
+/// Records frames of a pipeline, and plans it anew where something is other than in the frame before: the pipeline (as
+/// when its file was loaded again), the options, the format, the size or the usages of the host's textures.
+///
+/// In a frame in which nothing is, this is [`Executor::record`]. An application that wants to say itself when it plans, or
+/// to plan off its thread ([`Executor::preparation`]), has an executor of its own instead.
+pub struct Renderer {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    executor: Option<Executor>,
+    made_of: Option<MadeOf>,
+}
+
+/// What was planned last, or could not be.
+struct MadeOf {
+    pipeline: Pipeline,
+    options: Options,
+    imports: Vec<(String, (Import, wgpu_types::TextureUsages))>,
+}
+
+impl Renderer {
+    /// A renderer on a device, with nothing made yet.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        Self { device: device.clone(), queue: queue.clone(), executor: None, made_of: None }
+    }
+
+    /// Records a frame into an encoder.
+    ///
+    /// # Errors
+    /// As of [`Pipeline::plan`], [`Executor::new`] and [`Executor::record`]. What cannot be planned or made is said once;
+    /// until something changes, the plan before goes on, and nothing is recorded where there is none.
+    pub fn record(
+        &mut self,
+        pipeline: &Pipeline,
+        options: &Options,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &Frame<'_>,
+    ) -> Result<(), Error> {
+        if !self.made_of.as_ref().is_some_and(|made_of| made_of.is_of(pipeline, options, frame)) {
+            let given = frame.imports.iter();
+            self.made_of = Some(MadeOf {
+                pipeline: pipeline.clone(),
+                options: options.clone(),
+                imports: given.map(|(name, texture)| ((*name).to_owned(), import_of(texture))).collect(),
+            });
+            let given = frame.imports.iter();
+            let options = given
+                .fold(options.clone(), |options, (name, texture)| options.import_texture(*name, texture));
+            let plan = pipeline.plan(&options)?;
+            match &mut self.executor {
+                Some(executor) => executor.set_plan(plan, frame.draws)?,
+                none => *none = Some(Executor::new(&self.device, &self.queue, plan, frame.draws)?),
+            }
+        }
+        self.executor.as_mut().map_or(Ok(()), |executor| executor.record(encoder, frame))
+    }
+
+    /// What records, once there was a frame: for live parameters, times, exposed resources.
+    pub fn executor(&mut self) -> Option<&mut Executor> {
+        self.executor.as_mut()
+    }
+}
+
+impl MadeOf {
+    fn is_of(&self, pipeline: &Pipeline, options: &Options, frame: &Frame<'_>) -> bool {
+        let is_same = |((name, known), (given, texture)): (&(String, _), &(&str, &wgpu::Texture))| {
+            name == given && *known == import_of(texture)
+        };
+        self.pipeline == *pipeline
+            && self.options == *options
+            && self.imports.len() == frame.imports.len()
+            && self.imports.iter().zip(frame.imports).all(is_same)
+    }
+}

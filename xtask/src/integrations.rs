@@ -1,0 +1,83 @@
+//! `cargo xtask integrations`: the packages of `examples/` that adopt the module in an engine, built and tested.
+//!
+//! They are packages of their own, since their engines take long to build and want a newer Rust than the module: each
+//! names its toolchain in a file `rust-toolchain.toml`, which rustup installs where it is missing. What is built lies in
+//! `target/integrations/`.
+
+use std::path::Path;
+use std::process::{Command, ExitCode};
+
+use crate::{adapter, process};
+
+/// A package of `examples/`, and its files that concern the module, whose lines are counted.
+struct Integration {
+    name: &'static str,
+    sources: &'static [&'static str],
+}
+
+const ALL: [Integration; 1] = [Integration { name: "bevy", sources: &["src/lib.rs", "src/meshes.rs"] }];
+
+/// The names of all packages.
+pub(crate) fn names() -> impl Iterator<Item = &'static str> {
+    ALL.iter().map(|integration| integration.name)
+}
+
+/// Runs the command for one package, or for all.
+pub(crate) fn run(only: Option<&str>) -> ExitCode {
+    if !adapter::ensure() {
+        eprintln!("tests that need a graphics adapter will fail");
+    }
+    let mut failed = Vec::new();
+    for integration in ALL.iter().filter(|integration| only.is_none_or(|only| only == integration.name)) {
+        let folder = process::workspace_root().join("examples").join(integration.name);
+        println!("examples/{}: {}", integration.name, lines(&folder, integration.sources));
+        match test(integration, &folder).status() {
+            Ok(status) if status.success() => {}
+            Ok(status) => failed.push(format!("{}: {status}", integration.name)),
+            Err(error) => failed.push(format!("{}: cargo could not be started: {error}", integration.name)),
+        }
+    }
+    failed.iter().for_each(|line| eprintln!("{line}"));
+    if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) }
+}
+
+fn test(integration: &Integration, folder: &Path) -> Command {
+    let mut command = Command::new("cargo");
+    command.args(["test", "--locked"]).current_dir(folder);
+    command.env("CARGO_TARGET_DIR", process::target_folder().join("integrations").join(integration.name));
+    // The toolchain is the package's, not that which runs this command.
+    command.env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO");
+    command
+}
+
+/// How many lines concern the module: those that are neither empty nor comments.
+fn lines(folder: &Path, sources: &[&str]) -> String {
+    let (mut all, mut imports) = (0, 0);
+    for source in sources {
+        let text = std::fs::read_to_string(folder.join(source)).unwrap_or_default();
+        let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("//"));
+        for line in lines {
+            all += 1;
+            imports += usize::from(line.starts_with("use ") && !line.contains("umbragraph"));
+        }
+    }
+    format!(
+        "{all} lines concern the module, {imports} of them imports of other crates ({})",
+        sources.join(", ")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_package_has_a_lock_file_and_sources_that_are_counted() {
+        for Integration { name, sources } in ALL {
+            let folder = process::workspace_root().join("examples").join(name);
+            assert!(folder.join("Cargo.lock").is_file(), "{name}");
+            assert!(sources.iter().all(|source| folder.join(source).is_file()), "{name}: {sources:?}");
+            assert!(!lines(&folder, sources).starts_with("0 "), "{name}");
+        }
+    }
+}
