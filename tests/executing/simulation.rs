@@ -271,6 +271,11 @@ impl Graph {
             }
             self.add(toggle, writes, deed);
         }
+        // Without anything that is there in every state there is nothing to see, which is rejected.
+        if !written.values().any(|states| *states == ALL_STATES) {
+            let first = self.resources[0].units(0)[0];
+            self.add(None, vec![first], Deed::Fill(1));
+        }
     }
 
     /// What a pass that writes a unit can read: units of the same kind and size, not those that it writes.
