@@ -247,11 +247,12 @@ fn the_cadence_saves_draws_and_turns_are_staggered() {
 
 #[test]
 fn what_cannot_be_kept_is_found() {
-    let draw = |lifetime: &str, more: &str| {
+    let draw = |texture: &str, more: &str| {
         try_plan_of_text(
             format!(
                 r#"{{ "format": 1, "name": "test", {}, "resources": {{
-                    "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", "lifetime": "{lifetime}" }} }} }},
+                    "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", {texture} }} }},
+                    "below": {{ "texture": {{ "format": "depth32float", "size": "viewport", {texture} }} }} }},
                   "passes": {{ "views": {{ "views": {{ "to": "views", "max": 1 }} }},
                     "squares": {{ "draw": {{ "geometry": "squares", "filter": "all", "views": "views",
                       "shader": "square_depth.wgsl.jinja", "redraw": "changed", {more} }} }} }} }}"#,
@@ -261,16 +262,20 @@ fn what_cannot_be_kept_is_found() {
         )
         .map(drop)
     };
+    let persistent = r#""lifetime": "persistent""#;
     let depth = r#""depth": { "to": "maps", "clear": 1, "compare": "less" }"#;
-    assert_eq!(draw("persistent", depth), Ok(()));
-    let said = |lifetime: &str, more: &str, wanted: &str| {
-        let error = draw(lifetime, more).expect_err("a diagnostic");
+    assert_eq!(draw(persistent, depth), Ok(()));
+    let said = |texture: &str, more: &str, wanted: &str| {
+        let error = draw(texture, more).expect_err("a diagnostic");
         assert!(error.contains(wanted), "{error}");
     };
-    said("persistent", r#""depth": { "to": "maps", "compare": "less" }"#, "UG0405");
-    said("persistent", &format!(r#""every": 0, {depth}"#), "every so many frames");
-    said("persistent", &format!(r#""over": "maps", {depth}"#), "UG0405");
-    said("transient", depth, "UG04");
+    said(persistent, r#""depth": { "to": "maps", "compare": "less" }"#, "UG0405");
+    said(persistent, &format!(r#""every": 0, {depth}"#), "every so many frames");
+    said(persistent, &format!(r#""over": "maps", {depth}"#), "UG0405");
+    let several = format!(r#"{persistent}, "samples": 4"#);
+    let over = r#""over": "below", "depth": { "to": "maps", "compare": "less" }"#;
+    said(&several, over, "has 4 samples, over which nothing is drawn");
+    said(r#""lifetime": "transient""#, depth, "UG04");
 }
 
 #[test]
