@@ -15,23 +15,12 @@ use std::time::{Duration, Instant};
 use umbragraph_passes::atlas::{
     Capacity, Fate, Key, Placement, Pool, Request, Settings, Tile, TileAllocator, TileRequest,
 };
+use umbragraph_test_support::random::Random;
 
 fn main() {
     frames();
     for fill in [70, 85, 95] {
         tiles(fill);
-    }
-}
-
-/// A xorshift generator: the same in every run.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, bound: u64) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0 % bound
     }
 }
 
@@ -147,7 +136,7 @@ fn run<A: Allocator>(mut allocator: A, fill: u64) -> (u32, u32, Duration) {
         let size = u64::from(side) * u64::from(side);
         // What is not wanted any more makes room, so that the area that is asked for is always free.
         while used + size > area * fill / 100 && !held.is_empty() {
-            let at = random.below(held.len() as u64) as usize;
+            let at = random.below(held.len());
             let (id, size) = held.swap_remove(at);
             allocator.release(id);
             used -= size;

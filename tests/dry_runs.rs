@@ -12,6 +12,7 @@ use umbragraph::executor::DryRun;
 use umbragraph::scene::interface;
 use umbragraph::shader::TargetProfile;
 use umbragraph_test_support::property;
+use umbragraph_test_support::random::Random;
 
 const NUMBERS: &[&str] =
     &["0", "1", "2", "3", "4", "5", "6", "8", "16", "63", "64", "100", "256", "1000", "4096"];
@@ -95,22 +96,6 @@ fn the_pipelines_of_the_tree_run_dry() {
         ["awsm", "caracal", "lore", "mantis", "nebula"].map(|name| format!("pipelines/{name}.json"));
     for path in lessons().into_iter().chain(shipped) {
         assert_eq!(said(&mut dry_run, &path, &read(&path)).as_deref(), Some(""), "{path}");
-    }
-}
-
-/// A generator of numbers (SplitMix64).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, end: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((mixed ^ (mixed >> 31)) % end.max(1) as u64) as usize
-    }
-
-    fn one_of<'t>(&mut self, texts: &[&'t str]) -> &'t str {
-        texts[self.below(texts.len())]
     }
 }
 

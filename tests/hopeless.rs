@@ -12,6 +12,7 @@ use umbragraph::compose::{self, Memory};
 use umbragraph::diagnostic::{Diagnostics, Place, codes};
 use umbragraph::source::Sources;
 use umbragraph_test_support::property;
+use umbragraph_test_support::random::Random;
 
 /// Asserts that every diagnostic, and all that is related to it, stands inside its text.
 #[track_caller]
@@ -119,18 +120,6 @@ fn tokens(text: &str) -> Vec<&str> {
         rest = &rest[length..];
     }
     tokens
-}
-
-/// A small generator of numbers (xorshift64), so that a failing mutation is the same in every run.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, end: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % end.max(1) as u64) as usize
-    }
 }
 
 const ODD: [&str; 16] = [

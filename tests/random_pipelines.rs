@@ -23,30 +23,11 @@ use umbragraph::shader::{TargetProfile, TemplateSet};
 use umbragraph::source::Sources;
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::property;
+use umbragraph_test_support::random::Random;
 
 /// Codes of what `check` refuses and wgpu takes, with the reason.
 const STRICTER: &[(&str, &str)] =
     &[("UG0401", "wgpu clears what nobody has written: it is valid, and hardly meant")];
-
-/// A generator of numbers (SplitMix64).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, end: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((mixed ^ (mixed >> 31)) % end.max(1) as u64) as usize
-    }
-
-    fn one_in(&mut self, of: usize) -> bool {
-        self.below(of) == 0
-    }
-
-    fn one_of<T: Clone>(&mut self, list: &[T]) -> T {
-        list[self.below(list.len())].clone()
-    }
-}
 
 /// What a shader sees of a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -19,6 +19,7 @@ use umbragraph::executor::Frame;
 use umbragraph::wgpu;
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::property;
+use umbragraph_test_support::random::Random;
 
 use crate::common::gpu::import;
 use crate::stage::{SIDE, executor, texels, try_plan_of_text};
@@ -33,26 +34,6 @@ const ALL_STATES: u8 = (1 << STATES) - 1;
 /// Bytes of a quarter of a buffer.
 const QUARTER: u32 = 256;
 const OBSERVED: usize = 6;
-
-/// Numbers that look random.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, count: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        ((self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 33) % count as u64) as usize
-    }
-
-    fn one_in(&mut self, count: usize) -> bool {
-        self.below(count) == 0
-    }
-
-    fn pick<T: Copy>(&mut self, list: &[T]) -> T {
-        list[self.below(list.len())]
-    }
-}
 
 /// A mip of a layer of a texture, or a quarter of a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -169,7 +150,7 @@ impl Graph {
         }
         let mut resources = Vec::new();
         for at in 0..2 + random.below(2) {
-            let lifetime = random.pick(&[
+            let lifetime = random.one_of(&[
                 Lifetime::Transient,
                 Lifetime::Transient,
                 Lifetime::Persistent,
@@ -179,7 +160,7 @@ impl Graph {
             resources.push(Resource { name: format!("t{at}"), is_buffer: false, mips, layers, lifetime });
         }
         for at in 0..random.below(3) {
-            let lifetime = random.pick(&[Lifetime::Transient, Lifetime::Persistent]);
+            let lifetime = random.one_of(&[Lifetime::Transient, Lifetime::Persistent]);
             resources.push(Resource {
                 name: format!("b{at}"),
                 is_buffer: true,
@@ -218,7 +199,7 @@ impl Graph {
             let probe = Pass { name: String::new(), toggle, writes: Vec::new(), deed: Deed::Zero };
             let states = probe.states();
             let resource = random.below(self.resources.len());
-            let to = random.pick(&self.resources[resource].units(resource));
+            let to = random.one_of(&self.resources[resource].units(resource));
             let number = 1 + random.below(60) as u32;
             let is_there = |unit: &Unit| written.get(unit).copied().unwrap_or(0) & states == states;
             let reads = self.readable(random, &to, &is_there);
@@ -245,12 +226,12 @@ impl Graph {
                     2 if is_there(&to) => deed = Some(Deed::FillLeft(number)),
                     3 if is_there(&to) => deed = Some(Deed::Add(number)),
                     4 | 5 if !reads.is_empty() => {
-                        deed = Some(Deed::Sum([random.pick(&reads), random.pick(&reads)]));
+                        deed = Some(Deed::Sum([random.one_of(&reads), random.one_of(&reads)]));
                     }
                     6 if !reads.is_empty() => {
                         let reads: Vec<Read> =
                             reads.iter().copied().filter(|read| read.unit.mip == to.mip).collect();
-                        deed = (!reads.is_empty()).then(|| Deed::Copy(vec![random.pick(&reads)]));
+                        deed = (!reads.is_empty()).then(|| Deed::Copy(vec![random.one_of(&reads)]));
                     }
                     7 => {
                         deed = self.layers(random, &to, &is_there).map(|(units, reads)| {
@@ -325,7 +306,7 @@ impl Graph {
         if self.resources[to.resource].layers < 2 || sources.is_empty() {
             return None;
         }
-        let reads = both(random.pick(&sources)).into_iter().map(|unit| Read { unit, when: When::Now });
+        let reads = both(random.one_of(&sources)).into_iter().map(|unit| Read { unit, when: When::Now });
         Some((both(to.resource), reads.collect()))
     }
 
@@ -350,9 +331,7 @@ impl Graph {
         }
         let mut entries: Vec<String> =
             (0..self.passes.len()).map(|at| self.entry(random, at, at >= first_observer)).collect();
-        for at in (1..entries.len()).rev() {
-            entries.swap(at, random.below(at + 1));
-        }
+        random.shuffle(&mut entries);
         let mut resources = String::new();
         for resource in &self.resources {
             let lifetime = match resource.lifetime {

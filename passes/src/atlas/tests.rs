@@ -2,29 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use umbragraph_test_support::random::Random;
+
 use super::*;
-
-/// Numbers that look random and are always the same.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ mixed >> 31
-    }
-
-    fn below(&mut self, end: u64) -> u64 {
-        self.next() % end
-    }
-
-    fn shuffle<T>(&mut self, values: &mut [T]) {
-        for at in (1..values.len()).rev() {
-            values.swap(at, self.below(at as u64 + 1) as usize);
-        }
-    }
-}
 
 /// Which tile covers each smallest square of an atlas, painted one by one.
 struct Canvas {
@@ -76,12 +56,12 @@ fn two_hundred_thousand_operations_leave_tiles_apart_within_bounds_and_aligned()
     for step in 0..200_000 {
         let crowded = if step / 10_000 % 2 == 0 { 40 } else { 55 };
         if random.below(100) < crowded && !tiles.is_empty() {
-            let tile = tiles.swap_remove(random.below(tiles.len() as u64) as usize);
+            let tile = tiles.swap_remove(random.below(tiles.len()));
             assert!(atlas.release(tile) && twin.release(tile));
             assert!(!atlas.release(tile), "a second release is rejected");
             canvas.paint(tile, Some(tile), None);
         } else {
-            let size = 16 << random.below(8).min(random.below(8));
+            let size = 16u32 << random.below(8).min(random.below(8));
             let tile = atlas.allocate(size);
             assert_eq!(tile, twin.allocate(size), "the same calls give the same tiles");
             match tile {
@@ -173,7 +153,7 @@ fn random_requests(random: &mut Random, count: u64) -> Vec<Request> {
     (0..count)
         .map(|key| {
             let importance = random.below(1000) as f32 / 100.0;
-            let tiles = [1, 1, 1, 4, 6][random.below(5) as usize];
+            let tiles = [1, 1, 1, 4, 6][random.below(5)];
             let wanted = 16 + random.below(500) as u32;
             request(key, importance, tiles, wanted, 16 << random.below(2))
         })
@@ -235,11 +215,11 @@ fn the_order_of_the_requests_decides_nothing() {
     let mut requests = random_requests(&mut random, 300);
     for frame in 0..60 {
         for _ in 0..20 {
-            let at = random.below(requests.len() as u64) as usize;
+            let at = random.below(requests.len());
             let fresh = random_requests(&mut random, 1)[0];
             requests[at] = Request { key: requests[at].key, ..fresh };
         }
-        let shown = &requests[..200 + random.below(100) as usize];
+        let shown = &requests[..200 + random.below(100)];
         let mut shuffled = shown.to_vec();
         random.shuffle(&mut shuffled);
         let side = [512, 1024, 2048][frame / 20];
@@ -260,13 +240,13 @@ fn any_sequence_of_frames_is_placed_soundly_and_fills_what_there_is() {
         let mut placement = Placement::new(Settings { min_tile: 16, ..Settings::default() });
         let mut requests = random_requests(&mut random, 120);
         for _ in 0..40 {
-            let first = random.below(120) as usize;
+            let first = random.below(120);
             for request in random_requests(&mut random, 12) {
                 let at = (first + request.key.0 as usize) % requests.len();
                 requests[at] = Request { key: requests[at].key, ..request };
             }
-            let shown = &requests[random.below(60) as usize..];
-            let side = 16 << random.below(8);
+            let shown = &requests[random.below(60)..];
+            let side = 16u32 << random.below(8);
             let pools = [random.below(300) as u32, random.below(300) as u32, 0, 0];
             placement.update(shown, &Capacity { side, pools });
             check(&placement, shown);

@@ -4,6 +4,7 @@
 //! * [`gpu`]: one graphics device for tests, chosen by a written rule and proven to compute before it is used.
 //! * [`truth`]: scores of a rendered shadow mask against a ray-traced one, where such truth is at hand.
 //! * [`property`]: how many cases properties are tried on, and from which seed.
+//! * [`random`]: random numbers for tests that make their cases themselves.
 //! * [`scratch`]: a folder of one test's own.
 //! * [`skip`]: a test that lacks what it needs says so and is counted; it never just passes.
 //!
@@ -14,6 +15,7 @@ pub mod environment;
 pub mod gpu;
 pub mod image;
 pub mod property;
+pub mod random;
 pub mod scratch;
 pub mod skip;
 pub mod truth;

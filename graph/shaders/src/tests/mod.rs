@@ -17,18 +17,6 @@ use super::{AxisValue, AxisValues, TargetProfile, TemplateSet};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::source::Sources;
 
-/// A xorshift generator: what it draws is the same in every run.
-pub(super) struct Random(pub(super) u64);
-
-impl Random {
-    pub(super) fn below(&mut self, bound: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % bound as u64) as usize
-    }
-}
-
 /// Templates, their texts, and what was found while they were added.
 pub(super) struct Fixture {
     pub(super) sources: Sources,

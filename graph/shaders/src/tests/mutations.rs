@@ -10,8 +10,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use umbragraph_test_support::property;
+use umbragraph_test_support::random::Random;
 
-use super::{Fixture, Random};
+use super::Fixture;
 use crate::diagnostic::{Diagnostic, Place};
 use crate::permutations::{Options, Request, check};
 use crate::{AxisKind, AxisValues, TargetProfile, render, wgsl};

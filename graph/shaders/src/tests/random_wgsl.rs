@@ -6,7 +6,7 @@
 
 use std::fmt::Write as _;
 
-use super::Random;
+use umbragraph_test_support::random::Random;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {

@@ -9,11 +9,12 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use umbragraph_test_support::property;
+use umbragraph_test_support::random::Random;
 use umbragraph_test_support::scratch::ScratchFolder;
 use umbragraph_test_support::skip;
 
+use super::Fixture;
 use super::random_wgsl::{self, Kind};
-use super::{Fixture, Random};
 use crate::permutations::{Options, Request, check};
 use crate::wgsl_error::Stage;
 use crate::{AxisKind, TargetProfile, wgsl};
