@@ -6,9 +6,12 @@
 //! writes depth, since parts of depth textures cannot be copied. What came into view is left: a strip at each of two
 //! edges at most, which are cleared and drawn.
 //!
-//! Limits: textures of one sample. Texels that were moved were drawn with the matrix of another frame. Whole texels are
-//! exact in both matrices, and still not each texel is the one that would be drawn now: the place of a vertex is a sum in 32
-//! bits, which rounds by where in the map it lies, and so do a rasteriser's parts of a texel and its slopes of depth.
+//! Limits: textures of one sample. Texels that were moved are not bit for bit those that would be drawn now: a rasteriser
+//! rounds the depth of a triangle by where in the map the triangle lies. Of a walk over the courtyard 41 % of the texels
+//! differ on Mesa's software driver, all but 0.1 % of them by at most four units in the last place of 32 bits, and 0.002 %
+//! by more than 0.0001, at edges of triangles that are clipped at the border of the view. Whole texels are exact in both
+//! matrices; with the vertices laid on the rasteriser's own parts of a texel too, so that they move exactly, as many texels
+//! differ (38 %).
 
 use super::creation::Creation;
 use super::objects::{Objects, RenderKey};
