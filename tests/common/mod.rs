@@ -149,6 +149,16 @@ pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
     Outcome { sources, diagnostics, checked }
 }
 
+/// The names of the presets of a pipeline and of all that it extends.
+pub fn presets(name: &str, text: &str) -> Vec<String> {
+    let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
+    let file = sources.add(name, text);
+    let composed = compose::compose(file, Path::new(name), &mut Workspace, &mut sources, &mut diagnostics);
+    let root = composed.expect("a document").document.root;
+    let presets = root.get("presets").and_then(document::Value::entries).unwrap_or_default();
+    presets.iter().map(|preset| preset.key.clone()).collect()
+}
+
 /// The files of the workspace, by their path in it, which is where tests run.
 struct Workspace;
 
