@@ -10,8 +10,9 @@ pub mod labels;
 pub mod pictures;
 pub mod settings;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use umbragraph::CheckReport;
 use umbragraph::compiler::{Plan, PlanOptions, verify};
@@ -115,9 +116,7 @@ pub fn read(path: &str) -> String {
 
 /// Takes a text all the way to a plan of 640 by 480. Files that it names are looked for in the workspace.
 pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
-    let mut sources = Sources::new();
-    let mut diagnostics = Diagnostics::new();
-    let templates = templates(with.templates, &mut sources, &mut diagnostics);
+    let (mut sources, mut diagnostics, templates) = templates(with.templates);
     let file = sources.add(name, text);
     let Some(composed) =
         compose::compose(file, Path::new(name), &mut Workspace, &mut sources, &mut diagnostics)
@@ -191,26 +190,29 @@ fn overrides(
     })
 }
 
-/// The project's templates and some of the test's own, which may stand in place of the project's.
-pub fn templates(
-    own: &[(&str, &str)],
-    sources: &mut Sources,
-    diagnostics: &mut Diagnostics,
-) -> Arc<TemplateSet> {
-    let mut set = TemplateSet::new();
+/// The project's templates and some of the test's own, which may stand in place of the project's; read once.
+pub fn templates(own: &[(&str, &str)]) -> (Sources, Diagnostics, Arc<TemplateSet>) {
+    type Read = (Sources, Diagnostics, Arc<TemplateSet>);
+    static KNOWN: Mutex<BTreeMap<Vec<(String, String)>, Read>> = Mutex::new(BTreeMap::new());
+    let key = own.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect();
+    KNOWN.lock().expect("no panic").entry(key).or_insert_with(|| read_templates(own)).clone()
+}
+
+fn read_templates(own: &[(&str, &str)]) -> (Sources, Diagnostics, Arc<TemplateSet>) {
+    let (mut sources, mut diagnostics, mut set) = (Sources::new(), Diagnostics::new(), TemplateSet::new());
     let folder = root().join("shaders-templates");
     let mut names = Vec::new();
     collect(&folder, &folder, &mut names);
     names.retain(|name| own.iter().all(|(other, _)| other != name));
     for name in names {
         let text = std::fs::read_to_string(folder.join(&name)).expect("a template");
-        set.add(sources, &name, &text, diagnostics);
+        set.add(&mut sources, &name, &text, &mut diagnostics);
     }
     for (name, text) in own {
-        set.add(sources, name, text, diagnostics);
+        set.add(&mut sources, name, text, &mut diagnostics);
     }
-    set.check(diagnostics);
-    Arc::new(set)
+    set.check(&mut diagnostics);
+    (sources, diagnostics, Arc::new(set))
 }
 
 fn collect(root: &Path, folder: &Path, names: &mut Vec<String>) {

@@ -9,7 +9,6 @@ use umbragraph::executor::{Executor, Frame, read_bytes};
 use umbragraph::frame::FrameInput;
 use umbragraph::pipeline::Overrides;
 use umbragraph::shader::TargetProfile;
-use umbragraph::source::Sources;
 use umbragraph_test_support::gpu::Gpu;
 
 use crate::common;
@@ -212,8 +211,6 @@ pub(crate) fn try_plan_of_text(text: String, side: u32) -> Result<Arc<Plan>, Str
 
 /// The same for a device with optional features.
 pub(crate) fn try_plan_with(text: String, side: u32, features: wgpu::Features) -> Result<Arc<Plan>, String> {
-    let mut sources = Sources::new();
-    let mut diagnostics = Diagnostics::new();
     let own = [
         ("square.wgsl.jinja", TEMPLATE),
         ("square_depth.wgsl.jinja", DEPTH_TEMPLATE),
@@ -245,7 +242,7 @@ pub(crate) fn try_plan_with(text: String, side: u32, features: wgpu::Features) -
     ];
     let own: Vec<_> =
         own.into_iter().chain(triangles.iter().map(|(name, text)| (*name, text.as_str()))).collect();
-    let templates = common::templates(&own, &mut sources, &mut diagnostics);
+    let (mut sources, mut diagnostics, templates) = common::templates(&own);
     let mut registry = umbragraph::registry();
     registry.register::<Views>().register::<Count>();
     let file = sources.add("test.json", text);
