@@ -9,5 +9,6 @@ mod exposed;
 mod kinds;
 mod meshes;
 mod renderer;
+mod steps;
 mod threads;
 mod views;

@@ -37,7 +37,7 @@ fn ensure_on_linux() -> bool {
     }
     let distribution = this_distribution();
     match installation_rights(distribution) {
-        Ok(prefix) => match install(&prefix) {
+        Ok(prefix) => match install(&prefix, &DEBIAN_PACKAGES) {
             Ok(()) => match search() {
                 SearchResult::Driver(manifest) => {
                     println!("Vulkan driver, now installed: {}", manifest.display());
@@ -115,15 +115,20 @@ fn rights(debian: bool, apt: bool, root: bool, sudo: impl Fn() -> bool) -> Resul
     }
 }
 
-fn install(prefix: &[&str]) -> Result<(), String> {
-    println!("installing {}", DEBIAN_PACKAGES.join(" and "));
+/// Installs packages of Debian's, where that is possible from here.
+pub(crate) fn install_packages(packages: &[&str]) -> Result<(), String> {
+    install(&installation_rights(this_distribution())?, packages)
+}
+
+fn install(prefix: &[&str], packages: &[&str]) -> Result<(), String> {
+    println!("installing {}", packages.join(" and "));
     // A list that is out of date, or one mirror that is down, may still be enough to install from.
     let update = apt(prefix, &["update"]);
     if let Err(reason) = &update {
         eprintln!("{reason}; going on with the package lists at hand");
     }
     let mut arguments = vec!["install", "--yes", "--no-install-recommends"];
-    arguments.extend(DEBIAN_PACKAGES);
+    arguments.extend(packages);
     apt(prefix, &arguments).map_err(|reason| match update {
         Ok(()) => reason,
         Err(update) => format!("{reason}, after {update}; is the network reachable?"),

@@ -39,8 +39,8 @@ usage: cargo xtask COMMAND
   cameras [--seed N]
          print the worst errors and scores of each system and the flagship over 20 random cameras, scene by scene
   integrations [NAME]
-         build and test the packages of examples/ that adopt the module in an engine (bevy), all or one; their engines
-         take half an hour to build on two cores, and want a newer Rust, which rustup installs
+         build and test the packages of examples/ that adopt the module in an engine (bevy) or a window (egui), all or
+         one; an engine takes half an hour to build on two cores, and wants a newer Rust, which rustup installs
   soak [--seconds N] [--cases N] [--seed N]
          run all tests of random cases with fresh seeds, N times as many cases as in ordinary tests (10), for N seconds
          or once; and what is too long for ordinary tests
