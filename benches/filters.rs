@@ -129,7 +129,7 @@ fn frame(scene: &Scene, kind: LightKind) -> FrameInput {
     let mut input = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);
     let position = DVec3::new(2.4, 2.9, 2.6);
     input.lights = vec![Light {
-        name: "lamp".to_owned(),
+        name: "lamp".into(),
         kind,
         position,
         direction: (DVec3::new(-0.3, 0.5, -0.4) - position).normalize(),

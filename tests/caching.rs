@@ -26,7 +26,7 @@ fn pipeline(path: &str, parameters: &[(&str, &str)], features: &[(&str, &str)]) 
 
 fn lamp(name: &str, kind: LightKind, position: DVec3) -> Light {
     Light {
-        name: name.to_owned(),
+        name: name.to_owned().into(),
         kind,
         position,
         direction: DVec3::new(0.1, -1.0, -0.2).normalize(),

@@ -33,7 +33,7 @@ fn figure() -> Scene {
 fn light(kind: LightKind) -> Light {
     let position = DVec3::new(2.4, 2.9, 2.6);
     Light {
-        name: "light".to_owned(),
+        name: "light".into(),
         kind,
         position,
         direction: (DVec3::new(-0.3, 0.5, -0.4) - position).normalize(),
@@ -231,7 +231,7 @@ fn lights_without_a_slot_are_named_and_have_no_contact_shadows() {
     let outcome = check_file(AWSM, &with);
     let of = |priority: f32, name: &str| Light {
         priority,
-        name: name.to_owned(),
+        name: name.to_owned().into(),
         position: DVec3::new(-2.4, 2.9, 2.6),
         ..light(LightKind::Point)
     };

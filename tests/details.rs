@@ -126,7 +126,7 @@ fn frame(scene: &Scene) -> FrameInput {
     input.camera.position = DVec3::new(0.0, 1.5, 0.0);
     input.camera.rotation = DQuat::IDENTITY;
     input.lights = vec![Light {
-        name: "sun".to_owned(),
+        name: "sun".into(),
         kind: LightKind::Directional,
         position: DVec3::ZERO,
         direction: DVec3::new(0.1, -1.0, -0.2).normalize(),

@@ -146,7 +146,7 @@ fn an_array_without_a_count_is_as_long_as_what_is_published() {
     let outcome = outcome("", &passes, false);
     let mut input = empty_frame();
     input.lights.push(umbragraph::frame::Light {
-        name: "sun".to_owned(),
+        name: "sun".into(),
         kind: umbragraph::frame::LightKind::Directional,
         position: glam::DVec3::ZERO,
         direction: glam::DVec3::NEG_Y,

@@ -34,7 +34,7 @@ fn small(parameters: &[(&str, &str)], features: &[(&str, &str)]) -> Outcome {
 
 fn light(name: &str, kind: LightKind, position: [f64; 3]) -> Light {
     Light {
-        name: name.to_owned(),
+        name: name.to_owned().into(),
         kind,
         position: DVec3::from(position),
         direction: DVec3::NEG_Y,
@@ -253,8 +253,7 @@ fn wide_filters_see_nothing_of_the_neighbouring_tile() {
         // The neighbour shines on nothing, since it has no color; its tile is full of blockers, or empty.
         let picture = |direction: DVec3| {
             let dark = Light { color: Vec3::ZERO, direction, ..spot("dark", [-0.3, 1.6, -0.6]) };
-            let lights =
-                vec![spot("a", [0.6, 2.6, 0.6]), dark.clone(), Light { name: "z".to_owned(), ..dark }];
+            let lights = vec![spot("a", [0.6, 2.6, 0.6]), dark.clone(), Light { name: "z".into(), ..dark }];
             Host::new(&gpu, &outcome, &scene).picture(&lit_by(&scene, lights))
         };
         let (full, empty) = (picture(DVec3::NEG_Y), picture(DVec3::Y));

@@ -142,7 +142,7 @@ fn moments_have_the_first_format_that_shaders_can_write_and_else_there_is_a_find
 
 fn spot(name: &str, position: [f64; 3]) -> Light {
     Light {
-        name: name.to_owned(),
+        name: name.to_owned().into(),
         kind: LightKind::Spot { inner_angle: 0.5, outer_angle: 0.7 },
         position: DVec3::from(position),
         direction: DVec3::NEG_Y,
@@ -169,7 +169,7 @@ fn a_blur_as_wide_as_can_be_brings_nothing_from_the_neighbouring_tile() {
             let picture = |direction: DVec3| {
                 let dark = Light { color: Vec3::ZERO, direction, ..spot("dark", [-0.3, 1.6, -0.6]) };
                 let lights =
-                    vec![spot("a", [0.6, 2.6, 0.6]), dark.clone(), Light { name: "z".to_owned(), ..dark }];
+                    vec![spot("a", [0.6, 2.6, 0.6]), dark.clone(), Light { name: "z".into(), ..dark }];
                 let input = FrameInput { lights, ..scene.frame_input(160.0 / 120.0, 0.0) };
                 Host::new(&gpu, &outcome, &scene).picture(&input)
             };

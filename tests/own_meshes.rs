@@ -31,7 +31,7 @@ fn frame() -> FrameInput {
     let back = (eye - middle).normalize();
     let right = DVec3::Y.cross(back).normalize();
     let sun = Light {
-        name: "sun".to_owned(),
+        name: "sun".into(),
         kind: LightKind::Directional,
         position: DVec3::ZERO,
         direction: DVec3::new(-0.8, -0.7, -0.35).normalize(),

@@ -181,7 +181,7 @@ fn filters_agree_with_rays(name: &str, lights: &[&str]) {
     let scene = scene(&root().join(format!("examples/scenes/{name}.glb")));
     let input = input(&scene, 0.0);
     let rays = Rays::new(&scene, &scene.pose(0.0));
-    let lights = input.lights.iter().filter(|light| lights.contains(&light.name.as_str()));
+    let lights = input.lights.iter().filter(|light| lights.contains(&&*light.name));
     let sets: Vec<_> = lights
         .map(|light| (light, points_in_view((&scene, &rays), &input, light, 7, (0.18, 8), FACING)))
         .collect();

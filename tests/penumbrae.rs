@@ -77,7 +77,7 @@ fn edge(height: f64) -> Scene {
 
 fn light(kind: LightKind) -> Light {
     Light {
-        name: "light".to_owned(),
+        name: "light".into(),
         kind,
         position: DVec3::new(0.0, LAMP, 0.0),
         direction: DVec3::NEG_Y,

@@ -128,7 +128,7 @@ fn frame((subject, radius, degrees): &Subject, kind: LightKind) -> FrameInput {
     let direction = (DVec3::new(-0.3, 0.5, -0.4) - position).normalize();
     let intensity = if kind == LightKind::Directional { 3.0 } else { 45.0 };
     let light = Light {
-        name: "lamp".to_owned(),
+        name: "lamp".into(),
         kind,
         position,
         direction,

@@ -41,7 +41,7 @@ pub fn camera(bounds: &Bounds, aspect: f64) -> Camera {
 /// A directional light of three lux, the brightness at which a white surface that faces it fills the picture's range.
 pub fn sun() -> Light {
     Light {
-        name: "sun".to_owned(),
+        name: "sun".into(),
         kind: LightKind::Directional,
         position: DVec3::ZERO,
         direction: -TOWARDS_SUN.normalize(),

@@ -44,12 +44,12 @@ pub fn crowded_frame() -> FrameInput {
     let sun = frame.lights[0].clone();
     // They do not say how large they are seen.
     let point = Light { angular_diameter: 0.0, ..sun.clone() };
-    frame.lights.extend((1..6).map(|at| Light { name: format!("sun {at}"), ..point.clone() }));
+    frame.lights.extend((1..6).map(|at| Light { name: format!("sun {at}").into(), ..point.clone() }));
     let near = frame.camera.position - glam::DVec3::new(1.0, 0.0, 2.0);
     for at in 0..240 {
         let position = near + glam::DVec3::new(0.1 * f64::from(at % 20), 1.0, 0.0);
         let light = |name: String, kind: LightKind| Light {
-            name,
+            name: name.into(),
             kind,
             position,
             direction: glam::DVec3::NEG_Y,
@@ -70,7 +70,7 @@ pub fn crowded_frame() -> FrameInput {
 pub fn quiet_frame() -> FrameInput {
     let mut frame = sunny_frame();
     let spot = |name: &str, distance: f64| Light {
-        name: name.into(),
+        name: name.to_owned().into(),
         kind: LightKind::Spot { inner_angle: 0.4, outer_angle: 0.8 },
         position: frame.camera.position + frame.camera.rotation * glam::DVec3::new(0.0, 0.0, -distance),
         intensity: 500.0,

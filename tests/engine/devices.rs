@@ -212,3 +212,47 @@ fn resizing_each_frame_no_viewport_a_dropped_encoder_and_two_executors_in_one_ar
     let [one, two] = [one, two].map(|texture| common::gpu::read(&gpu, &texture));
     assert!(one.differing(&two, 0) == 0 && one.rgba_pixels().any(|pixel| pixel[0] > 100));
 }
+
+/// What no device has room for: a texture of 64 GiB.
+#[test]
+fn too_little_memory_names_what_it_is_for_and_the_next_plan_is_made() {
+    let Some(gpu) = own_device() else { return };
+    let text = |layers: u32| {
+        format!(
+            r#"{{ "format": 1, "name": "memory",
+              "resources": {{
+                "huge": {{ "texture": {{ "format": "rgba32float", "size": [8192, 8192], "layers": {layers}, "view": "2d-array" }} }},
+                "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}
+              }},
+              "passes": {{
+                "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "huge", "layer": 0 }}] }} }},
+                "show": {{ "fullscreen": {{
+                  "shader": "show.wgsl.jinja", "bind": {{ "huge": {{ "texture": {{ "name": "huge", "layer": 0 }} }} }}, "color": [{{ "to": "target" }}]
+                }} }}
+              }} }}"#
+        )
+    };
+    let shader = "{% include 'lib/fullscreen.wgsl.jinja' %}
+@group(1) @binding(0) var huge: texture_2d<f32>;
+@fragment fn show(covered: Covered) -> @location(0) vec4<f32> { return textureLoad(huge, vec2<i32>(0), 0); }
+";
+    let library = Library::new().template("show.wgsl.jinja", shader);
+    let plan = |layers| {
+        let pipeline = library.load_text("memory.json", &text(layers));
+        let plan = pipeline.and_then(|pipeline| pipeline.plan(&Options::new(16, 16)));
+        plan.unwrap_or_else(|error| panic!("{error}"))
+    };
+    let Err(error) = Executor::new(&gpu.device, &gpu.queue, plan(64), None) else {
+        println!("skipped: this device lends 64 GiB");
+        return;
+    };
+    let shown = error.to_string();
+    assert!(shown.contains("not enough memory for \"huge\"") && shown.contains("memory.json:3"), "{shown}");
+    let executor = Executor::new(&gpu.device, &gpu.queue, gradient([16, 16]), None);
+    let mut executor = executor.unwrap_or_else(|error| panic!("{error}"));
+    // The executor goes on with the plan before.
+    let error = executor.set_plan(plan(64), None).unwrap_err();
+    assert!(error.to_string().contains("not enough memory"), "{error}");
+    let target = common::gpu::import(&gpu, executor.plan(), "target");
+    record(&gpu, &mut executor, None, &[("target", &target)]).unwrap_or_else(|error| panic!("{error}"));
+}

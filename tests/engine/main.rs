@@ -8,6 +8,7 @@ mod devices;
 mod exposed;
 mod kinds;
 mod meshes;
+mod parts;
 mod renderer;
 mod steps;
 mod threads;

@@ -49,7 +49,7 @@ fn maps_that_do_not_depend_on_the_view_are_drawn_once() {
         lamp.properties.push("cast_shadow".into());
         let spot = Light {
             kind: LightKind::Spot { inner_angle: 0.4, outer_angle: 0.6 },
-            name: "spot".to_owned(),
+            name: "spot".into(),
             position: glam::DVec3::new(-2.0, 5.0, 1.0),
             direction: glam::DVec3::NEG_Y,
             ..lamp.clone()

@@ -72,7 +72,7 @@ impl CpuNode for Run {
 /// A frame with these views.
 pub(crate) fn frame(views: &[&str]) -> FrameInput {
     let light = |name: &&str| Light {
-        name: (*name).to_owned(),
+        name: (*name).to_owned().into(),
         kind: LightKind::Directional,
         position: glam::DVec3::ZERO,
         direction: glam::DVec3::NEG_Y,

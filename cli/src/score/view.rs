@@ -54,7 +54,7 @@ impl<'r> View<'r> {
 
     /// The names of the lights that cast shadows.
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
-        self.lights.iter().map(|(light, _)| light.name.as_str())
+        self.lights.iter().map(|(light, _)| &*light.name)
     }
 
     /// Draws each light alone.

@@ -171,7 +171,7 @@ impl CpuPasses {
         let is_read =
             |at: usize| self.data.iter().flatten().any(|data| data.read_lights().contains(&(at as u32)));
         let lights = frame.lights.iter().enumerate().filter(|(_, light)| light.check().is_none());
-        lights.filter(|(at, _)| !is_read(*at)).map(|(_, light)| light.name.as_str()).collect()
+        lights.filter(|(at, _)| !is_read(*at)).map(|(_, light)| &*light.name).collect()
     }
 
     /// The sizes that passes want other than the plan has them, for [`crate::PlanOptions::data_sizes`]; `None`

@@ -4,7 +4,7 @@
 //! to a handler that panics unless the host has set another. A [`Creation`] opens scopes when it creates its first
 //! object; [`Creation::finish`] closes them. What they caught is ready at once, except in a browser, where it arrives
 //! late: that is what [`Caught`] holds. A steady frame creates nothing, and so opens no scope. When a plan is
-//! instantiated each pass has scopes of its own, so that an error has a place.
+//! instantiated each pass and each new texture or buffer has scopes of its own, so that an error has a place.
 //!
 //! A device that is lost reports nothing to scopes, and what is made on it looks as if it were there. [`lost`] finds it:
 //! memory of a new buffer cannot be mapped. It is asked where something was created, not in a steady frame.
@@ -18,7 +18,7 @@ use std::task::{Context, Poll, Waker};
 
 use super::Statistics;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
-use crate::pipeline::Pass;
+use crate::pipeline::{Pass, Resource};
 
 /// Creates objects on a device.
 pub(super) struct Creation<'a> {
@@ -30,9 +30,9 @@ pub(super) struct Creation<'a> {
     caught: Caught,
 }
 
-/// The place of a pass in its document.
+/// The place of a pass or a resource in its document, and its name.
 #[derive(Clone, Default)]
-struct Site(Option<(Place, String)>);
+struct Site(Option<(Place, String, String)>);
 
 /// Open error scopes. Fields are dropped in this order, which is the one in which scopes have to be popped.
 struct Scopes {
@@ -48,8 +48,27 @@ impl<'a> Creation<'a> {
 
     /// What is created from here on belongs to a pass.
     pub(super) fn begin_pass(&mut self, pass: &Pass) {
+        self.begin(Site(Some((pass.place.into(), pass.pointer.clone(), pass.name.clone()))));
+    }
+
+    /// What `create` creates belongs to a resource.
+    pub(super) fn of_resource<T>(
+        &mut self,
+        resource: Option<&Resource>,
+        create: impl FnOnce(&mut Self) -> T,
+    ) -> T {
+        let Some(resource) = resource else { return create(self) };
+        let site = (resource.place.into(), resource.pointer.clone(), resource.name.clone());
+        let before = self.site.clone();
+        self.begin(Site(Some(site)));
+        let created = create(self);
+        self.begin(before);
+        created
+    }
+
+    fn begin(&mut self, site: Site) {
         self.close();
-        self.site = Site(Some((pass.place.into(), pass.pointer.clone())));
+        self.site = site;
     }
 
     /// Whether anything was created.
@@ -262,11 +281,17 @@ fn diagnostic(error: &wgpu::Error, Site(site): &Site) -> Diagnostic {
         }
         wgpu::Error::Internal { .. } => "update the driver, or use another backend",
     };
-    let place = site.as_ref().map_or(Place::Nowhere, |(place, _)| place.clone());
-    let diagnostic =
-        Diagnostic::error(codes::DEVICE, place, format!("the device rejected: {}", causes(error)));
+    let place = site.as_ref().map_or(Place::Nowhere, |(place, ..)| place.clone());
+    let message = match (error, site) {
+        (wgpu::Error::OutOfMemory { .. }, Some((.., name))) => {
+            format!("the device has not enough memory for \"{name}\"")
+        }
+        (wgpu::Error::OutOfMemory { .. }, None) => "the device has not enough memory".to_owned(),
+        _ => format!("the device rejected: {}", causes(error)),
+    };
+    let diagnostic = Diagnostic::error(codes::DEVICE, place, message);
     let diagnostic = match site {
-        Some((_, pointer)) => diagnostic.pointer(pointer),
+        Some((_, pointer, _)) => diagnostic.pointer(pointer),
         None => diagnostic,
     };
     diagnostic.help(help)

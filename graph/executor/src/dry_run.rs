@@ -174,7 +174,7 @@ fn input() -> FrameInput {
     let kinds =
         [LightKind::Directional, LightKind::Point, LightKind::Spot { inner_angle: 0.3, outer_angle: 0.5 }];
     let light = |kind: LightKind| Light {
-        name: format!("{kind:?}"),
+        name: format!("{kind:?}").into(),
         kind,
         position: DVec3::new(1.0, 2.0, 1.0),
         direction: DVec3::NEG_Y,

@@ -10,6 +10,32 @@ use crate::compiler::{Physical, Plan};
 use crate::diagnostic::Diagnostic;
 use crate::work::{ResourceHandle, TextureView};
 
+/// The part of a texture of the host's that stands for a resource: a mip level and those after it, a layer and those
+/// after it, in another format if one is told, which the texture was created with as one of its view formats.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct ImportPart {
+    /// The mip level that is the resource's first.
+    pub mip: u32,
+    /// The layer that is the resource's first.
+    pub layer: u32,
+    /// The format that the resource has, where it is not the texture's.
+    pub format: Option<wgpu::TextureFormat>,
+}
+
+impl ImportPart {
+    /// A part from a mip level and a layer on, in the texture's format.
+    pub fn new(mip: u32, layer: u32) -> Self {
+        Self { mip, layer, format: None }
+    }
+
+    /// In another format.
+    #[must_use]
+    pub fn format(self, format: wgpu::TextureFormat) -> Self {
+        Self { format: Some(format), ..self }
+    }
+}
+
 /// For how many frames a view is kept of a texture that the host does not give.
 const KEPT_FRAMES: u64 = 4;
 
@@ -24,6 +50,7 @@ struct Import {
     name: String,
     current: Option<wgpu::Texture>,
     buffer: Option<wgpu::Buffer>,
+    part: Option<ImportPart>,
     /// The textures of the last few frames, with the frame that had them last.
     seen: Vec<(wgpu::Texture, u64)>,
 }
@@ -59,6 +86,7 @@ impl Imports {
             name: name.clone(),
             current: None,
             buffer: None,
+            part: None,
             seen: Vec::new(),
         });
         Self { imports: imports.collect(), views: Vec::new() }
@@ -109,11 +137,18 @@ impl Imports {
             }
         }
         for wanted in &mut self.views {
-            let Import { name, current: Some(texture), .. } = &self.imports[wanted.import] else { continue };
+            let Import { name, current: Some(texture), part, .. } = &self.imports[wanted.import] else {
+                continue;
+            };
             wanted.known.retain(|known| known.used + KEPT_FRAMES >= frame);
             let at = wanted.known.iter().position(|known| known.texture == *texture);
             wanted.current = at.unwrap_or_else(|| {
-                let descriptor = view_descriptor(name, texture, wanted.view);
+                let mut descriptor = view_descriptor(name, texture, wanted.view);
+                if let Some(part) = part {
+                    descriptor.base_mip_level += part.mip;
+                    descriptor.base_array_layer += part.layer;
+                    descriptor.format = descriptor.format.or(part.format);
+                }
                 let view = creation.import_view(texture, &descriptor);
                 wanted.known.push(Known { texture: texture.clone(), view, used: frame });
                 wanted.known.len() - 1
@@ -143,10 +178,25 @@ impl Imports {
         }
     }
 
-    /// Takes over the buffers that another plan was given, where `fits` says of their names that they are right here.
+    /// Lets a part of the host's textures stand for a resource of the plan.
+    pub(super) fn set_part(&mut self, resource: ResourceHandle, part: Option<ImportPart>) {
+        let Some(at) = self.imports.iter().position(|import| import.resource == resource) else { return };
+        if self.imports[at].part != part {
+            self.imports[at].part = part;
+            self.views.iter_mut().filter(|view| view.import == at).for_each(|view| view.known.clear());
+        }
+    }
+
+    /// The part of the host's textures that stands for a resource.
+    pub(super) fn part(&self, resource: ResourceHandle) -> Option<ImportPart> {
+        self.imports.iter().find(|import| import.resource == resource)?.part
+    }
+
+    /// Takes over the parts and the buffers that another plan was given, where `fits` says of their names that they are right here.
     pub(super) fn go_on_from(&mut self, before: &Self, fits: impl Fn(&str, &wgpu::Buffer) -> bool) {
         for import in &mut self.imports {
             let known = before.imports.iter().find(|known| known.name == import.name);
+            import.part = known.and_then(|known| known.part);
             let buffer = known.and_then(|known| known.buffer.clone());
             import.buffer = buffer.filter(|buffer| fits(&import.name, buffer));
         }

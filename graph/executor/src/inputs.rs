@@ -4,6 +4,7 @@
 //! views have to lie within the attachments that they are drawn into. In a frame without diagnostics nothing is
 //! allocated.
 
+use super::imports::ImportPart;
 use super::instantiate::{Instantiated, InstantiatedWork};
 use super::requirements::{check_filter, check_source, scenes};
 use super::times::Times;
@@ -20,7 +21,7 @@ pub(super) fn check(instantiated: &Instantiated, device: &wgpu::Device, frame: &
     for (name, resource) in &instantiated.plan.resources {
         if resource.physical == Physical::Imported
             && let Some((error, help)) = match resource.format {
-                Some(_) => import_error(name, resource, frame).map(|error| {
+                Some(_) => import_error(instantiated, name, resource, frame).map(|error| {
                     (error, "give the executor the texture that the plan was made for, or plan again")
                 }),
                 None => lacks_buffer(instantiated, resource.handle).then(|| {
@@ -103,6 +104,22 @@ pub(super) fn buffer_error(plan: &Plan, name: &str, buffer: &wgpu::Buffer) -> Op
         .then(|| format!("the buffer for \"{name}\" was created without the usage {missing:?}"))
 }
 
+/// What is wrong with a part of the host's textures for a resource of a name. Copies take whole textures.
+pub(super) fn part_error(plan: &Plan, name: &str) -> Option<String> {
+    let imported = |one: &&PlannedResource| one.physical == Physical::Imported && one.format.is_some();
+    let Some(resource) = plan.resources.get(name).filter(imported) else {
+        return Some(format!("the plan imports no texture \"{name}\""));
+    };
+    let copies = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST;
+    let mut passes = plan.passes.iter().map(|planned| plan.pipeline.pass(planned.handle));
+    let copying = passes.find(|pass| {
+        pass.accesses()
+            .iter()
+            .any(|one| one.resource == resource.handle && one.usage.texture_usages().intersects(copies))
+    })?;
+    Some(format!("\"{}\" copies \"{name}\", which has to be a whole texture then", copying.name))
+}
+
 /// The warnings about a frame that is recorded all the same.
 pub(super) fn warnings(frame: &Frame<'_>, diagnostics: &mut Diagnostics) {
     let warning = |message: String| Diagnostic::warning(codes::FRAME_INPUT, Place::Nowhere, message);
@@ -118,22 +135,33 @@ pub(super) fn warnings(frame: &Frame<'_>, diagnostics: &mut Diagnostics) {
     }
 }
 
-fn import_error(name: &str, resource: &PlannedResource, frame: &Frame<'_>) -> Option<String> {
+fn import_error(
+    instantiated: &Instantiated,
+    name: &str,
+    resource: &PlannedResource,
+    frame: &Frame<'_>,
+) -> Option<String> {
     let Some((_, texture)) = frame.imports.iter().find(|(given, _)| *given == name) else {
         return Some(format!("the host gave no texture for \"{name}\""));
     };
     let (format, size) = (resource.format?, resource.size?);
-    let given = (texture.width(), texture.height(), texture.depth_or_array_layers());
+    let part = instantiated.resources.imports.part(resource.handle);
+    let ImportPart { mip, layer, format: view_format } = part.unwrap_or_default();
+    let at = |length: u32| length.checked_shr(mip).unwrap_or(0).max(1);
+    let layers = texture.depth_or_array_layers().saturating_sub(layer);
+    // Of a part the layers after it are not the resource's.
+    let layers = if part.is_some() { layers.min(size.layers) } else { layers };
+    let given = (at(texture.width()), at(texture.height()), layers);
     let planned = (size.width, size.height, size.layers);
-    if (given, texture.format()) != (planned, format) {
+    let given_format = view_format.unwrap_or(texture.format());
+    if (given, given_format) != (planned, format) {
         let ((width, height, layers), (planned_width, planned_height, planned_layers)) = (given, planned);
         return Some(format!(
-            "the texture for \"{name}\" is {width} by {height} with {layers} layers in {:?}, \
-             planned are {planned_width} by {planned_height} with {planned_layers} layers in {format:?}",
-            texture.format()
+            "the texture for \"{name}\" is {width} by {height} with {layers} layers in {given_format:?}, \
+             planned are {planned_width} by {planned_height} with {planned_layers} layers in {format:?}"
         ));
     }
-    let given = (texture.mip_level_count(), texture.sample_count());
+    let given = (texture.mip_level_count().saturating_sub(mip), texture.sample_count());
     if given.0 < size.mips || given.1 != size.samples {
         let (mips, samples) = given;
         return Some(format!(

@@ -68,6 +68,7 @@ pub use draw::{DrawPass, DrawSource};
 #[cfg(feature = "noop")]
 pub use dry_run::DryRun;
 pub use gpu_times::GpuTime;
+pub use imports::ImportPart;
 pub use parameters::{Parameter, ParameterValue};
 pub use preparation::{Preparation, Prepared};
 pub use read_back::{Texels, read_back, read_bytes};
@@ -295,6 +296,28 @@ impl Executor {
             imports.set_buffer(handle, buffer);
             let groups = self.instantiated.passes.iter_mut().flat_map(|pass| &mut pass.groups);
             groups.for_each(groups::Group::forget);
+        }
+        Ok(())
+    }
+
+    /// Lets a part of the host's textures stand for a resource with the lifetime `imported`, until it is told otherwise:
+    /// a mip level, a layer of an array or a face of a cube, another format. The plan is made for the part's size and
+    /// format. Another plan takes it over.
+    ///
+    /// # Errors
+    /// A name that is of no imported texture of the plan; one that a pass copies.
+    pub fn import_part(&mut self, name: &str, part: Option<ImportPart>) -> Result<(), Error> {
+        let plan = &self.instantiated.plan;
+        if let Some(message) = inputs::part_error(plan, name) {
+            let place = plan.resources.get(name).map(|one| plan.pipeline.resource(one.handle).place);
+            let diagnostic =
+                Diagnostic::error(codes::IMPORT, place.map_or(Place::Nowhere, Place::from), message);
+            return Err(
+                self.error(diagnostic.help("draw into the part, or give a texture of its own").into())
+            );
+        }
+        if let Some(handle) = plan.resources.get(name).map(|one| one.handle) {
+            self.instantiated.resources.imports.set_part(handle, part);
         }
         Ok(())
     }

@@ -10,7 +10,7 @@ use super::creation::Creation;
 use super::reuse::{Piece, reuse};
 use crate::compiler::{Physical, PhysicalTexture, Plan, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{Aspect, History, IndexRange};
+use crate::pipeline::{Aspect, History, IndexRange, Resource};
 use crate::work::TextureView;
 
 /// The textures and buffers of one plan.
@@ -40,21 +40,26 @@ impl Textures {
         let (old_textures, old_buffers) =
             before.map_or(none, |(plan, _)| (texture_pieces(plan), buffer_pieces(plan)));
         let textures = reuse(&old_textures, &texture_pieces(plan));
-        let textures = plan.textures.iter().zip(textures).map(|(texture, old)| {
+        let textures = plan.textures.iter().zip(textures).enumerate().map(|(at, (texture, old))| {
             let old = old.zip(before).and_then(|(at, (_, before))| before.textures.get(at));
-            old.cloned().unwrap_or_else(|| create_texture(creation, texture))
+            old.cloned().unwrap_or_else(|| {
+                let at = Physical::Texture(at);
+                creation.of_resource(declared(plan, at), |creation| create_texture(creation, texture))
+            })
         });
         let textures = textures.collect();
         let buffers = reuse(&old_buffers, &buffer_pieces(plan));
-        let buffers = plan.buffers.iter().zip(buffers).map(|(buffer, old)| {
+        let buffers = plan.buffers.iter().zip(buffers).enumerate().map(|(at, (buffer, old))| {
             let old = old.zip(before).and_then(|(at, (_, before))| before.buffers.get(at));
             old.cloned().unwrap_or_else(|| {
-                creation.buffer(&wgpu::BufferDescriptor {
+                let descriptor = wgpu::BufferDescriptor {
                     label: Some(&buffer.label),
                     size: buffer.bytes,
                     usage: buffer.usages,
                     mapped_at_creation: false,
-                })
+                };
+                let resource = declared(plan, Physical::Buffer(at));
+                creation.of_resource(resource, |creation| creation.buffer(&descriptor))
             })
         });
         let buffers = buffers.collect();
@@ -101,6 +106,13 @@ impl Textures {
             .or_insert_with(|| creation.view(texture, &view_descriptor(label, texture, view)));
         Some(view.clone())
     }
+}
+
+/// The first resource that something physical stands for.
+fn declared(plan: &Plan, physical: Physical) -> Option<&Resource> {
+    let mut resources = plan.resources.values();
+    let resource = resources.find(|resource| resource.physical == physical)?;
+    Some(plan.pipeline.resource(resource.handle))
 }
 
 /// The descriptor of a view for wgpu.

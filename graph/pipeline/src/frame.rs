@@ -126,8 +126,8 @@ pub enum LightKind {
 /// A light of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
-    /// The name by which passes and reports call it.
-    pub name: String,
+    /// The name by which passes and reports call it; of a word of the program nothing is allocated.
+    pub name: Cow<'static, str>,
     /// The kind.
     pub kind: LightKind,
     /// The position, in world metres; meaningless for a directional light.
@@ -154,7 +154,7 @@ impl Light {
     /// A directional light that shines along a direction, with an intensity in lux. What passes ask of its
     /// [`properties`](Self::properties), the caller adds.
     pub fn directional(
-        name: impl Into<String>,
+        name: impl Into<Cow<'static, str>>,
         direction: [f64; 3],
         color: [f32; 3],
         intensity: f32,
@@ -175,7 +175,12 @@ impl Light {
     }
 
     /// The same for a point light, with an intensity in candela.
-    pub fn point(name: impl Into<String>, position: [f64; 3], color: [f32; 3], intensity: f32) -> Self {
+    pub fn point(
+        name: impl Into<Cow<'static, str>>,
+        position: [f64; 3],
+        color: [f32; 3],
+        intensity: f32,
+    ) -> Self {
         let position = position.into();
         let light = Self::directional(name, [0.0, -1.0, 0.0], color, intensity);
         Self { kind: LightKind::Point, position, ..light }

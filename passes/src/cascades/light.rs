@@ -62,7 +62,7 @@ mod tests {
 
     fn sun(name: &str, intensity: f32, cast_shadow: bool) -> Light {
         Light {
-            name: name.into(),
+            name: name.to_owned().into(),
             kind: LightKind::Directional,
             position: DVec3::ZERO,
             direction: DVec3::NEG_Y,
@@ -84,8 +84,8 @@ mod tests {
         lights.push(Light { direction: DVec3::NAN, ..sun("broken", 1e6, true) });
         for _ in 0..lights.len() {
             lights.rotate_left(1);
-            assert_eq!(choose(&lights, None).map(|light| light.name.as_str()), Some("a"));
-            assert_eq!(choose(&lights, Some("moon")).map(|light| light.name.as_str()), Some("moon"));
+            assert_eq!(choose(&lights, None).map(|light| &*light.name), Some("a"));
+            assert_eq!(choose(&lights, Some("moon")).map(|light| &*light.name), Some("moon"));
             assert!(choose(&lights, Some("mon")).is_none());
         }
     }

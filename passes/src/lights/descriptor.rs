@@ -136,7 +136,7 @@ mod tests {
     fn sizes_that_are_none_count_as_not_said_and_those_beyond_measure_are_bounded() {
         let size = |kind, given: f32, without| {
             let light = Light {
-                name: String::new(),
+                name: "".into(),
                 kind,
                 position: DVec3::ZERO,
                 direction: DVec3::NEG_Y,

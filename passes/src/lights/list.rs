@@ -294,7 +294,7 @@ impl RunLightList {
 
 /// Keeps the names of some lights; whether they are others than before.
 fn remember(frame: &FrameInput, lights: impl Iterator<Item = u32> + Clone, known: &mut Vec<String>) -> bool {
-    let names = lights.map(|at| frame.lights[at as usize].name.as_str());
+    let names = lights.map(|at| &*frame.lights[at as usize].name);
     if names.clone().eq(known.iter().map(String::as_str)) {
         return false;
     }

@@ -225,7 +225,7 @@ fn one(
     let words = switches.into_iter().filter_map(|(word, is_on)| is_on.then_some(word));
     let words = words.chain(hardness.map(|at| ["hard_shadow", "soft_shadow", "pcss_shadow"][at]));
     usable.then(|| Light {
-        name,
+        name: name.into(),
         kind,
         position: DVec3::ZERO,
         direction: DVec3::NEG_Z,
