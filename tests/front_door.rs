@@ -99,10 +99,12 @@ fn planning_again_parses_and_proves_nothing() {
         start.elapsed()
     };
     let first = time(&Options::new(1280, 720));
-    let resized = time(&Options::new(1920, 1080));
-    let other = time(&Options::new(1920, 1080).set("cascade_side", 512));
+    // The best of three, since others use the machine as well.
+    let best = |of: &dyn Fn(u32) -> Options| (1..4).map(|at| time(&of(at))).min().unwrap_or(first);
+    let resized = best(&|at| Options::new(1280 + at, 720));
+    let other = best(&|at| Options::new(1280, 720).set("cascade_side", 256 << at));
     println!("first {first:?}, another size {resized:?}, another structure {other:?}");
-    assert!(resized < first / 4 && other < first, "{first:?}, {resized:?}, {other:?}");
+    assert!(resized < first / 10 && other < first / 10, "{first:?}, {resized:?}, {other:?}");
 }
 
 /// The names that `use umbragraph::…` can be followed by, and the most parameters that a function of the interface has.
