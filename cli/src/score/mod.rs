@@ -9,7 +9,7 @@
 
 pub(crate) mod view;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -93,7 +93,7 @@ fn score(
     let mut frames: Vec<(u32, Scores)> = Vec::new();
     let mut differences = Vec::new();
     let (mut triangles, mut bytes) = (0, 0);
-    let mut unshadowed = Vec::new();
+    let mut shadowed = BTreeSet::new();
     let mut before: BTreeMap<usize, Seen> = BTreeMap::new();
     for frame in 0..arguments.shots.frames {
         let time = arguments.shots.at + f64::from(frame) / arguments.shots.fps;
@@ -122,9 +122,9 @@ fn score(
             if arguments.out.is_some() {
                 differences.extend(view.difference(&answer));
             }
-            if let Some((name, known)) = lights.get_mut(answer.at) {
+            shadowed.extend((!answer.is_lit_everywhere).then_some(answer.at));
+            if let Some((_, known)) = lights.get_mut(answer.at) {
                 known.add(&answer.scores);
-                unshadowed.extend(answer.is_unshadowed.then(|| name.clone()));
             }
         }
         before = seen;
@@ -133,8 +133,11 @@ fn score(
     if frames.is_empty() {
         return Err(nothing("the camera sees no surface", "move it, or give another with --camera").into());
     }
-    unshadowed.sort();
-    unshadowed.dedup();
+    // Without any shadow in any frame, though there should be some.
+    let is_left_out =
+        |(at, (_, scores)): &(usize, &(String, Scores))| !shadowed.contains(at) && scores.band(2).leaking > 0;
+    let unshadowed: BTreeSet<&String> =
+        lights.iter().enumerate().filter(is_left_out).map(|(_, (name, _))| name).collect();
     let left_out = unshadowed.into_iter().map(|name| {
         let message = format!("the pipeline gives the light \"{name}\" no shadows at all");
         Diagnostic::warning(codes::SCORE, Place::Nowhere, message)

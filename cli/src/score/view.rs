@@ -21,8 +21,8 @@ pub(crate) struct Answer {
     /// The position of the light among those that cast shadows.
     pub(crate) at: usize,
     pub(crate) scores: Scores,
-    /// Whether the picture gives it no shadows, where it should.
-    pub(crate) is_unshadowed: bool,
+    /// Whether the picture gives it no shadows.
+    pub(crate) is_lit_everywhere: bool,
     /// What was drawn.
     pub(crate) pixels: Vec<u8>,
 }
@@ -72,8 +72,8 @@ impl<'r> View<'r> {
             let pixels = drawing.picture()?;
             let rendered = Rendered::new(&pixels);
             let scores = Scores::of(&self.truth, traced, rendered);
-            let is_unshadowed = rendered.is_lit_everywhere() && scores.band(2).leaking > 0;
-            answers.push(Answer { at, scores, is_unshadowed, pixels });
+            let is_lit_everywhere = rendered.is_lit_everywhere();
+            answers.push(Answer { at, scores, is_lit_everywhere, pixels });
         }
         Ok(answers)
     }
