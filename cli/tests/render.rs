@@ -222,6 +222,11 @@ fn every_texture_of_a_pipeline_is_captured_and_its_range_told() {
         assert!(said.contains("depth, 64 by 36, range "), "{said}");
     }
     assert_eq!(std::fs::read_dir(&inside).unwrap().count(), 0, "nothing else is captured");
+    // What a subgraph makes is captured as large as it is once the atlas has the size that its lights ask for.
+    let capture = format!("blur_spots.rows={}", inside.join("rows.png").to_str().unwrap());
+    let arguments = ["--out", out.to_str().unwrap(), "--capture", &capture, "--set", "moment_spots=true"];
+    let said = fine(&render("pipelines/awsm.json", "examples/scenes/interior.glb", &arguments));
+    assert!(said.contains("rows.png: blur_spots.rows, 2048 by 2048, red "), "{said}");
 }
 
 #[test]

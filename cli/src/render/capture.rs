@@ -133,7 +133,7 @@ pub(super) fn captures(
     }
 }
 
-const UNKNOWN: Content = Content { is_depth: false, is_unorm8: false, is_cube: false };
+const UNKNOWN: Content = Content { is_depth: false, is_unorm8: false, is_integer: false, is_cube: false };
 
 fn content(plan: &Plan, name: &str) -> Option<Content> {
     let resource = plan.resources.get(name)?;
@@ -148,6 +148,10 @@ fn content(plan: &Plan, name: &str) -> Option<Content> {
                 | wgpu::TextureFormat::Rg8Unorm
                 | wgpu::TextureFormat::Rgba8Unorm
                 | wgpu::TextureFormat::Bgra8Unorm
+        ),
+        is_integer: matches!(
+            format.sample_type(None, None),
+            Some(wgpu::TextureSampleType::Uint | wgpu::TextureSampleType::Sint)
         ),
         is_cube: matches!(view, Some(TextureShape::Cube | TextureShape::CubeArray)),
     })

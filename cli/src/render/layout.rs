@@ -1,9 +1,11 @@
 //! Texels as a picture: layers side by side, numbers in the range that a picture has.
 //!
-//! The faces of a cube are a row, +X −X +Y −Y +Z −Z, cubes are rows below one another; other layers fill a square.
+//! The faces of a cube are a row, +X −X +Y −Y +Z −Z, and cubes are rows below one another, as is every array of squares whose
+//! layers six divides; other layers fill a square.
 //! Channels between 0 and 1 stay as they are. Depth, integers and whatever leaves that range are stretched: from the
 //! value that a hundredth of the texels are below to the one that a hundredth are above, so that one lamp does not turn
-//! a room black; colors of three channels share one range from 0. Numbers that are not stored in 8 bits get the transfer
+//! a room black. Colors share one range from 0; four channels are no color (moments, say) where they are integers, negative, or
+//! of sizes more than sixteen times apart, and have a range each then. Numbers that are not stored in 8 bits get the transfer
 //! function of sRGB; one that is not finite is magenta. Depth that nothing was drawn to, exactly 0 or 1, does not count.
 
 use umbragraph::executor::Texels;
@@ -27,6 +29,7 @@ pub(super) struct Content {
     pub(super) is_depth: bool,
     /// Whether 8-bit numbers are shown as they are stored.
     pub(super) is_unorm8: bool,
+    pub(super) is_integer: bool,
     pub(super) is_cube: bool,
 }
 
@@ -36,6 +39,8 @@ pub(super) fn sheet(texels: &Texels, content: Content, layer: Option<u32>) -> Sh
     let count = layers.len() as u32;
     let columns = match (layer, content.is_cube) {
         (None, true) => 6,
+        // Cubes that shaders read as arrays.
+        _ if count >= 6 && count.is_multiple_of(6) && texels.width == texels.height => 6,
         _ => (1..=count).find(|side| side * side >= count).unwrap_or(1),
     };
     let rows = count.div_ceil(columns);
@@ -83,6 +88,10 @@ impl Sheet {
         match ranges.as_slice() {
             [colors @ .., _alpha] if self.channels == 4 => {
                 let max = colors.iter().fold(f32::NEG_INFINITY, |max, range| max.max(range.max));
+                let is_of_color = |range: &Range| range.min >= 0.0 && range.max * 16.0 >= max;
+                if content.is_integer || !colors.iter().all(is_of_color) {
+                    return colors.to_vec();
+                }
                 vec![Range { min: 0.0, max }; 3]
             }
             _ => ranges,
@@ -141,7 +150,7 @@ fn encoded(linear: f32) -> f32 {
 mod tests {
     use super::*;
 
-    const DEPTH: Content = Content { is_depth: true, is_unorm8: false, is_cube: false };
+    const DEPTH: Content = Content { is_depth: true, is_unorm8: false, is_integer: false, is_cube: false };
 
     fn texels(layers: u32, values: &[f32]) -> Texels {
         let height = values.len() as u32 / 2 / layers;
@@ -181,6 +190,20 @@ mod tests {
         let row: Vec<f32> = sheet.values.iter().map(|value| value[0]).collect();
         assert_eq!(row, [0.1, 0.2, 0.0, 0.0, 0.3, 0.4]);
         assert_eq!(sheet.ranges(DEPTH), [Range { min: 0.1, max: 0.4 }]);
+    }
+
+    #[test]
+    fn colors_share_a_range_and_moments_have_their_own() {
+        let content = Content { is_depth: false, ..DEPTH };
+        let ranges = |second: [f32; 4]| {
+            let values = vec![[0.0, 0.0, 0.0, 1.0], second];
+            let texels = Texels { width: 2, height: 1, layers: 1, channels: 4, values };
+            let ranges = sheet(&texels, content, None).ranges(content);
+            ranges.iter().map(|range| (range.min, range.max)).collect::<Vec<_>>()
+        };
+        assert_eq!(ranges([2.0, 1.0, 0.5, 1.0]), [(0.0, 2.0); 3]);
+        assert_eq!(ranges([2.0, 400.0, 0.5, 1.0]), [(0.0, 2.0), (0.0, 400.0), (0.0, 0.5)]);
+        assert_eq!(ranges([2.0, 1.0, -0.5, 1.0]), [(0.0, 2.0), (0.0, 1.0), (-0.5, 0.0)]);
     }
 
     #[test]

@@ -41,7 +41,7 @@ pub struct CaptureDocument {
 /// not have; several samples; volumes.
 pub fn document(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Diagnostics> {
     let mut diagnostics = Diagnostics::new();
-    let mut resources = serde_json::Map::new();
+    let mut subgraphs = serde_json::Map::new();
     let mut passes = serde_json::Map::new();
     let mut imports = Vec::new();
     for capture in captures {
@@ -54,18 +54,30 @@ pub fn document(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Di
         };
         let name = free_name(plan, imports.len());
         let format = resource.format.map(crate::language::format_name).unwrap_or_default();
-        let (size, layers) = extent(plan, resource, capture.mip);
-        let texture = json!({ "format": format, "size": size, "layers": layers, "lifetime": "imported" });
-        resources.insert(name.clone(), json!({ "texture": texture }));
+        let side = |side: &str| format!("max(1, floor(captured.{side} / {}))", 1u64 << capture.mip);
+        let texture = json!({
+            "format": format,
+            "size": [side("width"), side("height")],
+            "layers": "captured.layers",
+            "lifetime": "imported"
+        });
         let copy =
-            json!({ "from": { "name": capture.reference, "mip": capture.mip }, "to": { "name": name } });
-        passes.insert(name.clone(), json!({ "copy": copy }));
-        imports.push(name);
+            json!({ "from": { "name": "captured", "mip": capture.mip }, "to": { "name": "contents" } });
+        // As an input of a subgraph a resource of any name stands in expressions, so that the copy is planned again for
+        // another size as the resource is.
+        let part = json!({
+            "inputs": { "captured": "the texture that is captured" },
+            "resources": { "contents": { "texture": texture } },
+            "passes": { "copy": { "copy": copy } }
+        });
+        imports.push(format!("{name}.contents"));
+        subgraphs.insert(name.clone(), part);
+        passes.insert(name.clone(), json!({ "use": name, "with": { "captured": capture.reference } }));
     }
     if diagnostics.has_errors() {
         return Err(diagnostics);
     }
-    let document = json!({ "resources": resources, "passes": passes });
+    let document = json!({ "subgraphs": subgraphs, "passes": passes });
     Ok(CaptureDocument { text: format!("{document:#}\n"), imports })
 }
 
@@ -77,18 +89,6 @@ fn free_name(plan: &Plan, at: usize) -> String {
         let _ = write!(name, "_");
     }
     name
-}
-
-/// Width and height of a mip level, and the layers, as expressions: they follow a resource that is planned again for
-/// another size, where its name can stand in an expression.
-fn extent(plan: &Plan, resource: &PlannedResource, mip: u32) -> (serde_json::Value, serde_json::Value) {
-    let name = &plan.pipeline.resource(resource.handle).name;
-    if name.contains(['.', '@']) {
-        let size = resource.size.unwrap_or_default();
-        return (json!([(size.width >> mip).max(1), (size.height >> mip).max(1)]), json!(size.layers));
-    }
-    let side = |side: &str| format!("max(1, floor({name}.{side} / {}))", 1u64 << mip);
-    (json!([side("width"), side("height")]), json!(format!("{name}.layers")))
 }
 
 fn check<'p>(plan: &'p Plan, capture: &Capture) -> Result<&'p PlannedResource, Diagnostic> {
