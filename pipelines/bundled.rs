@@ -49,7 +49,21 @@ impl<F: Files> Files for Bundled<F> {
     fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
         let name = path.to_string_lossy().replace('\\', "/");
         let Some(bundled) = name.strip_prefix(SCHEME).map(|name| name.trim_start_matches('/')) else {
-            return self.0.read(path, sources);
+            return self.0.read(path, sources).map_err(|diagnostic| {
+                let file_name =
+                    |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                let known: Vec<String> =
+                    PIPELINES.iter().map(|(known, _)| file_name(Path::new(known))).collect();
+                let name = file_name(path);
+                let exact = known.iter().map(String::as_str).find(|known| *known == name);
+                let meant = exact.or(suggested_name(&name, known.iter().map(String::as_str)));
+                let at = meant.and_then(|meant| known.iter().position(|known| known == meant));
+                let is_told = diagnostic.help.as_ref().is_some_and(|help| help.starts_with("did you mean"));
+                match at.filter(|_| !is_told && diagnostic.code == codes::FILE_UNREADABLE) {
+                    Some(at) => diagnostic.help(format!("did you mean \"{SCHEME}{}\"?", PIPELINES[at].0)),
+                    None => diagnostic,
+                }
+            });
         };
         match PIPELINES.iter().find(|(known, _)| *known == bundled) {
             Some((_, text)) => Ok(sources.add(format!("{SCHEME}{bundled}"), *text)),

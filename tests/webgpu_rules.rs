@@ -146,6 +146,17 @@ const DRAWN: Ground = Ground {
             "color": [{ "to": "target", "clear": [0, 0, 0, 1] }] } }"#,
 };
 
+/// The same in front of depth, with a bias.
+const BIASED: Ground = Ground {
+    template: POINTS,
+    resources: r#""points": { "buffer": { "size": 48 } }, "depth": { "texture": { "format": "depth32float", "size": [64, 64] } }"#,
+    passes: r#""no_points": { "clear": { "buffer": "points" } },
+        "own": { "mesh": { "shader": "own.wgsl.jinja", "count": 6, "topology": "triangle-strip",
+            "vertices": [{ "buffer": "points", "attributes": [{ "name": "position", "format": "float32x2" }] }],
+            "color": [{ "to": "target", "clear": [0, 0, 0, 1] }],
+            "depth": { "to": "depth", "clear": 1, "compare": "less", "write": true, "slope_bias": 1.5 } } }"#,
+};
+
 /// Vertices from storage.
 const VERTEX_STORAGE: Ground = Ground {
     template: PULLED,
@@ -210,6 +221,7 @@ const RULES: &[Rule] = &[
     Rule("vertex attributes fit their stride", "UG0409", &DRAWN, "\"buffer\": \"points\",", "\"buffer\": \"points\", \"stride\": 4,"),
     Rule("vertex inputs have an attribute", "UG0603", &DRAWN, "\"name\": \"position\"", "\"name\": \"place\""),
     Rule("attributes have the type of their input", "UG0607", &DRAWN, "\"format\": \"float32x2\"", "\"format\": \"uint32x2\""),
+    Rule("points and lines have no depth bias", "UG0409", &BIASED, "triangle-strip", "line-strip"),
     Rule("what is blended can be blended", "UG0323", &BLENDED, "\"format\": \"rgba16float\"", "\"format\": \"rgba32float\""),
     Rule("several samples have one mip level", "UG0409", &RESOLVED, "\"samples\": 4", "\"samples\": 4, \"mips\": 2"),
     Rule("the number of samples is 1 or 4", "UG0321", &RESOLVED, "\"samples\": 4", "\"samples\": 2"),

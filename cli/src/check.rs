@@ -77,6 +77,7 @@ fn numbers(path: &Path, covered: &Covered) -> serde_json::Value {
         "profiles": covered.profiles,
         "left": remarks::left(covered),
         "culled": covered.coverage.remarks.culled.iter().cloned().collect::<BTreeMap<_, _>>(),
+        "small_dispatches": covered.coverage.remarks.small_dispatches,
         "unused_entry_points": covered.coverage.remarks.entry_points,
         "without_effect": covered.coverage.remarks.parameters,
     })

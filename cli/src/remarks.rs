@@ -21,6 +21,10 @@ pub(crate) fn lines(path: &Path, covered: &Covered) -> String {
     let mut text = String::new();
     let culled = remarks.culled.iter().map(|(_, reason)| reason.clone());
     list(&mut text, "culled", "; ", culled);
+    let small = remarks.small_dispatches.iter().map(|(pass, [x, y], texture, [width, height])| {
+        format!("{pass} has {x} by {y} for {texture} of {width} by {height}")
+    });
+    list(&mut text, "dispatches with fewer invocations than texels that they write", "; ", small);
     let entries = remarks.entry_points.iter().map(|(template, name)| format!("{name} of {template}"));
     list(&mut text, "entry points that no pass runs", ", ", entries);
     list(&mut text, "parameters without effect here", ", ", remarks.parameters.iter().cloned());

@@ -244,6 +244,50 @@ fn what_a_plan_does_not_use_and_what_is_left_is_said_below_the_line() {
 }
 
 #[test]
+fn a_file_that_is_not_there_is_compared_with_those_beside_it_and_those_that_come_with_the_module() {
+    let folder = ScratchFolder::new("check-files");
+    std::fs::write(folder.join("lighting.json"), "{}").unwrap();
+    let path = folder.join("slip.json");
+    for (name, meant) in [
+        ("lightning.json", "\"lighting.json\", which lies beside it?"),
+        ("nebula.json", "\"umbragraph:nebula.json\"?"),
+        ("parts/blurr.json", "\"umbragraph:parts/blur.json\"?"),
+        ("umbragraph:nebla.json", "\"umbragraph:nebula.json\"?"),
+    ] {
+        std::fs::write(&path, format!(r#"{{ "format": 1, "name": "slip", "extends": "{name}" }}"#)).unwrap();
+        let said = text(&run(&["check", path.to_str().unwrap()]).stderr);
+        assert!(said.contains(&format!("help: did you mean {meant}")), "{name}: {said}");
+    }
+}
+
+#[test]
+fn a_dispatch_that_covers_less_than_it_writes_is_named() {
+    let folder = ScratchFolder::new("check-dispatch");
+    let shader = "@group(0) @binding(0) var image: texture_storage_2d<rgba8unorm, write>;\n\
+        @compute @workgroup_size(8, 8) fn paint(@builtin(global_invocation_id) at: vec3<u32>) {\n\
+        textureStore(image, at.xy, vec4<f32>(1.0)); }\n";
+    std::fs::write(folder.join("paint.wgsl.jinja"), shader).unwrap();
+    let path = folder.join("small.json");
+    let document = r#"{ "format": 1, "name": "small",
+      "resources": { "image": { "texture": { "format": "rgba8unorm", "size": [64, 64], "lifetime": "persistent" } } },
+      "passes": { "paint": { "side_effect": true, "compute": { "shader": "paint.wgsl.jinja", "bind": { "image": "image" },
+        "workgroups": [7, 8, 1] } } } }"#;
+    let said = |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        let output =
+            run(&["check", path.to_str().unwrap(), "--templates", folder.join("").to_str().unwrap()]);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let words = "paint has 56 by 64 for image of 64 by 64";
+    assert!(said(document).contains(words), "{}", said(document));
+    assert!(!said(&document.replace("[7, 8, 1]", "[8, 8, 1]")).contains("invocations"));
+    assert!(
+        !said(&document.replace("\"workgroups\": [7, 8, 1]", "\"over\": \"image\"")).contains("invocations")
+    );
+}
+
+#[test]
 fn a_filter_that_scenes_do_not_know_is_found_without_a_scene() {
     let folder = ScratchFolder::new("check-filter");
     let path = folder.join("slip.json");

@@ -133,7 +133,16 @@ impl Node for Mesh {
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let draw = self.buffers(pass);
         self.attachments.check(pass)?;
-        self.attachments.render(pass, false, draw)
+        let produced = self.attachments.render(pass, false, draw)?;
+        let topology = pass.word_or(&self.topology, "/topology", Topology::TriangleList)?;
+        let bias = self.attachments.depth.as_ref().map(|depth| &depth.slope_bias);
+        let bias = bias.map_or(Some(0.0), |bias| pass.number_or(bias, "/depth/slope_bias", 0.0))?;
+        if bias != 0.0 && !PrimitiveTopology::from(topology).is_triangles() {
+            let message = "points and lines have no slope, so no bias for it";
+            let help = "leave out \"slope_bias\", or draw triangles";
+            return pass.reject(codes::DEVICE_RULE, "/depth/slope_bias", message, help);
+        }
+        Some(produced)
     }
 }
 

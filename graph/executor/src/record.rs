@@ -148,7 +148,10 @@ pub(super) fn record(
             InstantiatedWork::Cpu | InstantiatedWork::Nothing => continue,
             InstantiatedWork::Transfer(transfer) => {
                 let query = gpu_times.between(&planned.name, encoder);
+                // Passes of wgpu have labels; copies and clears have none.
+                encoder.push_debug_group(&planned.name);
                 transfer.record(encoder, resources, instantiated.switches());
+                encoder.pop_debug_group();
                 gpu_times.end(encoder, query);
             }
             InstantiatedWork::Compute { pipeline, workgroups: [x, y, z], indirect } => {

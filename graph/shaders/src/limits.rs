@@ -214,7 +214,7 @@ impl Check<'_> {
 
     fn bindings_of_stage(&mut self, reflection: &Reflection, entry_point: &EntryPoint) {
         for Kind { what, allowed, is } in kinds(self.profile, entry_point.stage) {
-            let mut used = reflection
+            let used = reflection
                 .bindings
                 .iter()
                 .filter(|binding| is(&binding.entry.ty))
@@ -223,14 +223,21 @@ impl Check<'_> {
                 .clone()
                 .map(|binding| binding.entry.count.map_or(1, |count| u64::from(count.get())))
                 .sum();
-            let Some(beyond) = used.clone().nth(allowed as usize).or(used.next_back()) else { continue };
+            let Some(beyond) = used.clone().nth(allowed as usize).or(used.clone().next_back()) else {
+                continue;
+            };
             let span = &|check: &Self| check.span_of_binding(beyond);
+            let names: Vec<&str> = used.map(|binding| binding.name.as_str()).collect();
+            let before = self.found.len();
             self.over(
                 span,
                 format_args!("the number of {what} in \"{}\"", entry_point.name),
                 count,
                 u64::from(allowed),
             );
+            for rejection in &mut self.found[before..] {
+                rejection.help = Some(format!("they are {}", names.join(", ")));
+            }
         }
     }
 

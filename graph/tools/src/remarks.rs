@@ -1,6 +1,6 @@
 //! What a pipeline has and a plan of it does not use: no defect, but worth a line.
 //!
-//! Culled passes, with the reason; entry points of the shaders that no pass runs; parameters that nothing of the plan
+//! Culled passes, with the reason; dispatches of fewer invocations than a texture that they write has texels; entry points of the shaders that no pass runs; parameters that nothing of the plan
 //! follows from. The last are found by words, as unused settings are (`unused`), but in what the plan keeps: its passes,
 //! resources and what these name in turn, and the conditions of all passes. So one that only a setting of another scheme
 //! reads is named; one that is only multiplied by zero is not.
@@ -10,16 +10,19 @@ use std::collections::BTreeSet;
 use crate::check::CheckReport;
 use crate::compiler::Plan;
 use crate::document::{Document, Entry, Value};
-use crate::pipeline::Pipeline;
+use crate::pipeline::{Pipeline, Usage};
 use crate::shader::Stage;
 use crate::unused::Mentioned;
-use crate::work::Work;
+use crate::work::{Dispatch, Work};
 
 /// What a plan does not use.
 #[derive(Clone, Debug, Default)]
 pub struct Remarks {
     /// The culled passes, each with the first step of the reason.
     pub culled: Vec<(String, String)>,
+    /// The dispatches of so many workgroups that have fewer invocations than a texture that they write has texels: the
+    /// pass, the invocations, the texture and its size.
+    pub small_dispatches: Vec<(String, [u32; 2], String, [u32; 2])>,
     /// The entry points that no pass runs, as template and name.
     pub entry_points: Vec<(String, String)>,
     /// The parameters from which nothing of the plan follows.
@@ -33,10 +36,39 @@ impl Remarks {
         let reason = |name: &String| plan.why_culled_within(name, 1).into_iter().next().unwrap_or_default();
         Self {
             culled: plan.culled.keys().map(|name| (name.clone(), reason(name))).collect(),
+            small_dispatches: small_dispatches(pipeline, plan),
             entry_points: entry_points(pipeline),
             parameters: parameters(document, pipeline, plan),
         }
     }
+}
+
+/// Dispatches that leave out texels of what they write, if each invocation writes one: as one with `over` does, whose
+/// number of workgroups follows from the texture.
+fn small_dispatches(pipeline: &Pipeline, plan: &Plan) -> Vec<(String, [u32; 2], String, [u32; 2])> {
+    let mut found = Vec::new();
+    for planned in &plan.passes {
+        let Work::Compute(work) = pipeline.pass(planned.handle).work() else { continue };
+        let (Dispatch::Workgroups(_), Some([x, y, z])) = (&work.dispatch, planned.workgroups) else {
+            continue;
+        };
+        let variant = pipeline.program(work.program).variants.first();
+        let Some(entry) = variant.and_then(|variant| variant.entry_point(Stage::Compute)) else { continue };
+        let [width, height, depth] = entry.workgroup_size;
+        let invocations = [x * width, y * height];
+        let all = u64::from(invocations[0]) * u64::from(invocations[1]) * u64::from(z) * u64::from(depth);
+        for access in pipeline.pass(planned.handle).accesses() {
+            let resource = pipeline.resource(access.resource);
+            let is_written = matches!(access.usage, Usage::StorageWrite | Usage::StorageReplace);
+            let Some(size) = plan.resources.get(&resource.name).and_then(|one| one.size) else { continue };
+            let mip = access.range.mip.map_or(0, |mips| mips.first);
+            let texels = [size.width, size.height].map(|side| (side >> mip).max(1));
+            if is_written && all < u64::from(texels[0]) * u64::from(texels[1]) {
+                found.push((planned.name.clone(), invocations, resource.name.clone(), texels));
+            }
+        }
+    }
+    found
 }
 
 fn entry_points(pipeline: &Pipeline) -> Vec<(String, String)> {

@@ -176,7 +176,9 @@ fn match_block(
     values: Option<&BlockValues>,
 ) -> Result<BlockLayout, Vec<String>> {
     let TypeLayout::Struct { members, .. } = block else {
-        return Err(vec!["blackboard data is bound to a struct, whose members name the values".to_owned()]);
+        return Err(vec![format!(
+            "\"{data_name}\" is blackboard data, which is bound to a struct whose members name its values, and this is none"
+        )]);
     };
     let mut runs = Vec::new();
     let mut errors = Vec::new();

@@ -8,7 +8,7 @@ use std::io::Read as _;
 use std::path::Path;
 
 use super::roots::{Roots, Unreachable};
-use crate::diagnostic::{Diagnostic, codes};
+use crate::diagnostic::{Diagnostic, codes, suggested_name};
 use crate::source::{FileId, MAX_FILE_BYTES, Sources, Span};
 
 /// Finds the texts that a document names.
@@ -34,7 +34,17 @@ impl Files for Disk {
         let name = path.display().to_string();
         match self.0.find(path) {
             Ok(found) => read_as(&found, name, sources),
-            Err(Unreachable::Failed(error)) => Err(unreadable(&name, &error)),
+            Err(Unreachable::Failed(error)) => {
+                let diagnostic = unreadable(&name, &error);
+                let beside = self
+                    .0
+                    .find(path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new(".")));
+                let entries = beside.ok().and_then(|folder| std::fs::read_dir(folder).ok());
+                let names = entries.into_iter().flatten().take(MAX_BESIDE).flatten();
+                let names: Vec<String> =
+                    names.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+                Err(with_close(diagnostic, path, names.iter().map(String::as_str)))
+            }
             Err(Unreachable::Outside) => {
                 let message = format!("the file \"{name}\" is outside of the folders that may be read");
                 Err(Diagnostic::in_file(codes::FILE_OUTSIDE, &name, "", message).help(
@@ -60,10 +70,30 @@ impl Files for Memory {
                 "",
                 format!("the file \"{name}\" cannot be read: it does not exist"),
             )
-            .help("paths are relative to the folder of the file that names them")),
+            .help("paths are relative to the folder of the file that names them"))
+            .map_err(|diagnostic| {
+                let beside = self.0.keys().map(Path::new).filter(|known| known.parent() == path.parent());
+                with_close(diagnostic, path, beside.filter_map(|known| known.file_name()?.to_str()))
+            }),
         }
     }
 }
+
+/// Of a folder so many files are compared with the name of one that is not there.
+const MAX_BESIDE: usize = 1000;
+
+/// A diagnostic about a file that is not there, with the JSON file beside it that was meant.
+fn with_close<'n>(diagnostic: Diagnostic, path: &Path, names: impl Iterator<Item = &'n str>) -> Diagnostic {
+    let Some(name) = path.file_name().and_then(|name| name.to_str()) else { return diagnostic };
+    let is_document = |name: &&str| name.ends_with(".json") || name.ends_with(".jsonc");
+    match suggested_name(name, names.filter(is_document).collect::<std::collections::BTreeSet<_>>()) {
+        Some(meant) => diagnostic.help(format!("{DID_YOU_MEAN} \"{meant}\", which lies beside it?")),
+        None => diagnostic,
+    }
+}
+
+/// How the help begins that names a file which is there.
+pub(super) const DID_YOU_MEAN: &str = "did you mean";
 
 /// Reads and registers a text file that the host names itself; diagnostics show it by the path as given.
 ///

@@ -211,6 +211,14 @@ pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnosti
         let mut keys = Keys::default();
         for entry in added {
             match keys.find(known, &entry.key).and_then(|at| known.get(at)) {
+                Some(other) if other.key_span == entry.key_span => diagnostics.push(
+                    Diagnostic::error(
+                        codes::DUPLICATE_KEY,
+                        entry.key_span,
+                        format!("the file with \"{}\" is included twice", entry.key),
+                    )
+                    .help("include it once, in the file that includes those that need it"),
+                ),
                 Some(other) => diagnostics.push(
                     Diagnostic::error(
                         codes::DUPLICATE_KEY,

@@ -308,6 +308,7 @@ impl Composer<'_> {
             diagnostic.place = place.into();
             if diagnostic.code == codes::FILE_UNREADABLE
                 && path.to_str().and_then(|name| with_scheme(self.files, name)).is_none()
+                && !diagnostic.help.as_ref().is_some_and(|help| help.starts_with(files::DID_YOU_MEAN))
             {
                 diagnostic.help =
                     Some("paths are relative to the folder of the file that names them".to_owned());

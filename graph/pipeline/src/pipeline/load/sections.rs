@@ -39,22 +39,42 @@ fn with_formats(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
     diagnostics.into_iter().map(named).collect()
 }
 
-/// A declaration without a type, of a name that is nearly that of another, with the name that was meant: a file that
-/// extends another gives a parameter a value in this form.
+/// A declaration without a type: a file that extends another gives a parameter a value in this form, so the name is that of
+/// none, and those that there are tell which one was meant.
 fn with_declared(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
-    let way: Vec<&str> = diagnostic.pointer.split('/').collect();
+    let pointer = diagnostic.pointer.clone();
+    let way: Vec<&str> = pointer.split('/').collect();
     let ["", section @ ("parameters" | "features"), name] = way[..] else { return diagnostic };
     if diagnostic.code != codes::MISSING_KEY {
         return diagnostic;
     }
-    let declared = document.root.get(section).and_then(document::Value::entries).unwrap_or_default();
-    let declared = declared.iter().filter(|entry| entry.value.get("type").is_some());
-    match suggested_name(name, declared.map(|entry| entry.key.as_str())) {
+    let entries = document.root.get(section).and_then(document::Value::entries).unwrap_or_default();
+    let Some(entry) = entries.iter().find(|entry| entry.key == name) else { return diagnostic };
+    let declared = || entries.iter().filter(|entry| entry.value.get("type").is_some());
+    let names = || declared().map(|entry| entry.key.as_str());
+    let file = entry.key_span.file;
+    let of_files_below: Vec<&str> =
+        declared().filter(|entry| entry.key_span.file != file).map(|entry| entry.key.as_str()).collect();
+    let mut diagnostic = diagnostic;
+    if !of_files_below.is_empty() {
+        let kind = section.trim_end_matches('s');
+        diagnostic.message = format!(
+            "\"{name}\" is no {kind} of the files that this one extends, and has no \"type\" of its own"
+        );
+        diagnostic.place = entry.key_span.into();
+    }
+    match suggested_name(name, names()) {
+        Some(meant) if !of_files_below.is_empty() => {
+            diagnostic.help(format!("is \"{meant}\" meant? A new one says its \"type\""))
+        }
         Some(meant) => {
             let help = format!("did you mean \"{meant}\"? A new one says its \"type\"");
             diagnostic.help(help)
         }
-        None => diagnostic,
+        None if of_files_below.is_empty() => diagnostic,
+        None => {
+            diagnostic.help(format!("theirs are {}; a new one says its \"type\"", of_files_below.join(", ")))
+        }
     }
 }
 
