@@ -14,9 +14,9 @@ use std::sync::Arc;
 use common::gpu::{empty_frame, executor};
 use common::{Outcome, read};
 use umbragraph::CheckOptions;
-use umbragraph::compiler::{Physical, Plan, PlanOptions};
+use umbragraph::compiler::{Plan, PlanOptions};
 use umbragraph::diagnostic::{Diagnostics, Severity};
-use umbragraph::executor::{DryRun, Frame, read_back};
+use umbragraph::executor::{DryRun, Frame, imported_texture, read_back};
 use umbragraph::pipeline::{Overrides, Pipeline};
 use umbragraph::shader::permutations::{self, Request};
 use umbragraph::shader::{TargetProfile, TemplateSet};
@@ -446,27 +446,9 @@ fn what_wgpu_refuses_of_random_pipelines_check_refuses() {
 
 /// A texture for each of the host's own.
 fn imports(gpu: &Gpu, plan: &Plan) -> Vec<(String, wgpu::Texture)> {
-    let imported = plan.resources.iter().filter(|(_, resource)| resource.physical == Physical::Imported);
-    let textures = imported.filter_map(|(name, resource)| {
-        let (format, size) = (resource.format?, resource.size?);
-        let usage = resource.usages.unwrap_or(wgpu::TextureUsages::empty());
-        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some(name),
-            size: wgpu::Extent3d {
-                width: size.width,
-                height: size.height,
-                depth_or_array_layers: size.layers,
-            },
-            mip_level_count: size.mips,
-            sample_count: size.samples,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: usage | wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        });
-        Some((name.clone(), texture))
-    });
-    textures.collect()
+    let more = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING;
+    let texture = |name| imported_texture(&gpu.device, plan, name, more);
+    plan.resources.keys().filter_map(|name| Some((name.clone(), texture(name)?))).collect()
 }
 
 #[test]

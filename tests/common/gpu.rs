@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use umbragraph::compiler::{Plan, PlanOptions};
-use umbragraph::executor::{Executor, Frame, read_bytes};
+use umbragraph::executor::{Executor, Frame, imported_texture, read_bytes};
 use umbragraph::frame::FrameInput;
 use umbragraph::scene::Scene;
 use umbragraph::scene::gpu::SceneResources;
@@ -20,21 +20,11 @@ pub fn import(gpu: &Gpu, plan: &Plan, name: &str) -> wgpu::Texture {
 
 /// The same on any device.
 pub fn import_on(device: &wgpu::Device, plan: &Plan, name: &str) -> wgpu::Texture {
-    let resource = &plan.resources[name];
-    let (format, size) = (resource.format.expect("a texture"), resource.size.expect("a texture"));
-    device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(name),
-        size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: size.layers },
-        mip_level_count: size.mips,
-        sample_count: size.samples,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT
-            | wgpu::TextureUsages::COPY_SRC
-            | wgpu::TextureUsages::COPY_DST
-            | wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    })
+    let more = wgpu::TextureUsages::RENDER_ATTACHMENT
+        | wgpu::TextureUsages::COPY_SRC
+        | wgpu::TextureUsages::COPY_DST
+        | wgpu::TextureUsages::TEXTURE_BINDING;
+    imported_texture(device, plan, name, more).expect("a texture")
 }
 
 /// An executor for a plan.

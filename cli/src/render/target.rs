@@ -2,6 +2,7 @@
 
 use umbragraph::compiler::Plan;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph::executor::imported_texture;
 use umbragraph::language::Lifetime;
 
 use crate::device::Graphics;
@@ -52,30 +53,10 @@ pub(super) fn picture_of(plan: &Plan, captures: &[String]) -> Result<String, Dia
 
 /// A texture for each import of the plan; the picture first.
 pub(super) fn imports(graphics: &Graphics, plan: &Plan, picture: &str) -> Vec<(String, wgpu::Texture)> {
+    let more = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING;
+    let texture = |name| imported_texture(&graphics.device, plan, name, more);
     let mut imported: Vec<_> =
-        plan.resources.iter().filter(|(_, resource)| resource.lifetime == Lifetime::Imported).collect();
-    imported.sort_by_key(|(name, _)| (*name != picture, (*name).clone()));
+        plan.resources.keys().filter_map(|name| Some((name.clone(), texture(name)?))).collect();
+    imported.sort_by_key(|(name, _)| name != picture);
     imported
-        .into_iter()
-        .filter_map(|(name, resource)| {
-            let (format, size) = (resource.format?, resource.size?);
-            let texture = graphics.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(name),
-                size: wgpu::Extent3d {
-                    width: size.width,
-                    height: size.height,
-                    depth_or_array_layers: size.layers,
-                },
-                mip_level_count: size.mips,
-                sample_count: size.samples,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: resource.usages.unwrap_or(wgpu::TextureUsages::empty())
-                    | wgpu::TextureUsages::COPY_SRC
-                    | wgpu::TextureUsages::TEXTURE_BINDING,
-                view_formats: &[format.add_srgb_suffix(), format.remove_srgb_suffix()],
-            });
-            Some((name.clone(), texture))
-        })
-        .collect()
 }

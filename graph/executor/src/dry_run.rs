@@ -16,6 +16,7 @@ use glam::{DQuat, DVec3, Vec3};
 use umbragraph_pipeline::draw::{HostInterface, HostSlotKind};
 
 use super::creation::causes;
+use super::imports::imported_texture;
 use super::requirements::scenes;
 use super::{DrawPass, DrawSource, Executor, Frame};
 use crate::compiler::{Physical, Plan};
@@ -147,26 +148,8 @@ async fn record(
 
 /// A texture for each of the host's own.
 fn imports<'p>(device: &wgpu::Device, plan: &'p Plan) -> Vec<(&'p str, wgpu::Texture)> {
-    let imported = plan.resources.iter().filter(|(_, resource)| resource.physical == Physical::Imported);
-    let textures = imported.filter_map(|(name, resource)| {
-        let (format, size) = (resource.format?, resource.size?);
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some(name),
-            size: wgpu::Extent3d {
-                width: size.width,
-                height: size.height,
-                depth_or_array_layers: size.layers,
-            },
-            mip_level_count: size.mips,
-            sample_count: size.samples,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: resource.usages.unwrap_or(wgpu::TextureUsages::empty()) | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[format.add_srgb_suffix(), format.remove_srgb_suffix()],
-        });
-        Some((name.as_str(), texture))
-    });
-    textures.collect()
+    let texture = |name| imported_texture(device, plan, name, wgpu::TextureUsages::COPY_SRC);
+    plan.resources.keys().filter_map(|name| Some((name.as_str(), texture(name)?))).collect()
 }
 
 /// A camera before a cube, and a light of each kind.

@@ -36,6 +36,28 @@ impl ImportPart {
     }
 }
 
+/// A texture as a plan wants it of the host, by the name of the import, that the host can use for `more` besides; its
+/// views may be sRGB or not. `None` where the plan imports no texture of this name.
+pub fn imported_texture(
+    device: &wgpu::Device,
+    plan: &Plan,
+    name: &str,
+    more: wgpu::TextureUsages,
+) -> Option<wgpu::Texture> {
+    let resource = plan.resources.get(name).filter(|resource| resource.physical == Physical::Imported)?;
+    let (format, size) = (resource.format?, resource.size?);
+    Some(device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(name),
+        size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: size.layers },
+        mip_level_count: size.mips,
+        sample_count: size.samples,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: resource.usages.unwrap_or(wgpu::TextureUsages::empty()) | more,
+        view_formats: &[format.add_srgb_suffix(), format.remove_srgb_suffix()],
+    }))
+}
+
 /// For how many frames a view is kept of a texture that the host does not give.
 const KEPT_FRAMES: u64 = 4;
 

@@ -68,7 +68,7 @@ pub use draw::{DrawPass, DrawSource};
 #[cfg(feature = "noop")]
 pub use dry_run::DryRun;
 pub use gpu_times::GpuTime;
-pub use imports::ImportPart;
+pub use imports::{ImportPart, imported_texture};
 pub use parameters::{Parameter, ParameterValue};
 pub use preparation::{Preparation, Prepared};
 pub use read_back::{Texels, read_back, read_bytes};
