@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use umbragraph_test_support::property;
 use umbragraph_test_support::scratch::ScratchFolder;
 
 const PIPELINE: &str = r#"{
@@ -71,9 +72,26 @@ fn json(output: &Output) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {}", text(&output.stdout)))
 }
 
+/// The pipelines of a folder of the workspace, by their paths in it.
+fn pipelines(folder: &str) -> Vec<String> {
+    let entries =
+        std::fs::read_dir(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..").join(folder)).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut paths: Vec<String> =
+        names.filter(|name| name.ends_with(".json")).map(|name| format!("{folder}/{name}")).collect();
+    paths.sort();
+    paths
+}
+
 #[test]
 fn every_pipeline_of_the_tree_holds_in_all_its_configurations() {
-    let names = ["pipelines/nebula.json", "pipelines/caracal.json", "pipelines/mantis.json"];
+    let mut names: Vec<String> =
+        ["nebula", "caracal", "mantis"].map(|name| format!("pipelines/{name}.json")).to_vec();
+    // The others take minutes: `cargo xtask soak` proves them.
+    if property::times() > 1 {
+        names = ["pipelines", "pipelines/extended"].iter().flat_map(|folder| pipelines(folder)).collect();
+    }
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let output = umbragraph(&[&["permutations"], &names[..]].concat());
     let said = text(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{said}{}", text(&output.stderr));
