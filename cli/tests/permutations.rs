@@ -575,6 +575,10 @@ fn a_pass_that_no_configuration_has_is_told() {
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{said}");
     assert!(said.contains("warning[UG0553]: no configuration has the pass \"fill\""), "{said}");
+    let off = conditional("permutations-off", &number("u32", 16), "\"when\": false,", "22");
+    let output = off.run("permutations", &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(!text(&output.stderr).contains("UG0553"), "{}", text(&output.stderr));
     // The same where there are further configurations that are not gone through.
     let mixed = number("u32", 16)
         .replace("{ \"k\"", "{ \"x\": { \"type\": \"f32\", \"default\": 0, \"unit\": \"1\" }, \"k\"");

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::document::{Entry, Value, pointer_join};
+use crate::document::{Entry, Kind, Value, pointer_join};
 use crate::shader::{self, AxisValues, ShaderModule, Stage, TargetProfile, TemplateSet};
 use crate::source::Span;
 
@@ -98,10 +98,13 @@ impl Modules {
         }
     }
 
-    /// Writes down that a configuration does not have one, because of its `key`.
+    /// Writes down that a configuration does not have one, because of its `key`; a plain `false` is meant.
     pub(super) fn lacks(&mut self, entry: &Entry, pointer: &str, key: &str, is_top: bool) {
         if self.proven_elsewhere && !self.absent.contains_key(&entry.key_span) {
             let value = entry.value.get(key);
+            if value.is_some_and(|value| matches!(value.kind, Kind::Bool(false))) {
+                return;
+            }
             let absent = Absent {
                 name: entry.key.clone(),
                 decided_by: value.map_or(entry.key_span, |value| value.span),
