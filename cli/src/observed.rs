@@ -1,7 +1,8 @@
 //! What `graph --format html` shows beside the plan: captures from a folder, and times from a trace.
 //!
-//! A file `NAME.png` is the picture of the resource NAME. Of a trace count the complete events whose names are those of
-//! passes; the mean of all frames but the first is shown, unless there is only one.
+//! A file `NAME.png` is the picture of the resource NAME, `NAME@PASS.png` that of what the pass PASS leaves in it. Of a
+//! trace count the complete events whose names are those of passes, added up in each frame: a pass over many layers has many.
+//! The mean of all frames but the first is shown, unless there is only one.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -43,20 +44,29 @@ fn times(trace: &Path) -> Result<BTreeMap<String, [f64; 2]>, Diagnostic> {
     let Some(events) = json["traceEvents"].as_array() else {
         return Err(unreadable(trace, "it has no \"traceEvents\""));
     };
-    let mut all: BTreeMap<String, [Vec<f64>; 2]> = BTreeMap::new();
+    let mut frames: Vec<BTreeMap<&str, [f64; 2]>> = Vec::new();
     for event in events.iter().filter(|event| event["ph"] == "X") {
         let (Some(name), Some(time), Some(row @ 1..=2)) =
             (event["name"].as_str(), event["dur"].as_f64(), event["tid"].as_u64())
         else {
             continue;
         };
-        all.entry(name.to_owned()).or_default()[row as usize - 1].push(time / 1000.0);
+        if frames.is_empty() || name.starts_with("frame ") {
+            frames.push(BTreeMap::new());
+        }
+        if let Some(frame) = frames.last_mut() {
+            frame.entry(name).or_default()[row as usize - 1] += time / 1000.0;
+        }
     }
-    let mean = |times: &Vec<f64>| {
-        let counted = &times[usize::from(times.len() > 1)..];
-        if counted.is_empty() { 0.0 } else { counted.iter().sum::<f64>() / counted.len() as f64 }
-    };
-    Ok(all.iter().map(|(name, times)| (name.clone(), [mean(&times[0]), mean(&times[1])])).collect())
+    let counted = &frames[usize::from(frames.len() > 1)..];
+    let mut means: BTreeMap<String, [f64; 2]> = BTreeMap::new();
+    for (name, times) in counted.iter().flatten() {
+        let mean = means.entry((*name).to_owned()).or_default();
+        for (mean, time) in mean.iter_mut().zip(times) {
+            *mean += time / counted.len() as f64;
+        }
+    }
+    Ok(means)
 }
 
 fn unreadable(path: &Path, reason: &str) -> Diagnostic {

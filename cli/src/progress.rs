@@ -38,17 +38,21 @@ impl Progress {
 
     /// Begins a stage of so many steps, which [`Self::advance`] counts.
     pub(crate) fn begin(&mut self, name: &'static str, steps: u64) {
-        if let Some(line) = self.line.as_ref().filter(|_| steps > 1) {
-            line.set_style(
-                ProgressStyle::default_bar()
-                    .template("{msg} {pos} of {len}, {per_sec}, {eta} to go")
-                    .unwrap_or_else(|_| ProgressStyle::default_bar()),
-            );
-            line.set_length(steps);
-            line.set_position(0);
+        if let Some(line) = &self.line {
+            if steps > 1 {
+                line.set_style(
+                    ProgressStyle::default_bar()
+                        .template("{msg} {pos} of {len}, {per_sec}, {eta} to go")
+                        .unwrap_or_else(|_| ProgressStyle::default_bar()),
+                );
+                line.set_length(steps);
+                line.set_position(0);
+            }
             line.set_message(name);
         }
-        self.stages.push((name, Duration::ZERO));
+        if steps > 0 {
+            self.stages.push((name, Duration::ZERO));
+        }
         self.since = Instant::now();
     }
 

@@ -126,6 +126,14 @@ fn the_page_of_a_graph_shows_captures_and_times() {
     let picture = observed["pictures"]["depth"].as_str().unwrap_or_default();
     assert!(picture.starts_with("data:image/png;base64,iVBORw0KGgo"), "{picture:.60}");
     assert!(observed["times"]["shade"][0].as_f64() > Some(0.0), "{}", observed["times"]);
+    // A pass over layers has many events, which count together.
+    let trace_text: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&trace).unwrap()).unwrap();
+    let events = trace_text["traceEvents"].as_array().unwrap().iter();
+    let of_casters = events.filter(|event| event["name"] == "casters" && event["tid"] == 2);
+    let sum: f64 = of_casters.map(|event| event["dur"].as_f64().unwrap() / 1000.0).sum();
+    let shown = observed["times"]["casters"][1].as_f64().unwrap();
+    assert!((sum - shown).abs() < 1e-6, "{sum} {shown}");
     // The form is that of the extension, and what is of the page alone is refused elsewhere.
     rejected(&graph(&["--out", &file("x.svg"), "--timings", &trace]), 2, &["--format html"]);
     rejected(&graph(&["--out", &file("x.png")]), 1, &["UG0808", ".svg"]);

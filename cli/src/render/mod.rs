@@ -127,8 +127,10 @@ fn render(
     }
     let frames = if output.frames > 1 { format!("{} frames of ", output.frames) } else { String::new() };
     let mut said = format!("{}: {frames}{width} by {height} on {}\n", arguments.out.display(), graphics.name);
+    progress.begin("write captures", captures.len() as u64);
     for (capture, texels) in captures.iter().zip(drawing.captured()?) {
         said.push_str(&capture.write(&texels, output.compression)?);
+        progress.advance();
     }
     if let Some(timings) = &drawing.timings {
         if arguments.timings {

@@ -14,10 +14,13 @@ use crate::diagnostic::render::visible_json;
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
+/// The height of the pictures below passes, which the script has too.
+const PICTURE: usize = 60;
+
 /// What was seen and measured of frames, to be shown on the page.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Observed {
-    /// Pictures of resources by their names, each as a `data:` URL.
+    /// Pictures of resources by their names, or by `NAME@PASS`, each as a `data:` URL.
     pub pictures: BTreeMap<String, String>,
     /// The times of passes by their names: of the processor and of the GPU, in milliseconds.
     pub times: BTreeMap<String, [f64; 2]>,
@@ -27,6 +30,7 @@ pub struct Observed {
 pub fn page(report: &Report, comparison: Option<&[String]>, observed: &Observed) -> String {
     let json =
         |value: serde_json::Result<String>| visible_json(&value.unwrap_or_default()).replace('<', "\\u003c");
+    let pictures = !observed.pictures.is_empty();
     let data = json(serde_json::to_string(report));
     let comparison = json(serde_json::to_string(&comparison));
     let observed = json(serde_json::to_string(observed));
@@ -39,6 +43,6 @@ pub fn page(report: &Report, comparison: Option<&[String]>, observed: &Observed)
          <script type=\"application/json\" id=\"comparison\">{comparison}</script>\n\
          <script type=\"application/json\" id=\"observed\">{observed}</script>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
         name = escape(&report.pipeline),
-        picture = svg::picture(report),
+        picture = svg::picture(report, if pictures { PICTURE } else { 0 }),
     )
 }

@@ -62,7 +62,7 @@ impl GraphFormat {
 /// Draws a report. `comparison` is what [`diff`] says about it and another one; only the page shows it.
 pub fn draw(report: &Report, format: GraphFormat, comparison: Option<&[String]>) -> String {
     match format {
-        GraphFormat::Svg => svg::picture(report),
+        GraphFormat::Svg => svg::picture(report, 0),
         GraphFormat::Html => html::page(report, comparison, &Observed::default()),
         GraphFormat::Dot => visible(&text::dot(report)).into_owned(),
         GraphFormat::Mermaid => visible(&text::mermaid(report)).into_owned(),

@@ -30,21 +30,23 @@ const link = (name) => make("button", { class: "link", onclick: () => pick(name)
 const list = (names) => names.length ? names.flatMap((name, at) => (at ? [", ", link(name)] : [link(name)])) : ["nothing"];
 const rows = (head, body) => make("table", {}, make("tr", {}, head.map((cell) => make("th", {}, cell))),
   body.map((cells) => make("tr", {}, cells.map((cell) => make("td", {}, ...(Array.isArray(cell) ? cell : [cell]))))));
-const meter = (value, most, red) => {
-  const fill = make("i", red ? { class: "red" } : {});
+const meter = (value, most, kind = "") => {
+  const fill = make("i", { class: kind });
   fill.style.width = `${most ? (100 * value) / most : 0}%`;
   return make("div", { class: "meter" }, fill);
 };
 
 const milliseconds = (time) => `${time.toFixed(3)} ms`;
-const longest = Math.max(0, ...Object.values(observed.times).flat());
-const picture = (name) => name in observed.pictures
-  ? [make("figure", {}, make("img", { src: observed.pictures[name], alt: name }), make("figcaption", {}, link(name)))] : [];
+const longest = Math.max(0, ...report.passes.flatMap((pass) => observed.times[pass.name] ?? []));
+// The picture of a resource as a pass leaves it, or else at the end of the frame.
+const pictureOf = (name, pass) => observed.pictures[`${name}@${pass}`] ?? observed.pictures[name];
+const picture = (name, pass) => pictureOf(name, pass)
+  ? [make("figure", {}, make("img", { src: pictureOf(name, pass), alt: name }), make("figcaption", {}, link(name)))] : [];
 const timesOf = (name) => {
   const times = observed.times[name];
   if (!times) return [];
-  return [make("h3", {}, "Times"), make("div", {}, `${milliseconds(times[0])} processor`), meter(times[0], longest),
-    make("div", {}, times[1] ? `${milliseconds(times[1])} GPU` : "nothing measured on the GPU"), meter(times[1], longest, true)];
+  return [make("h3", {}, "Times"), make("div", {}, `${milliseconds(times[0])} processor`), meter(times[0], longest, "processor"),
+    make("div", {}, times[1] ? `${milliseconds(times[1])} GPU` : "nothing measured on the GPU"), meter(times[1], longest)];
 };
 // Bars of the times and a picture of what it writes, at the box of each pass.
 function decorate() {
@@ -59,8 +61,8 @@ function decorate() {
     const times = observed.times[box.dataset.pass] ?? [];
     times.forEach((time, at) => add(box, "rect", { class: `time ${at ? "gpu" : "processor"}`, x: x + 6, y: y + height - 7 + 3 * at,
       width: longest ? ((width - 12) * time) / longest : 0, height: 3 }));
-    const seen = passes.get(box.dataset.pass).writes.find((name) => name in observed.pictures);
-    if (seen) add(box, "image", { href: observed.pictures[seen], x: x + 22, y: y + height + 2, width: width - 44, height: 30 });
+    const [seen] = passes.get(box.dataset.pass).writes.flatMap((name) => pictureOf(name, box.dataset.pass) ?? []);
+    if (seen) add(box, "image", { href: seen, x, y: y + height + 14, width, height: 60 });
   }
 }
 
@@ -96,11 +98,13 @@ function overview() {
   return [
     make("h2", {}, "Overview"), make("div", { class: "soft" }, `${live} passes run, ${report.passes.length - live} are culled. Click a pass or a resource.`),
     make("h3", {}, "Memory"),
-    make("div", {}, `${bytes(memory.without_aliasing)} without aliasing`), meter(memory.without_aliasing, most, true),
+    make("div", {}, `${bytes(memory.without_aliasing)} without aliasing`), meter(memory.without_aliasing, most, "red"),
     make("div", {}, `${bytes(memory.created)} created`), meter(memory.created, most),
     make("div", {}, `${bytes(memory.bound)} bound: the sum of what each class has alive at once`), meter(memory.bound, most),
     make("div", {}, `${bytes(memory.peak)} alive at most over all classes`), meter(memory.peak, most),
     ...(memory.orders ? [make("h3", {}, "Order for memory"), make("div", {}, `${bytes(memory.orders[0])} as declared, ${bytes(memory.orders[1])} chosen, no order below ${bytes(memory.orders[2])}`)] : []),
+    ...(longest ? [make("h3", {}, "Times"), make("div", {}, `Bars at the foot of the passes; the longest is ${milliseconds(longest)}.`), make("div", {}, "processor"),
+      meter(1, 1, "processor"), make("div", {}, "GPU"), meter(1, 1)] : []),
     make("h3", {}, "Classes"), rows(["class", "resources", "created", "bytes"], memory.classes.map((one) => [one.description, `${one.resources}`, `${one.created}`, bytes(one.bytes)])),
   ];
 }
@@ -112,7 +116,7 @@ function passDetails(pass) {
     make("div", { class: "soft" }, pass.declared),
     make("h3", {}, pass.live ? "Why it is kept" : "Why it is culled"), make("ol", {}, pass.why.map((step) => make("li", {}, step))),
     ...(pass.passthrough ? [make("h3", {}, "In a frame without it"), make("ul", {}, pass.passthrough.map((one) => make("li", {}, `readers see ${one}`)))] : []),
-    ...timesOf(pass.name), ...pass.writes.flatMap(picture),
+    ...timesOf(pass.name), ...pass.writes.flatMap((name) => picture(name, pass.name)),
     make("h3", {}, "Reads"), make("div", {}, ...list(pass.reads)), make("h3", {}, "Writes"), make("div", {}, ...list(pass.writes)),
     ...(pass.attachments.length ? [make("h3", {}, "Attachments"), rows(["", "load", "store"], pass.attachments.map((one) =>
       [[link(one.resource), ` ${one.kind}`], one.load, one.store + (one.transient_attachment ? " (never leaves the pass)" : "")]))] : []),

@@ -23,6 +23,8 @@ const LANE: usize = 38;
 const BOX_WIDTH: usize = 100;
 const BOX_HEIGHT: usize = 46;
 const CHART: usize = 96;
+/// Where the legend begins: beside the title, so that it is seen of wide pictures too.
+const LEGEND: usize = 520;
 
 const STYLE: &str = "
 text { font: 12px ui-sans-serif, system-ui, 'DejaVu Sans', sans-serif; fill: #1f2933 }
@@ -46,16 +48,16 @@ text { font: 12px ui-sans-serif, system-ui, 'DejaVu Sans', sans-serif; fill: #1f
 .alive { fill: #bcd7fb; stroke: #5b9bf0 } .created { stroke: #2f80ed; stroke-width: 1.6 } .without { stroke: #d64545; stroke-dasharray: 5 4 }
 ";
 
-/// Draws a report as SVG.
-pub(super) fn picture(report: &Report) -> String {
+/// Draws a report as SVG, with room below each pass for a picture so high.
+pub(super) fn picture(report: &Report, room: usize) -> String {
     let lanes = lanes(report);
     let arcs = arcs_height(report);
     let head = 112 + arcs;
-    let lanes_top = head + BOX_HEIGHT + 34;
+    let lanes_top = head + BOX_HEIGHT + 34 + room;
     let lanes_height: usize =
         lanes.iter().map(|lane| if lane.first_of_section { LANE + 26 } else { LANE }).sum();
     let chart_top = lanes_top + lanes_height + 44;
-    let width = (GUTTER + report.passes.len() * COLUMN + 40).max(900);
+    let width = (GUTTER + report.passes.len() * COLUMN + 40).max(LEGEND + 460);
     let height = chart_top + CHART + 40;
     let mut out = String::new();
     let _ = write!(
@@ -65,7 +67,7 @@ pub(super) fn picture(report: &Report) -> String {
          <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n",
         escape(&report.pipeline)
     );
-    header(&mut out, report, width);
+    header(&mut out, report);
     for column in 0..report.passes.len() {
         let x = GUTTER + column * COLUMN;
         if column % 2 == 0 {
@@ -88,7 +90,7 @@ fn center(column: usize) -> usize {
     GUTTER + column * COLUMN + COLUMN / 2
 }
 
-fn header(out: &mut String, report: &Report, width: usize) {
+fn header(out: &mut String, report: &Report) {
     let (live, all) = (report.live_passes(), report.passes.len());
     let memory = &report.memory;
     let resources = report.resources.iter().filter(|resource| resource.live).count();
@@ -106,7 +108,7 @@ fn header(out: &mut String, report: &Report, width: usize) {
         bytes_in_words(memory.bound),
     );
     let words = [("host", "host"), ("draw", "draw"), ("compute", "compute"), ("copy", "copy")];
-    let mut x = width - 440;
+    let mut x = LEGEND;
     for (class, word) in words {
         let _ = writeln!(
             out,
@@ -115,7 +117,7 @@ fn header(out: &mut String, report: &Report, width: usize) {
         );
         x += 84;
     }
-    let x = width - 440;
+    let x = LEGEND;
     let _ = writeln!(
         out,
         "<circle class=\"write\" cx=\"{}\" cy=\"56\" r=\"5\"/><text x=\"{}\" y=\"60\">write</text><circle class=\"read\" cx=\"{}\" cy=\"56\" r=\"4.5\"/>\
@@ -468,6 +470,7 @@ fn chart(out: &mut String, report: &Report, top: usize) {
         format!("{} created (solid)", bytes_in_words(memory.created)),
         format!("{} without aliasing (dashed)", bytes_in_words(memory.without_aliasing)),
         format!("{} alive at most", bytes_in_words(memory.peak)),
+        format!("{} bound: peaks of the classes", bytes_in_words(memory.bound)),
     ];
     for (at, line) in lines.iter().enumerate() {
         let _ = writeln!(out, "<text class=\"small\" x=\"24\" y=\"{}\">{line}</text>", top + 26 + at * 16);
