@@ -88,7 +88,7 @@ fn a_capture_shows_the_version_that_a_pass_wrote() {
     let captures = [format!("image@paint={}", file("one.png")), format!("image={}", file("two.png"))];
     let arguments = ["--out", &file("x.png"), "--capture", &captures[0], "--capture", &captures[1]];
     let said = fine(&render(pipeline.to_str().unwrap(), FIGURE, &arguments));
-    assert!(said.contains("image@paint, 8 by 4"), "{said}");
+    assert!(said.contains("image@paint, 8 by 4, before \"add\" overwrites it\n"), "{said}");
     let (one, two) = (png(&folder.join("one.png")), png(&folder.join("two.png")));
     assert_eq!((one.0, one.1), (8, 4));
     assert_ne!(one.2, two.2);

@@ -20,7 +20,7 @@ fn adapter() -> bool {
 
 const FIGURE: &str = "examples/scenes/figure.glb";
 
-/// The picture is a copy of a copy of `first`, whose memory the last copy has by then; `dead` leads nowhere.
+/// The picture is a copy of a copy of `first`, whose memory `third` has by then; `dead` leads nowhere.
 const CHAIN: &str = r#"{
   "format": 1, "name": "chain",
   "resources": {
@@ -35,7 +35,7 @@ const CHAIN: &str = r#"{
   },
   "passes": {
     "paint": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "first" }] } },
-    "again": { "copy": { "from": { "name": "first" }, "to": { "name": "second" } } },
+    "again": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "first" }, "color": [{ "to": "second" }] } },
     "darker": { "fullscreen": { "shader": "black.wgsl.jinja", "color": [{ "to": "third" }] } },
     "mixed": { "fullscreen": { "shader": "sum.wgsl.jinja", "bind": { "a": "second", "b": "third" }, "color": [{ "to": "target" }] } },
     "lost": { "copy": { "from": { "name": "first" }, "to": { "name": "dead" } } },
@@ -118,6 +118,8 @@ fn what_shares_memory_is_captured_in_time_and_what_is_culled_says_why_it_is_not(
         "{}",
         said(&output)
     );
+    // `first` gives its memory to `third`; a picture of a version is one of before the next.
+    assert!(said(&output).contains("before \"darker\" overwrites it\n"), "{}", said(&output));
     let wrong = [
         capture("dead", "a.png"),
         capture("dead@lost", "b.png"),

@@ -167,7 +167,12 @@ impl CaptureFile {
     ///
     /// # Errors
     /// A layer that is not there, a file that cannot be written.
-    pub(super) fn write(&self, texels: &Texels, compression: Compression) -> Result<String, Diagnostic> {
+    pub(super) fn write(
+        &self,
+        texels: &Texels,
+        compression: Compression,
+        overwritten: Option<&str>,
+    ) -> Result<String, Diagnostic> {
         if let Some(layer) = self.layer.filter(|layer| *layer >= texels.layers) {
             let message = format!("\"{}\" has no layer {layer}", self.capture.reference);
             let help = format!("its layers are 0 to {}", texels.layers - 1);
@@ -193,7 +198,8 @@ impl CaptureFile {
         let layers = if texels.layers > 1 { format!(", {} layers", texels.layers) } else { String::new() };
         let ranges = if shown.is_empty() { String::new() } else { format!(", {}", shown.join(", ")) };
         let (file, reference) = (self.file.display(), &self.capture.reference);
-        Ok(format!("{file}: {reference}, {} by {}{layers}{ranges}\n", texels.width, texels.height))
+        let before = overwritten.map(|pass| format!(", before \"{pass}\" overwrites it")).unwrap_or_default();
+        Ok(format!("{file}: {reference}, {} by {}{layers}{ranges}{before}\n", texels.width, texels.height))
     }
 }
 

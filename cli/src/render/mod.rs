@@ -81,7 +81,7 @@ fn render(
     let checked = if document.imports.is_empty() {
         checked
     } else {
-        session.included = Some(document.text);
+        session.included = Some(document.text.clone());
         progress.stage("check captures", || session.check(&arguments.pipeline, choices))
     };
     let checked = session.check_on(checked, &on_device, &arguments.pipeline, choices);
@@ -89,7 +89,7 @@ fn render(
         return Ok(None);
     }
     let options = Session::options(&arguments.choices);
-    let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, document.imports)?;
+    let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, document.imports.clone())?;
     drawing.toggles = &arguments.toggles;
     if arguments.timings || arguments.trace.is_some() {
         drawing.timings = Some(Timings::begin(&mut drawing.executor, &graphics.name));
@@ -128,8 +128,8 @@ fn render(
     let frames = if output.frames > 1 { format!("{} frames of ", output.frames) } else { String::new() };
     let mut said = format!("{}: {frames}{width} by {height} on {}\n", arguments.out.display(), graphics.name);
     progress.begin("write captures", captures.len() as u64);
-    for (capture, texels) in captures.iter().zip(drawing.captured()?) {
-        said.push_str(&capture.write(&texels, output.compression)?);
+    for ((capture, texels), by) in captures.iter().zip(drawing.captured()?).zip(&document.overwritten) {
+        said.push_str(&capture.write(&texels, output.compression, by.as_deref())?);
         progress.advance();
     }
     if let Some(timings) = &drawing.timings {

@@ -11,9 +11,10 @@ use std::fmt::Write as _;
 
 use serde_json::json;
 
-use crate::compiler::{Plan, PlannedResource};
+use crate::compiler::{Physical, Plan, PlannedPass, PlannedResource};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use crate::language::{Reference, TextureShape};
+use crate::pipeline::SubresourceRange;
 
 /// What is captured: a texture, or the version of it that one pass wrote.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,6 +33,9 @@ pub struct CaptureDocument {
     /// The imported texture that each capture is copied to, in the order of the captures. It has the captured format,
     /// the size of the captured mip level and all layers.
     pub imports: Vec<String>,
+    /// The pass that overwrites what each capture shows, in the plan without captures: a later version of the resource, or
+    /// another one in the same memory.
+    pub overwritten: Vec<Option<String>>,
 }
 
 /// The part of a pipeline that captures, for a pipeline of a plan.
@@ -44,6 +48,7 @@ pub fn document(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Di
     let mut subgraphs = serde_json::Map::new();
     let mut passes = serde_json::Map::new();
     let mut imports = Vec::new();
+    let mut overwritten = Vec::new();
     for capture in captures {
         let resource = match check(plan, capture) {
             Ok(resource) => resource,
@@ -52,6 +57,7 @@ pub fn document(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Di
                 continue;
             }
         };
+        overwritten.push(overwriter(plan, resource, capture).map(|pass| pass.name.clone()));
         let name = free_name(plan, imports.len());
         let format = resource.format.map(crate::language::format_name).unwrap_or_default();
         let side = |side: &str| format!("max(1, floor(captured.{side} / {}))", 1u64 << capture.mip);
@@ -78,7 +84,30 @@ pub fn document(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Di
         return Err(diagnostics);
     }
     let document = json!({ "subgraphs": subgraphs, "passes": passes });
-    Ok(CaptureDocument { text: format!("{document:#}\n"), imports })
+    Ok(CaptureDocument { text: format!("{document:#}\n"), imports, overwritten })
+}
+
+/// The first pass behind a version that writes to the same mip level, or first uses a resource in the same memory.
+fn overwriter<'p>(plan: &'p Plan, resource: &PlannedResource, capture: &Capture) -> Option<&'p PlannedPass> {
+    let version = Reference::parse(&capture.reference).ok()?.version;
+    let shown = SubresourceRange::of(Some(capture.mip), None);
+    let overwrites = |pass: &PlannedPass| {
+        let mut accesses = plan.pipeline.pass(pass.handle).accesses().iter();
+        accesses.any(|one| one.resource == resource.handle && one.usage.writes() && one.range.overlaps(shown))
+    };
+    let written = version.and_then(|version| {
+        let by = plan.passes.iter().rposition(|pass| is_of(&pass.name, version))?;
+        (by + 1..plan.passes.len()).find(|at| overwrites(&plan.passes[*at]))
+    });
+    let shares = matches!(resource.physical, Physical::Texture(_));
+    let others = plan.resources.values().filter(|one| shares && one.physical == resource.physical);
+    let aliased = others.map(|one| one.first).filter(|first| *first > resource.last).min();
+    plan.passes.get(written.into_iter().chain(aliased).min()?)
+}
+
+/// Whether a pass is meant by a name: that of a loop or of a use of a subgraph means the last of its passes.
+fn is_of(pass: &str, name: &str) -> bool {
+    pass.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
 /// A name that no resource and no pass has.
@@ -132,11 +161,7 @@ fn check<'p>(plan: &'p Plan, capture: &Capture) -> Result<&'p PlannedResource, D
             let writers = plan.passes.iter().filter(|pass| plan.writes(pass.handle, resource.handle));
             writers.map(|pass| pass.name.as_str())
         };
-        // The name of a loop or of a use means the last of its passes.
-        let is_of = |writer: &str| {
-            writer.strip_prefix(pass).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-        };
-        if !writers().any(is_of) {
+        if !writers().any(|writer| is_of(writer, pass)) {
             let message = match plan.culled.contains_key(pass) {
                 true => format!("the pass \"{pass}\" is culled, so it writes no \"{name}\""),
                 false => format!("no pass \"{pass}\" writes \"{name}\""),
