@@ -436,7 +436,7 @@ pub(crate) struct RenderArguments {
     #[arg(long, value_name = "F", default_value_t = 30.0, value_parser = parse_rate)]
     pub(crate) fps: f64,
     /// Seconds since the start of the scene's animations, of the first frame.
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_seconds)]
+    #[arg(long, alias = "time", value_name = "SECONDS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_seconds)]
     pub(crate) at: f64,
     /// How the camera moves: orbit, walk, random (elsewhere in every frame; random:SEED), or a file with its keys. Without it
     /// the scene's own camera.
@@ -477,7 +477,7 @@ pub(crate) struct Shots {
     #[arg(long, value_name = "F", default_value_t = 30.0, value_parser = parse_rate)]
     pub(crate) fps: f64,
     /// Seconds since the start of the scene's animations, of the first frame.
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_seconds)]
+    #[arg(long, alias = "time", value_name = "SECONDS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_seconds)]
     pub(crate) at: f64,
     /// How the camera moves: orbit, walk, random (elsewhere in every frame; random:SEED), or a file with its keys. Without it
     /// the scene's own camera.

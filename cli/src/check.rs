@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use umbragraph::diagnostic::render;
+use umbragraph::diagnostic::{counted, render};
 use umbragraph::pipeline::{Cover, MAX_CONFIGURATIONS};
 use umbragraph::shader::permutations::Count;
 
@@ -91,11 +91,6 @@ fn whole(number: u128) -> serde_json::Value {
     }
 }
 
-/// A number with its noun.
-fn counted(number: usize, one: &str, several: &str) -> String {
-    format!("{number} {}", if number == 1 { one } else { several })
-}
-
 /// One line about a pipeline without errors; nothing where there is no plan.
 fn summary(path: &Path, covered: &Covered, verified: bool) -> String {
     let Some(plan) = &covered.coverage.first.plan else { return String::new() };
@@ -122,10 +117,10 @@ fn summary(path: &Path, covered: &Covered, verified: bool) -> String {
     format!(
         "{}: {} ({} culled), {}, {}, {configurations}{}, valid for {}\n",
         path.display(),
-        counted(passes, "pass", "passes"),
+        counted(passes, "pass"),
         plan.culled.len(),
-        counted(plan.resources.len(), "resource", "resources"),
-        counted(covered.coverage.variants.len(), "shader variant", "shader variants"),
+        counted(plan.resources.len(), "resource"),
+        counted(covered.coverage.variants.len(), "shader variant"),
         if verified { ", plans verified" } else { "" },
         covered.profiles.join(", ")
     )

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde::Serialize;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, render};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, counted, render};
 use umbragraph::shader::TemplateSet;
 use umbragraph::shader::permutations::{Count, Permutations, TemplateReport};
 use umbragraph::source::Sources;
@@ -139,10 +139,6 @@ impl Outcome {
 
 fn combinations(count: Count) -> String {
     format!("{count} combination{}", if count.number == 1 { "" } else { "s" })
-}
-
-fn counted(number: usize, noun: &str) -> String {
-    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
 }
 
 /// Writes every distinct text to a folder.

@@ -366,6 +366,7 @@ fn options_without_sense_are_named() {
     let out = out.to_str().unwrap();
     let run = |arguments: &[&str]| render("pipelines/nebula.json", FIGURE, arguments);
     rejected(&run(&["--out", out, "--at", "nan"]), 2, &["--at"]);
+    rejected(&run(&["--out", out, "--time", "nan"]), 2, &["--at"]);
     rejected(&run(&["--out", out, "--fps", "0"]), 2, &["--fps"]);
     rejected(&run(&["--out", out, "--frames", "0"]), 2, &["--frames"]);
     rejected(&run(&["--out", out, "--frames", "2"]), 1, &["--frames", "frame-####.png"]);

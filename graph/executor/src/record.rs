@@ -3,8 +3,9 @@
 //! First everything that the record needs and does not have is created (nothing, in a steady frame); only then is
 //! anything recorded, so that a device that rejects something leaves the encoder as it was.
 //!
-//! Passes are labelled with their names, and not put into debug groups of the encoder: two such groups with passes in
-//! them, one after the other in one encoder, crash a software driver that is still in use (lavapipe of Mesa 22.3).
+//! Passes are labelled with their names, which wgpu makes debug groups on Vulkan, and not put into groups of the encoder:
+//! wgpu has a command buffer for each pass, so such a group ends in another buffer than it begins in, which crashes
+//! lavapipe of Mesa 22.3 at the next.
 
 use super::Frame;
 use super::attachments::{Attachments, Drawn};

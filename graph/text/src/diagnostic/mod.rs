@@ -327,6 +327,18 @@ pub fn shorten(text: &str) -> std::borrow::Cow<'_, str> {
     }
 }
 
+/// A number with its noun, for a message.
+pub fn counted(number: usize, noun: &str) -> String {
+    let ending = if number == 1 {
+        ""
+    } else if noun.ends_with('s') {
+        "es"
+    } else {
+        "s"
+    };
+    format!("{number} {noun}{ending}")
+}
+
 /// Names for a message: the first two dozen, and how many more there are.
 pub fn list_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let mut names = names.into_iter();

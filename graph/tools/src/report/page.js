@@ -96,7 +96,7 @@ function overview() {
   const most = Math.max(memory.without_aliasing, 1);
   const live = report.passes.filter((pass) => pass.live).length;
   return [
-    make("h2", {}, "Overview"), make("div", { class: "soft" }, `${live} passes run, ${report.passes.length - live} are culled. Click a pass or a resource.`),
+    make("h2", {}, "Overview"), make("div", { class: "soft" }, `Passes that run: ${live}, culled: ${report.passes.length - live}. Click a pass or a resource.`),
     make("h3", {}, "Memory"),
     make("div", {}, `${bytes(memory.without_aliasing)} without aliasing`), meter(memory.without_aliasing, most, "red"),
     make("div", {}, `${bytes(memory.created)} created`), meter(memory.created, most),

@@ -13,6 +13,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
+use crate::diagnostic::counted;
 use crate::diagnostic::render::visible;
 
 use super::model::{EdgeKind, EdgeReport, PassReport, Report, ResourceReport, bytes_in_words};
@@ -96,12 +97,14 @@ fn header(out: &mut String, report: &Report) {
     let resources = report.resources.iter().filter(|resource| resource.live).count();
     let _ = write!(
         out,
-        "<text class=\"title\" x=\"24\" y=\"38\">{}</text>\n<text class=\"sub\" x=\"24\" y=\"60\">{} × {} · {live} passes{} · {resources} \
-         resources · order for {}</text>\n<text class=\"sub\" x=\"24\" y=\"79\">{} created, {} without aliasing; bound {}</text>\n",
+        "<text class=\"title\" x=\"24\" y=\"38\">{}</text>\n<text class=\"sub\" x=\"24\" y=\"60\">{} × {} · {}{} · {} · \
+         order for {}</text>\n<text class=\"sub\" x=\"24\" y=\"79\">{} created, {} without aliasing; bound {}</text>\n",
         escape(&report.pipeline),
         report.viewport[0],
         report.viewport[1],
+        counted(live, "pass"),
         if all > live { format!(", {} culled", all - live) } else { String::new() },
+        counted(resources, "resource"),
         report.objective,
         bytes_in_words(memory.created),
         bytes_in_words(memory.without_aliasing),
