@@ -127,6 +127,11 @@ pub const VARIANTS: &[Variant] = &[
     variant(["umbra", "courtyard", "whole_range"], &[], &[("whole_range", "true")]),
     variant(["umbra", "interior", "deferred"], &[], &[("deferred", "true")]),
     variant(["umbra", "figure", "spheres"], &[("fit", "\"sphere\"")], &[("msaa", "true")]),
+    variant(
+        ["umbra", "courtyard", "spheres_texels"],
+        &[("fit", "\"sphere\""), ("lambda", "0.6"), ("debug_view", "\"texels\"")],
+        &[("reverse_z", "false")],
+    ),
     variant(["awsm", "courtyard", "unshadowed"], &[], &[]).with_unshadowed_materials(),
     variant(["awsm", "figure", "hard"], &[], &[("light_filter", "\"hard\"")]),
     variant(
@@ -144,6 +149,11 @@ pub const VARIANTS: &[Variant] = &[
         ["awsm", "figure", "vogel"],
         &[],
         &[("light_filter", "\"vogel\""), ("storage_descriptors", "false")],
+    ),
+    variant(
+        ["awsm", "figure", "hard_lights"],
+        &[("hard_below", "1000000"), ("debug_view", "\"penumbra\"")],
+        &[("light_filter", "\"pcss\"")],
     ),
     variant(["awsm", "figure", "fixed_taps"], &[("filter_radius", "0.4")], &[("rotate_taps", "false")]),
     variant(["awsm", "figure", "pcss"], &[("lamp_radius", "0.1")], &[("light_filter", "\"pcss\"")]),

@@ -1,7 +1,8 @@
 //! Where a fault can be planted in a template, and what it then reads.
 //!
-//! Only WGSL is changed: not tags and expressions of the template language, comments, attributes, or declarations of
-//! types. Faults are single: an operator, a comparison, a sign, a component, a number, or a call whose operands are
+//! Only WGSL is changed: not tags and expressions of the template language, comments, attributes, or declarations (of types,
+//! and of overrides, whose values are pipelines' own).
+//! Faults are single: an operator, a comparison, a sign, a component, a number, or a call whose operands are
 //! swapped or which is left out. Guards against zero (numbers below a thousandth) are left alone, since no picture shows
 //! them.
 
@@ -108,7 +109,8 @@ fn code(template: &str) -> Vec<bool> {
     let mut start = 0;
     for line in template.split_inclusive('\n') {
         let trimmed = line.trim_start();
-        let declares = ["@", "struct ", "fn ", "var<"].iter().any(|words| trimmed.starts_with(words));
+        let declares =
+            ["@", "struct ", "fn ", "var<", "override "].iter().any(|words| trimmed.starts_with(words));
         let is_member = trimmed.trim_end().ends_with(',') && trimmed.contains(": ") && !trimmed.contains('(');
         if declares || is_member {
             code[start..start + line.len()].fill(false);
