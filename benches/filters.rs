@@ -17,7 +17,7 @@ use std::time::Duration;
 
 use common::gpu::{Host, scene};
 use common::{With, check_file, root};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use umbragraph::frame::{FrameInput, Light, LightKind};
 use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu::{self, Gpu};
@@ -128,18 +128,13 @@ fn measure(
 fn frame(scene: &Scene, kind: LightKind) -> FrameInput {
     let mut input = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);
     let position = DVec3::new(2.4, 2.9, 2.6);
-    input.lights = vec![Light {
-        name: "lamp".into(),
-        kind,
-        position,
-        direction: (DVec3::new(-0.3, 0.5, -0.4) - position).normalize(),
-        color: Vec3::ONE,
-        intensity: if kind == LightKind::Directional { 3.0 } else { 45.0 },
-        range: 20.0,
-        properties: vec!["cast_shadow".into()],
-        angular_diameter: 0.0,
-        radius: 0.0,
-        priority: 1.0,
-    }];
+    input.lights = vec![
+        Light::new("lamp", kind)
+            .position(position)
+            .direction((DVec3::new(-0.3, 0.5, -0.4) - position).normalize())
+            .intensity(if kind == LightKind::Directional { 3.0 } else { 45.0 })
+            .range(20.0)
+            .property("cast_shadow"),
+    ];
     input
 }

@@ -127,5 +127,5 @@ pub(super) fn import_of(texture: &crate::wgpu::Texture) -> (Import, wgpu_types::
         mips: texture.mip_level_count(),
         samples: texture.sample_count(),
     };
-    (Import { format: texture.format(), size }, texture.usage())
+    (Import::new(texture.format(), size), texture.usage())
 }

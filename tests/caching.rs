@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use common::gpu::{Host, import, read, scene};
 use common::{Outcome, With, check_file, check_with, root};
-use glam::{DQuat, DVec3, Vec3};
+use glam::{DQuat, DVec3};
 use umbragraph::compiler::PlanOptions;
 use umbragraph::executor::{PassCounts, read_back};
 use umbragraph::frame::{FrameInput, Light, LightKind};
@@ -25,19 +25,12 @@ fn pipeline(path: &str, parameters: &[(&str, &str)], features: &[(&str, &str)]) 
 }
 
 fn lamp(name: &str, kind: LightKind, position: DVec3) -> Light {
-    Light {
-        name: name.to_owned().into(),
-        kind,
-        position,
-        direction: DVec3::new(0.1, -1.0, -0.2).normalize(),
-        color: Vec3::ONE,
-        intensity: 40.0,
-        range: 12.0,
-        properties: vec!["cast_shadow".into()],
-        angular_diameter: 0.0,
-        radius: 0.0,
-        priority: 1.0,
-    }
+    Light::new(name.to_owned(), kind)
+        .position(position)
+        .direction(DVec3::new(0.1, -1.0, -0.2).normalize())
+        .intensity(40.0)
+        .range(12.0)
+        .property("cast_shadow")
 }
 
 /// What happens in a frame: the camera and the lights move and rest in turns, lights come and go, one changes its kind.
@@ -68,7 +61,7 @@ fn frame(scene: &Scene, at: u64, [width, height]: [u32; 2]) -> FrameInput {
             input.lights.push(light);
         }
     }
-    FrameInput { index: at, ..input }
+    input.index(at)
 }
 
 /// The animation runs, and rests for some frames.
@@ -80,7 +73,7 @@ fn time(at: u64) -> f64 {
 fn play(host: &mut Host<'_>, scene: &Scene, at: u64, size: [u32; 2]) -> Vec<[u8; 4]> {
     if [host.target.width(), host.target.height()] != size {
         let data_sizes = std::mem::take(&mut host.options.data_sizes);
-        host.options = PlanOptions { data_sizes, ..PlanOptions::new(size[0], size[1]) };
+        host.options = PlanOptions::new(size[0], size[1]).data_sizes(data_sizes);
         let plan = host.outcome.checked.plan_again(&host.options, &host.outcome.sources).expect("a plan");
         host.target = import(host.gpu, &plan, "target");
         host.executor.set_plan(Arc::new(plan), Some(&host.scene)).expect("a plan");
@@ -365,8 +358,9 @@ fn at_a_cadence_movers_wait_for_their_turn_and_views_that_move_do_not() {
     let mut play = |time: f64, input: &FrameInput| {
         let pictures = [&mut plain, &mut kept].map(|host| {
             host.scene.update(&gpu.queue, &scene, &scene.pose(time));
-            let bounds = scene.frame_input(1.5, time).filter_bounds;
-            host.frame(&FrameInput { filter_bounds: bounds, ..input.clone() });
+            let mut input = input.clone();
+            input.filter_bounds = scene.frame_input(1.5, time).filter_bounds;
+            host.frame(&input);
             read(&gpu, &host.target).rgba_pixels().collect::<Vec<_>>()
         });
         (pictures[0] == pictures[1], moving(&kept))
@@ -395,7 +389,7 @@ fn near_and_far(scene: &Scene, at: u64, aside: f64) -> FrameInput {
     let mut far = lamp("far", spot, center + ahead * 60.0 + DVec3::new(aside, 6.0, 0.0));
     far.range = 8.0;
     input.lights.push(far);
-    FrameInput { index: at, ..input }
+    input.index(at)
 }
 
 #[test]
@@ -465,7 +459,7 @@ fn whatever_comes_no_kept_map_is_older_than_its_cadence() {
             step += u64::from(moves);
             aside += if walks { 3.0 } else { 0.0 };
             turn += if turns { 0.2 } else { 0.0 };
-            let mut input = FrameInput { index: at, ..scene.frame_input(1.5, step as f64 / 12.0) };
+            let mut input = scene.frame_input(1.5, step as f64 / 12.0).index(at);
             input.camera.position.x += aside;
             input
                 .lights

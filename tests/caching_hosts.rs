@@ -9,7 +9,6 @@ use common::{Outcome, With, check_file, root};
 use umbragraph::data::View;
 use umbragraph::draw::{DrawPass, DrawSource, HostInterface, PropertySet};
 use umbragraph::executor::Frame;
-use umbragraph::frame::FrameInput;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::work::DrawOrder;
 use umbragraph_test_support::gpu;
@@ -128,7 +127,7 @@ fn casters_that_come_to_rest_and_set_out_again_are_seen_where_they_are() {
         was_bare = is_bare;
         let pose = figure.pose(time);
         resources.update(&gpu.queue, &figure, &pose);
-        let mut input = FrameInput { index: u64::from(at), ..figure.frame_input(1.5, time) };
+        let mut input = figure.frame_input(1.5, time).index(u64::from(at));
         if rests {
             // Nothing moves, and everything may be among what rests.
             input.filter_bounds.retain(|(filter, _)| filter == "casters");
@@ -137,7 +136,7 @@ fn casters_that_come_to_rest_and_set_out_again_are_seen_where_they_are() {
         let pictures = hosts.each_mut().map(|(executor, target)| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let imports = [("target", &*target)];
-            let frame = Frame { input: &input, draws: Some(&source), imports: &imports, toggles: &[] };
+            let frame = Frame::new(&input).draws(&source).imports(&imports);
             executor.record(&mut encoder, &frame).expect("a record");
             gpu.queue.submit([encoder.finish()]);
             read(&gpu, target).rgba_pixels().collect::<Vec<_>>()
@@ -172,7 +171,7 @@ fn a_steady_record_allocates_no_more_with_kept_maps_than_without() {
         for round in 0..12 {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let imports = [("target", &target)];
-            let frame = Frame { input: &input, draws: Some(&resources), imports: &imports, toggles: &[] };
+            let frame = Frame::new(&input).draws(&resources).imports(&imports);
             let counted = measure(|| executor.record(&mut encoder, &frame).expect("a record"));
             gpu.queue.submit([encoder.finish()]);
             gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");

@@ -8,7 +8,7 @@ mod common;
 
 use common::gpu::{Host, import, scene};
 use common::{Outcome, With, check_file, check_with, root};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3};
 use umbragraph::executor::read_back;
 use umbragraph::frame::{Camera, FrameInput, Light, LightKind, Projection};
 use umbragraph::scene::Scene;
@@ -32,23 +32,17 @@ fn figure() -> Scene {
 
 fn light(kind: LightKind) -> Light {
     let position = DVec3::new(2.4, 2.9, 2.6);
-    Light {
-        name: "light".into(),
-        kind,
-        position,
-        direction: (DVec3::new(-0.3, 0.5, -0.4) - position).normalize(),
-        color: Vec3::ONE,
-        intensity: 60.0,
-        range: 20.0,
-        properties: vec!["cast_shadow".into(), "contact_shadow".into()],
-        angular_diameter: 0.0,
-        radius: 0.0,
-        priority: 1.0,
-    }
+    Light::new("light", kind)
+        .position(position)
+        .direction((DVec3::new(-0.3, 0.5, -0.4) - position).normalize())
+        .intensity(60.0)
+        .range(20.0)
+        .property("cast_shadow")
+        .property("contact_shadow")
 }
 
 fn frame(scene: &Scene, light: Light) -> FrameInput {
-    FrameInput { lights: vec![light], ..scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0) }
+    scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0).lights(vec![light])
 }
 
 /// The share of pixels whose grey differs by more than so much.
@@ -111,10 +105,8 @@ fn the_march_finds_what_one_on_the_cpu_finds_in_the_same_depth() {
     let Some(gpu) = gpu::device() else { return };
     let scene = figure();
     let perspective = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0).camera;
-    let orthographic = Camera {
-        projection: Projection::Orthographic { half_height: 1.8, near: 0.1, far: 30.0 },
-        ..perspective
-    };
+    let orthographic =
+        perspective.projection(Projection::Orthographic { half_height: 1.8, near: 0.1, far: 30.0 });
     let spot = LightKind::Spot { inner_angle: 0.45, outer_angle: 0.6 };
     for (form, fade) in [("\"proportional\"", None), ("\"first_hit\"", Some(0.5))] {
         let with = With {
@@ -136,7 +128,7 @@ fn the_march_finds_what_one_on_the_cpu_finds_in_the_same_depth() {
             (LightKind::Directional, orthographic),
             (LightKind::Point, orthographic),
         ] {
-            let input = FrameInput { camera, ..frame(&scene, light(kind)) };
+            let input = frame(&scene, light(kind)).camera(camera);
             let mut host = Host::new(&gpu, &outcome, &scene);
             host.imports.push(("depth", import(&gpu, outcome.plan(), "depth")));
             let picture = host.picture(&input);
@@ -211,8 +203,8 @@ fn a_light_has_contact_shadows_only_where_it_asks_for_them() {
         With { parameters: &[CONTACT_TERM, ("contact_strength", "1")], size: Some(SIZE), ..With::default() };
     let outcome = check_file(AWSM, &with);
     let dark = |properties: &[&'static str]| {
-        let properties = properties.iter().map(|word| (*word).into()).collect();
-        let light = Light { properties, ..light(LightKind::Directional) };
+        let mut light = light(LightKind::Directional);
+        light.properties = properties.iter().map(|word| (*word).into()).collect();
         let picture = Host::new(&gpu, &outcome, &scene).picture(&frame(&scene, light));
         picture.rgba_pixels().filter(|pixel| pixel[0] < 255 && pixel[3] == 255).count()
     };
@@ -229,14 +221,10 @@ fn lights_without_a_slot_are_named_and_have_no_contact_shadows() {
     let parameters = [CONTACT_TERM, ("contact_strength", "1"), ("slot_capacity", "1")];
     let with = With { parameters: &parameters, size: Some(SIZE), ..With::default() };
     let outcome = check_file(AWSM, &with);
-    let of = |priority: f32, name: &str| Light {
-        priority,
-        name: name.to_owned().into(),
-        position: DVec3::new(-2.4, 2.9, 2.6),
-        ..light(LightKind::Point)
-    };
-    let first = Light { priority: 9.0, ..light(LightKind::Point) };
-    let both = FrameInput { lights: vec![of(1.0, "second"), first.clone()], ..frame(&scene, first) };
+    let first = light(LightKind::Point).priority(9.0);
+    let mut second = light(LightKind::Point).position([-2.4, 2.9, 2.6]);
+    second.name = "second".into();
+    let both = frame(&scene, first.clone()).lights(vec![second, first]);
     let mut host = Host::new(&gpu, &outcome, &scene);
     host.picture(&both);
     let notices = host.notices().join("\n");

@@ -5,7 +5,7 @@ mod common;
 
 use common::gpu::{Host, import};
 use common::{With, check_file, check_with};
-use glam::{DQuat, DVec3, Vec3};
+use glam::{DQuat, DVec3};
 use serde_json::{Value, json};
 use umbragraph::executor::read_back;
 use umbragraph::frame::{FrameInput, Light, LightKind};
@@ -125,19 +125,12 @@ fn frame(scene: &Scene) -> FrameInput {
     let mut input = scene.frame_input(1.0, 0.0);
     input.camera.position = DVec3::new(0.0, 1.5, 0.0);
     input.camera.rotation = DQuat::IDENTITY;
-    input.lights = vec![Light {
-        name: "sun".into(),
-        kind: LightKind::Directional,
-        position: DVec3::ZERO,
-        direction: DVec3::new(0.1, -1.0, -0.2).normalize(),
-        color: Vec3::ONE,
-        intensity: 3.0,
-        range: f32::INFINITY,
-        properties: vec!["cast_shadow".into()],
-        angular_diameter: 0.0,
-        radius: 0.0,
-        priority: 1.0,
-    }];
+    input.lights = vec![
+        Light::new("sun", LightKind::Directional)
+            .direction(DVec3::new(0.1, -1.0, -0.2).normalize())
+            .intensity(3.0)
+            .property("cast_shadow"),
+    ];
     input
 }
 

@@ -124,12 +124,7 @@ fn records_of_one_submission_do_not_disturb_one_another() {
     for (target, time) in targets.iter().zip([0.2, 0.6]) {
         let mut input = empty_frame();
         input.time = time;
-        executor
-            .record(
-                &mut encoder,
-                &Frame { input: &input, draws: None, imports: &[("target", target)], toggles: &[] },
-            )
-            .unwrap();
+        executor.record(&mut encoder, &Frame::new(&input).imports(&[("target", target)])).unwrap();
     }
     gpu.queue.submit([encoder.finish()]);
     let red = |texture| read(&gpu, texture).rgba_pixels().next().unwrap()[0];
@@ -145,28 +140,14 @@ fn an_array_without_a_count_is_as_long_as_what_is_published() {
     ];
     let outcome = outcome("", &passes, false);
     let mut input = empty_frame();
-    input.lights.push(umbragraph::frame::Light {
-        name: "sun".into(),
-        kind: umbragraph::frame::LightKind::Directional,
-        position: glam::DVec3::ZERO,
-        direction: glam::DVec3::NEG_Y,
-        color: glam::Vec3::ONE,
-        intensity: 1.0,
-        range: f32::INFINITY,
-        properties: vec!["cast_shadow".into()],
-        angular_diameter: 0.0,
-        radius: 0.0,
-        priority: 1.0,
-    });
+    input.lights.push(
+        umbragraph::frame::Light::new("sun", umbragraph::frame::LightKind::Directional)
+            .property("cast_shadow"),
+    );
     let target = import(&gpu, outcome.plan(), "target");
     let mut executor = executor(&gpu, outcome.plan(), None);
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    executor
-        .record(
-            &mut encoder,
-            &Frame { input: &input, draws: None, imports: &[("target", &target)], toggles: &[] },
-        )
-        .unwrap();
+    executor.record(&mut encoder, &Frame::new(&input).imports(&[("target", &target)])).unwrap();
     gpu.queue.submit([encoder.finish()]);
     assert_eq!(read(&gpu, &target).rgba_pixels().next(), Some([102, 0, 0, 255]));
 }
@@ -184,15 +165,7 @@ fn a_steady_frame_creates_nothing() {
     for _ in 0..4 {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         executor
-            .record(
-                &mut encoder,
-                &Frame {
-                    input: &input,
-                    draws: Some(&resources),
-                    imports: &[("target", &target)],
-                    toggles: &[],
-                },
-            )
+            .record(&mut encoder, &Frame::new(&input).draws(&resources).imports(&[("target", &target)]))
             .unwrap();
         gpu.queue.submit([encoder.finish()]);
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
@@ -223,12 +196,7 @@ fn a_pass_samples_the_texture_that_the_host_brings_in_this_frame() {
     for at in [0, 1, 0, 1] {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let imports = [("target", &target), ("given", &given[at])];
-        executor
-            .record(
-                &mut encoder,
-                &Frame { input: &empty_frame(), draws: None, imports: &imports, toggles: &[] },
-            )
-            .unwrap();
+        executor.record(&mut encoder, &Frame::new(&empty_frame()).imports(&imports)).unwrap();
         gpu.queue.submit([encoder.finish()]);
         seen.push(read(&gpu, &target).rgba_pixels().next().unwrap()[0]);
     }
@@ -271,9 +239,7 @@ fn an_encoder_that_is_dropped_gives_its_buffers_back() {
     let mut executor = executor(&gpu, outcome.plan(), None);
     for _ in 0..8 {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let frame =
-            Frame { input: &empty_frame(), draws: None, imports: &[("target", &target)], toggles: &[] };
-        executor.record(&mut encoder, &frame).unwrap();
+        executor.record(&mut encoder, &Frame::new(&empty_frame()).imports(&[("target", &target)])).unwrap();
     }
     assert_eq!(executor.statistics().buffers, 1);
 }
@@ -369,8 +335,7 @@ fn imports_that_are_missing_or_not_as_planned_are_rejected_and_the_next_frame_is
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let input = empty_frame();
     let mut record = |imports: &[(&str, &wgpu::Texture)]| {
-        let result =
-            executor.record(&mut encoder, &Frame { input: &input, draws: None, imports, toggles: &[] });
+        let result = executor.record(&mut encoder, &Frame::new(&input).imports(imports));
         result.err().map(|diagnostics| {
             diagnostics
                 .iter()
@@ -435,8 +400,9 @@ fn a_buffer_of_the_hosts_is_read_by_passes() {
     let input = common::gpu::empty_frame();
     let record = |executor: &mut Executor| {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let frame = Frame { input: &input, draws: None, imports: &[("target", &target)], toggles: &[] };
-        let result = executor.record(&mut encoder, &frame).map_err(|error| error.to_string());
+        let result = executor
+            .record(&mut encoder, &Frame::new(&input).imports(&[("target", &target)]))
+            .map_err(|error| error.to_string());
         gpu.queue.submit([encoder.finish()]);
         result.map(|()| common::gpu::read(&gpu, &target).bytes()[..4].to_vec())
     };

@@ -193,7 +193,7 @@ fn a_visibility_that_gathers_loses_its_noise_and_follows_a_walk() {
     let walk = |index: u64| {
         let mut input = courtyard.frame_input(256.0 / 144.0, 0.0);
         input.camera.position.z -= 0.01 * index.saturating_sub(24).min(8) as f64;
-        FrameInput { index, ..input }
+        input.index(index)
     };
     let mut host = Host::new(&gpu, &outcome, &courtyard);
     let mut errors = Vec::new();

@@ -26,7 +26,7 @@ fn compile(assembly: Assembly, options: &PlanOptions) -> (Option<Plan>, Diagnost
 
 #[track_caller]
 fn planned(assembly: Assembly, objective: Objective) -> Plan {
-    let options = PlanOptions { objective, ..PlanOptions::new(64, 64) };
+    let options = PlanOptions::new(64, 64).objective(objective);
     let (plan, diagnostics) = compile(assembly, &options);
     plan.unwrap_or_else(|| panic!("{diagnostics:#?}"))
 }
@@ -332,7 +332,7 @@ fn a_hundred_thousand_passes_and_a_cycle_through_all_of_them_end_in_a_diagnostic
 
 #[test]
 fn without_aliasing_every_resource_has_memory_of_its_own() {
-    let options = PlanOptions { aliasing: false, ..PlanOptions::new(64, 64) };
+    let options = PlanOptions::new(64, 64).aliasing(false);
     let (plan, diagnostics) = compile(fan(3), &options);
     let plan = plan.unwrap_or_else(|| panic!("{diagnostics:#?}"));
     assert_eq!(plan.textures.len(), 3);

@@ -407,7 +407,6 @@ mod pictures {
 
     /// Frames of a lesson on the courtyard, which the camera looks at from where it says for each.
     fn frames(gpu: &gpu::Gpu, outcome: &crate::common::Outcome, cameras: &[f64]) -> Picture {
-        use umbragraph::frame::FrameInput;
         let scene = scene(&root().join("examples/scenes/courtyard.glb"));
         let [width, height] = outcome.plan().viewport;
         let resources = SceneResources::new(&gpu.device, &gpu.queue, &scene, &scene.pose(0.0)).unwrap();
@@ -416,10 +415,10 @@ mod pictures {
         for (index, aside) in cameras.iter().enumerate() {
             let mut input = scene.frame_input(f64::from(width) / f64::from(height), 0.0);
             input.camera.position += input.camera.rotation * glam::DVec3::X * *aside;
-            let input = FrameInput { index: index as u64, ..input };
+            let input = input.index(index as u64);
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let imports = [("target", &target)];
-            let frame = Frame { input: &input, draws: Some(&resources), imports: &imports, toggles: &[] };
+            let frame = Frame::new(&input).draws(&resources).imports(&imports);
             executor.record(&mut encoder, &frame).expect("a record");
             gpu.queue.submit([encoder.finish()]);
         }
@@ -530,9 +529,9 @@ mod pictures {
         let mut reds = Vec::new();
         for _ in 0..2 {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let frame =
-                Frame { input: &empty_frame(), draws: None, imports: &[("target", &target)], toggles: &[] };
-            executor.record(&mut encoder, &frame).expect("a record");
+            executor
+                .record(&mut encoder, &Frame::new(&empty_frame()).imports(&[("target", &target)]))
+                .expect("a record");
             gpu.queue.submit([encoder.finish()]);
             let pixels: Vec<_> = read(&gpu, &target).rgba_pixels().collect();
             reds.push(pixels[200][0]);

@@ -33,19 +33,11 @@ fn small(parameters: &[(&str, &str)], features: &[(&str, &str)]) -> Outcome {
 }
 
 fn light(name: &str, kind: LightKind, position: [f64; 3]) -> Light {
-    Light {
-        name: name.to_owned().into(),
-        kind,
-        position: DVec3::from(position),
-        direction: DVec3::NEG_Y,
-        color: Vec3::ONE,
-        intensity: 60.0,
-        range: 14.0,
-        properties: vec!["cast_shadow".into()],
-        angular_diameter: 0.0,
-        radius: 0.0,
-        priority: 1.0,
-    }
+    Light::new(name.to_owned(), kind)
+        .position(DVec3::from(position))
+        .intensity(60.0)
+        .range(14.0)
+        .property("cast_shadow")
 }
 
 fn spot(name: &str, position: [f64; 3]) -> Light {
@@ -58,7 +50,7 @@ fn lamp(name: &str, position: [f64; 3]) -> Light {
 
 /// A scene in other light.
 fn lit_by(scene: &Scene, lights: Vec<Light>) -> FrameInput {
-    FrameInput { lights, ..scene.frame_input(160.0 / 120.0, 0.0) }
+    scene.frame_input(160.0 / 120.0, 0.0).lights(lights)
 }
 
 /// The lights of a scene.
@@ -208,10 +200,10 @@ fn unusable_lights_and_cameras_change_no_pixel_to_something_that_is_none() {
     let mut host = Host::new(&gpu, &outcome, &scene);
     let plain = host.picture(&lit_by(&scene, lights_of(&scene)));
     let mut lights = lights_of(&scene);
-    lights.push(Light { position: DVec3::NAN, ..lamp("nowhere", [0.0; 3]) });
-    lights.push(Light { direction: DVec3::ZERO, ..spot("nothing", [0.0; 3]) });
-    lights.push(Light { range: 0.0, ..lamp("short", [0.0, 2.0, 4.0]) });
-    lights.push(Light { intensity: f32::NAN, ..lamp("nan", [0.0, 2.0, 4.0]) });
+    lights.push(lamp("nowhere", [0.0; 3]).position(DVec3::NAN));
+    lights.push(spot("nothing", [0.0; 3]).direction(DVec3::ZERO));
+    lights.push(lamp("short", [0.0, 2.0, 4.0]).range(0.0));
+    lights.push(lamp("nan", [0.0, 2.0, 4.0]).intensity(f32::NAN));
     let with = host.picture(&lit_by(&scene, lights));
     assert_eq!(plain.differing(&with, 0), 0);
     for kind in [
@@ -219,10 +211,8 @@ fn unusable_lights_and_cameras_change_no_pixel_to_something_that_is_none() {
         LightKind::Spot { inner_angle: 1.0, outer_angle: std::f32::consts::PI },
         LightKind::Spot { inner_angle: f32::NAN, outer_angle: f32::NAN },
     ] {
-        let lights = vec![
-            light("odd", kind, [0.0, 2.0, 1.0]),
-            Light { range: f32::INFINITY, ..lamp("far", [0.0, 2.0, 1.0]) },
-        ];
+        let lights =
+            vec![light("odd", kind, [0.0, 2.0, 1.0]), lamp("far", [0.0, 2.0, 1.0]).range(f32::INFINITY)];
         let picture = host.picture(&lit_by(&scene, lights));
         assert!(picture.rgba_pixels().all(|pixel| pixel[3] == 255), "{kind:?}");
     }
@@ -252,8 +242,8 @@ fn wide_filters_see_nothing_of_the_neighbouring_tile() {
         );
         // The neighbour shines on nothing, since it has no color; its tile is full of blockers, or empty.
         let picture = |direction: DVec3| {
-            let dark = Light { color: Vec3::ZERO, direction, ..spot("dark", [-0.3, 1.6, -0.6]) };
-            let lights = vec![spot("a", [0.6, 2.6, 0.6]), dark.clone(), Light { name: "z".into(), ..dark }];
+            let dark = |name| spot(name, [-0.3, 1.6, -0.6]).color(Vec3::ZERO).direction(direction);
+            let lights = vec![spot("a", [0.6, 2.6, 0.6]), dark("dark"), dark("z")];
             Host::new(&gpu, &outcome, &scene).picture(&lit_by(&scene, lights))
         };
         let (full, empty) = (picture(DVec3::NEG_Y), picture(DVec3::Y));
@@ -371,9 +361,9 @@ fn lights_beyond_the_capacity_and_bounded_filters_are_notices() {
     );
     let mut lights: Vec<Light> =
         (0..8).map(|at| lamp(&format!("lamp {at}"), [at as f64 * 0.5 - 2.0, 2.0, 0.0])).collect();
-    lights.push(Light { priority: 8.0, ..spot("spot", [0.0, 2.0, 0.0]) });
-    let sun = Light { priority: 9.0, ..light("sun", LightKind::Directional, [0.0; 3]) };
-    lights.push(Light { direction: DVec3::new(0.2, -1.0, 0.1).normalize(), ..sun });
+    lights.push(spot("spot", [0.0, 2.0, 0.0]).priority(8.0));
+    let sun = light("sun", LightKind::Directional, [0.0; 3]).priority(9.0);
+    lights.push(sun.direction(DVec3::new(0.2, -1.0, 0.1).normalize()));
     let mut host = Host::new(&gpu, &outcome, &scene);
     host.picture(&lit_by(&scene, lights));
     let notices = host.notices().join("\n");

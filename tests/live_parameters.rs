@@ -77,7 +77,7 @@ impl Drawn<'_> {
         let imports: Vec<_> = textures.iter().map(|(name, texture)| (*name, texture)).collect();
         executor.reset_history();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let frame = Frame { input: self.input, draws: Some(self.scene), imports: &imports, toggles: &[] };
+        let frame = Frame::new(self.input).draws(self.scene).imports(&imports);
         executor.record(&mut encoder, &frame).unwrap_or_else(|diagnostics| panic!("{diagnostics:?}"));
         self.gpu.queue.submit([encoder.finish()]);
         read(self.gpu, &textures["target"])
@@ -223,8 +223,9 @@ fn values_are_refused_as_at_load_and_the_next_frame_has_those_before() {
     let input = common::gpu::empty_frame();
     let record = |executor: &mut Executor| {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let frame = Frame { input: &input, draws: None, imports: &[("target", &target)], toggles: &[] };
-        let result = executor.record(&mut encoder, &frame).map_err(|diagnostics| format!("{diagnostics:?}"));
+        let result = executor
+            .record(&mut encoder, &Frame::new(&input).imports(&[("target", &target)]))
+            .map_err(|diagnostics| format!("{diagnostics:?}"));
         gpu.queue.submit([encoder.finish()]);
         result.map(|()| read(&gpu, &target).bytes()[..4].to_vec())
     };
@@ -288,8 +289,9 @@ fn a_live_parameter_reaches_a_pass_of_a_subgraph() {
     let input = common::gpu::empty_frame();
     let record = |executor: &mut Executor| {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let frame = Frame { input: &input, draws: None, imports: &[("target", &target)], toggles: &[] };
-        let result = executor.record(&mut encoder, &frame).map_err(|diagnostics| format!("{diagnostics:?}"));
+        let result = executor
+            .record(&mut encoder, &Frame::new(&input).imports(&[("target", &target)]))
+            .map_err(|diagnostics| format!("{diagnostics:?}"));
         gpu.queue.submit([encoder.finish()]);
         result.map(|()| read(&gpu, &target).bytes()[..4].to_vec())
     };

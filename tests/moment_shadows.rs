@@ -7,7 +7,7 @@ mod common;
 use common::gpu::{Host, scene};
 use common::{Outcome, With, check_file, check_with, root, with_small_maps};
 use glam::{DVec3, Vec3};
-use umbragraph::frame::{FrameInput, Light, LightKind};
+use umbragraph::frame::{Light, LightKind};
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::property;
 use umbragraph_test_support::truth::{self, BandScore, TruthScene};
@@ -141,19 +141,11 @@ fn moments_have_the_first_format_that_shaders_can_write_and_else_there_is_a_find
 }
 
 fn spot(name: &str, position: [f64; 3]) -> Light {
-    Light {
-        name: name.to_owned().into(),
-        kind: LightKind::Spot { inner_angle: 0.5, outer_angle: 0.7 },
-        position: DVec3::from(position),
-        direction: DVec3::NEG_Y,
-        color: Vec3::ONE,
-        intensity: 60.0,
-        range: 14.0,
-        properties: vec!["cast_shadow".into()],
-        angular_diameter: 0.0,
-        radius: 0.0,
-        priority: 1.0,
-    }
+    Light::new(name.to_owned(), LightKind::Spot { inner_angle: 0.5, outer_angle: 0.7 })
+        .position(DVec3::from(position))
+        .intensity(60.0)
+        .range(14.0)
+        .property("cast_shadow")
 }
 
 #[test]
@@ -167,10 +159,9 @@ fn a_blur_as_wide_as_can_be_brings_nothing_from_the_neighbouring_tile() {
             let outcome = awsm(&parameters, &features, [160, 120]);
             // The neighbour shines on nothing, since it has no color; its tile is full of blockers, or empty.
             let picture = |direction: DVec3| {
-                let dark = Light { color: Vec3::ZERO, direction, ..spot("dark", [-0.3, 1.6, -0.6]) };
-                let lights =
-                    vec![spot("a", [0.6, 2.6, 0.6]), dark.clone(), Light { name: "z".into(), ..dark }];
-                let input = FrameInput { lights, ..scene.frame_input(160.0 / 120.0, 0.0) };
+                let dark = |name| spot(name, [-0.3, 1.6, -0.6]).color(Vec3::ZERO).direction(direction);
+                let lights = vec![spot("a", [0.6, 2.6, 0.6]), dark("dark"), dark("z")];
+                let input = scene.frame_input(160.0 / 120.0, 0.0).lights(lights);
                 Host::new(&gpu, &outcome, &scene).picture(&input)
             };
             let (full, empty) = (picture(DVec3::NEG_Y), picture(DVec3::Y));

@@ -119,8 +119,7 @@ fn run(gpu: &Gpu, size: [u32; 3], resources: &str, passes: &str) -> Texels {
     let seen = import(gpu, outcome.plan(), "seen");
     let mut executor = executor(gpu, outcome.plan(), None);
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let frame = Frame { input: &empty_frame(), draws: None, imports: &[("seen", &seen)], toggles: &[] };
-    executor.record(&mut encoder, &frame).expect("a record");
+    executor.record(&mut encoder, &Frame::new(&empty_frame()).imports(&[("seen", &seen)])).expect("a record");
     gpu.queue.submit([encoder.finish()]);
     pollster::block_on(read_back(&gpu.device, &gpu.queue, &seen)).expect("texels")
 }

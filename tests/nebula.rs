@@ -186,9 +186,9 @@ fn a_frame_without_a_light_is_lit_also_between_frames_with_one() {
     let mut executor = executor(&gpu, outcome.plan(), Some(&resources));
     let mut record = |frame: &FrameInput| {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let frame =
-            Frame { input: frame, draws: Some(&resources), imports: &[("target", &target)], toggles: &[] };
-        executor.record(&mut encoder, &frame).unwrap();
+        executor
+            .record(&mut encoder, &Frame::new(frame).draws(&resources).imports(&[("target", &target)]))
+            .unwrap();
         gpu.queue.submit([encoder.finish()]);
         shadowed(&read(&gpu, &target))
     };

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use dominoes::{Dominoes, GEOMETRY, interface};
-use glam::{DMat3, DQuat, DVec3, Vec3};
+use glam::{DMat3, DQuat, DVec3};
 use umbragraph::draw::{HostInterface, HostSlotKind};
 use umbragraph::frame::{Camera, FrameInput, Light, LightKind, Projection};
 use umbragraph::{Error, Executor, Frame, Library, Options, Plan};
@@ -30,32 +30,19 @@ fn frame() -> FrameInput {
     let (eye, middle) = (DVec3::new(1.2, 4.6, 6.2), DVec3::new(0.3, 0.0, 0.3));
     let back = (eye - middle).normalize();
     let right = DVec3::Y.cross(back).normalize();
-    let sun = Light {
-        name: "sun".into(),
-        kind: LightKind::Directional,
-        position: DVec3::ZERO,
-        direction: DVec3::new(-0.8, -0.7, -0.35).normalize(),
-        color: Vec3::ONE,
-        intensity: 4.0,
-        range: f32::INFINITY,
-        properties: vec!["cast_shadow".into()],
-        angular_diameter: 0.0,
-        radius: 0.0,
-        priority: 1.0,
-    };
-    FrameInput {
-        camera: Camera {
-            position: eye,
-            rotation: DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back)),
-            projection: Projection::Perspective { vertical_fov: 0.8, near: 0.1, far: 40.0 },
-            aspect: f64::from(SIZE[0]) / f64::from(SIZE[1]),
-        },
-        lights: vec![sun],
-        filter_bounds: vec![("casters".into(), Dominoes::bounds())],
-        scene_bounds: Dominoes::bounds(),
-        time: 0.0,
-        index: 0,
-    }
+    let sun = Light::new("sun", LightKind::Directional)
+        .direction(DVec3::new(-0.8, -0.7, -0.35).normalize())
+        .intensity(4.0)
+        .property("cast_shadow");
+    FrameInput::new(Camera::new(
+        eye,
+        DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back)),
+        Projection::Perspective { vertical_fov: 0.8, near: 0.1, far: 40.0 },
+        f64::from(SIZE[0]) / f64::from(SIZE[1]),
+    ))
+    .lights(vec![sun])
+    .filter_bounds("casters", Dominoes::bounds())
+    .scene_bounds(Dominoes::bounds())
 }
 
 /// The brightness of the pixel that shows a point of the world.
@@ -77,9 +64,10 @@ fn an_application_of_its_own_draws_its_meshes_with_the_shadows_of_a_pipeline_it_
     let mut executor = Executor::new(&gpu.device, &gpu.queue, plan, Some(&meshes))
         .unwrap_or_else(|diagnostics| panic!("{diagnostics:?}"));
     let input = frame();
-    let frame = Frame { input: &input, draws: Some(&meshes), imports: &[("target", &target)], toggles: &[] };
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    executor.record(&mut encoder, &frame).unwrap_or_else(|diagnostics| panic!("{diagnostics:?}"));
+    executor
+        .record(&mut encoder, &Frame::new(&input).draws(&meshes).imports(&[("target", &target)]))
+        .unwrap_or_else(|diagnostics| panic!("{diagnostics:?}"));
     gpu.queue.submit([encoder.finish()]);
     let picture = common::gpu::read(&gpu, &target);
 

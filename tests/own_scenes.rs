@@ -196,7 +196,7 @@ fn filters_agree_with_rays(name: &str, lights: &[&str]) {
         let outcome = check_file("pipelines/awsm.json", &with);
         let mut host = Host::new(&gpu, &outcome, &scene);
         for (light, points) in &sets {
-            let picture = host.picture(&FrameInput { lights: vec![(*light).clone()], ..input.clone() });
+            let picture = host.picture(&input.clone().lights(vec![(*light).clone()]));
             let value = |point: &Point| value_in(&picture, point);
             let agree = points.iter().filter(|point| (value(point) >= 128) == point.is_lit).count();
             let whole = |point: &&Point| if point.is_lit { value(point) >= 250 } else { value(point) <= 5 };
@@ -226,7 +226,7 @@ fn what_light_grazes_does_not_shadow_itself() {
     let all = input(&scene, 0.0);
     // It shines along the ceiling.
     let light = all.lights.iter().find(|light| light.name == "stair spot").expect("the light");
-    let input = FrameInput { lights: vec![light.clone()], ..all.clone() };
+    let input = all.clone().lights(vec![light.clone()]);
     let rays = Rays::new(&scene, &scene.pose(0.0));
     let mut points = points_in_view((&scene, &rays), &input, light, 6, (0.3, 8), 0.02..0.2);
     points.retain(|point| point.is_lit);

@@ -10,7 +10,7 @@ mod common;
 
 use common::gpu::Host;
 use common::{Outcome, With, check_file};
-use glam::{DMat3, DQuat, DVec3, Vec3};
+use glam::{DMat3, DQuat, DVec3};
 use serde_json::json;
 use umbragraph::frame::{Camera, FrameInput, Light, LightKind, Projection};
 use umbragraph::scene::{NoFiles, Scene, from_slice};
@@ -76,19 +76,13 @@ fn edge(height: f64) -> Scene {
 }
 
 fn light(kind: LightKind) -> Light {
-    Light {
-        name: "light".into(),
-        kind,
-        position: DVec3::new(0.0, LAMP, 0.0),
-        direction: DVec3::NEG_Y,
-        color: Vec3::ONE,
-        intensity: 10.0,
-        range: 20.0,
-        properties: vec!["cast_shadow".into()],
-        angular_diameter: (ANGLE as f32).to_radians(),
-        radius: RADIUS as f32,
-        priority: 1.0,
-    }
+    Light::new("light", kind)
+        .position(DVec3::new(0.0, LAMP, 0.0))
+        .intensity(10.0)
+        .range(20.0)
+        .property("cast_shadow")
+        .angular_diameter((ANGLE as f32).to_radians())
+        .radius(RADIUS as f32)
 }
 
 /// Half the width of the penumbra of the edge.
@@ -106,8 +100,8 @@ fn frame(scene: &Scene, light: Light) -> FrameInput {
     let right = DVec3::Y.cross(back).normalize();
     let rotation = DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back));
     let projection = Projection::Perspective { vertical_fov: 0.3, near: 0.1, far: 50.0 };
-    let camera = Camera { position, rotation, projection, aspect: 1.5 };
-    FrameInput { camera, lights: vec![light], ..scene.frame_input(1.5, 0.0) }
+    let camera = Camera::new(position, rotation, projection, 1.5);
+    scene.frame_input(1.5, 0.0).camera(camera).lights(vec![light])
 }
 
 /// What a pixel of the plane shows: x, the distance along the view axis, and the visibility.
@@ -272,7 +266,7 @@ fn lights_without_a_size_have_hard_shadows() {
         [LightKind::Directional, LightKind::Spot { inner_angle: 0.5, outer_angle: 0.7 }, LightKind::Point]
     {
         for size in [0.0, -1.0, f32::NAN] {
-            let without = Light { angular_diameter: size, radius: size, ..light(kind) };
+            let without = light(kind).angular_diameter(size).radius(size);
             let input = frame(&scene, without);
             let picture = Host::new(&gpu, &pcss(&[]), &scene).picture(&input);
             let grey = picture.rgba_pixels().filter(|pixel| !matches!(pixel[0], 0 | 255)).count();
@@ -295,7 +289,7 @@ fn whatever_size_a_light_has_visibility_is_a_number() {
         // Larger than the scene; and so that receivers stand within the light.
         for (size, height) in [(1e30, LAMP), (f32::INFINITY, LAMP), (3.0, 0.05), (0.5, 0.0)] {
             let position = DVec3::new(0.0, height, 0.0);
-            let large = Light { angular_diameter: size, radius: size, position, ..light(kind) };
+            let large = light(kind).angular_diameter(size).radius(size).position(position);
             let input = frame(&scene, large);
             let picture = Host::new(&gpu, &outcome, &scene).picture(&input);
             // What is no number would be written as 0, and nothing of this picture is in the full shadow of such lights
@@ -316,7 +310,7 @@ fn each_light_says_how_hard_its_shadows_are() {
     {
         // The pixels that are neither lit nor dark.
         let grey = |word: &'static str, priority: f32, size: f32| {
-            let mut light = Light { priority, angular_diameter: size, radius: size, ..light(kind) };
+            let mut light = light(kind).priority(priority).angular_diameter(size).radius(size);
             light.properties.push(word.into());
             let input = frame(&scene, light);
             let picture = Host::new(&gpu, &outcome, &scene).picture(&input);

@@ -468,9 +468,10 @@ fn random_pipelines_are_drawn_without_an_error_and_every_texel_is_a_number() {
         let mut executor = executor(&gpu, plan, None);
         let textures = imports(&gpu, plan);
         let imports: Vec<_> = textures.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
-        let frame = Frame { input: &empty_frame(), draws: None, imports: &imports, toggles: &[] };
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        executor.record(&mut encoder, &frame).unwrap_or_else(|said| panic!("{said:?}\n{}", describe(&case)));
+        executor
+            .record(&mut encoder, &Frame::new(&empty_frame()).imports(&imports))
+            .unwrap_or_else(|said| panic!("{said:?}\n{}", describe(&case)));
         gpu.queue.submit([encoder.finish()]);
         let error = pollster::block_on(scope.pop());
         assert!(error.is_none(), "{error:?}\n{}", describe(&case));

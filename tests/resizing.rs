@@ -41,19 +41,19 @@ fn compare(name: &str) -> usize {
         |change: fn(u32) -> u32| sizes.iter().map(|(name, size)| (name.clone(), change(*size))).collect();
     let mut compared = 0;
     for objective in Objective::ALL {
-        let options = PlanOptions { objective, ..PlanOptions::new(640, 480) };
+        let options = PlanOptions::new(640, 480).objective(objective);
         let scratch = |options: &PlanOptions| {
             let mut diagnostics = Diagnostics::new();
             plan(pipeline, graph, options, &outcome.sources, &mut diagnostics).ok_or(diagnostics)
         };
         let first = scratch(&options).unwrap_or_else(|diagnostics| panic!("{name}: {diagnostics:#?}"));
         let others = [
-            PlanOptions { viewport: [641, 479], ..options.clone() },
-            PlanOptions { viewport: [1, 1], ..options.clone() },
-            PlanOptions { viewport: [1920, 1080], data_sizes: data(|size| size * 2), ..options.clone() },
-            PlanOptions { data_sizes: data(|size| size + 1), ..options.clone() },
-            PlanOptions { data_sizes: data(|_| 0), ..options.clone() },
-            PlanOptions { aliasing: false, ..options.clone() },
+            options.clone().viewport([641, 479]),
+            options.clone().viewport([1, 1]),
+            options.clone().viewport([1920, 1080]).data_sizes(data(|size| size * 2)),
+            options.clone().data_sizes(data(|size| size + 1)),
+            options.clone().data_sizes(data(|_| 0)),
+            options.clone().aliasing(false),
         ];
         for options in &others {
             match (first.resized(graph, options, &outcome.sources), scratch(options)) {

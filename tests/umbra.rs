@@ -142,7 +142,7 @@ fn camera(state: &mut u64, input: &FrameInput) -> Camera {
             far: if random() < 0.5 { 200.0 } else { 1e5 },
         },
     };
-    Camera { position, rotation, projection, ..input.camera }
+    input.camera.position(position).rotation(rotation).projection(projection)
 }
 
 /// Of 200 cuts: after each the first frame is that of a run that has seen nothing else.
@@ -158,7 +158,7 @@ fn the_first_frame_after_a_cut_is_that_of_a_fresh_run() {
     let cameras: Vec<Camera> = (0..200).map(|_| camera(&mut state, &input)).collect();
     let mut shadowed = 0;
     for camera in property::part(cameras, 40) {
-        let cut = FrameInput { camera, ..input.clone() };
+        let cut = input.clone().camera(camera);
         assert!(!running.frame(&cut), "sizes that change");
         let picture = read(&gpu, &running.target);
         let fresh = Host::new(&gpu, &outcome, &scene).picture(&cut);
@@ -187,12 +187,12 @@ fn the_first_frame_after_a_walk_out_of_a_wall_is_that_of_a_fresh_run() {
         let back = before.rotation * DVec3::Z;
         // Behind the camera there is a wall not far away, into which it is put; it walks out of it the way it looks.
         let Some(wall) = rays.seen(before.position, back, [0.1, 40.0]) else { continue };
-        let place = |distance: f64| Camera { position: before.position + back * distance, ..before };
+        let place = |distance: f64| before.position(before.position + back * distance);
         walks.push([wall.distance + 0.05, wall.distance - 0.02, wall.distance - 0.5].map(place));
     }
     for walk in property::part(walks, 50) {
         for camera in walk {
-            let step = FrameInput { camera, ..input.clone() };
+            let step = input.clone().camera(camera);
             assert!(!running.frame(&step), "sizes that change");
             let picture = read(&gpu, &running.target);
             let fresh = Host::new(&gpu, &outcome, &scene).picture(&step);
@@ -209,18 +209,16 @@ fn a_view_of_nothing_or_of_one_depth_is_fitted_too() {
     let outcome = umbra(&[("cascade_side", "512")], &[("light_filter", "\"hard\"")], [96, 54]);
     let input = scene.frame_input(16.0 / 9.0, 0.0);
     let mut host = Host::new(&gpu, &outcome, &scene);
-    let mut term = |camera: Camera| host.picture(&FrameInput { camera, ..input.clone() });
+    let mut term = |camera: Camera| host.picture(&input.clone().camera(camera));
     let up = DQuat::from_rotation_x(1.5);
-    let sky = term(Camera { position: DVec3::new(0.0, 300.0, 0.0), rotation: up, ..input.camera });
+    let sky = term(input.camera.position(DVec3::new(0.0, 300.0, 0.0)).rotation(up));
     assert!(sky.bytes().chunks_exact(4).all(|pixel| pixel[3] == 0), "nothing is hit");
     // Straight down, so that the ground has one depth.
     let down = DQuat::from_mat3(&DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y));
     let projection = Projection::Orthographic { half_height: 0.4, near: 0.0, far: 50.0 };
-    let ground =
-        term(Camera { position: DVec3::new(1.0, 3.0, 9.0), rotation: down, projection, aspect: 16.0 / 9.0 });
+    let ground = term(Camera::new(DVec3::new(1.0, 3.0, 9.0), down, projection, 16.0 / 9.0));
     let rays = Rays::new(&scene, &scene.pose(0.0));
-    let camera =
-        Camera { position: DVec3::new(1.0, 3.0, 9.0), rotation: down, projection, aspect: 16.0 / 9.0 };
+    let camera = Camera::new(DVec3::new(1.0, 3.0, 9.0), down, projection, 16.0 / 9.0);
     let truth = Truth::new(&rays, &camera, [96, 54]);
     let light = truth.light(&input.lights[0]).expect("a usable light");
     let scores = Scores::of(&truth, &light, Rendered::new(ground.bytes()));

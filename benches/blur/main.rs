@@ -108,8 +108,7 @@ impl Form {
     fn frame(&mut self, gpu: &Gpu) -> f64 {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let imports = &[("soft", &self.result)];
-        let frame = Frame { input: &empty_frame(), draws: None, imports, toggles: &[] };
-        self.executor.record(&mut encoder, &frame).expect("a record");
+        self.executor.record(&mut encoder, &Frame::new(&empty_frame()).imports(imports)).expect("a record");
         let start = Instant::now();
         gpu.queue.submit([encoder.finish()]);
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");

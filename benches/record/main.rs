@@ -84,10 +84,11 @@ fn compare(
         .unwrap_or_else(|error| panic!("{error}"));
     let descriptor = wgpu::CommandEncoderDescriptor::default();
     let ours = |executor: &mut Executor| {
-        let frame = Frame { input, draws: Some(source), imports: &[("target", &targets[0])], toggles: &[] };
         let mut encoder = gpu.device.create_command_encoder(&descriptor);
         let start = Instant::now();
-        executor.record(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+        executor
+            .record(&mut encoder, &Frame::new(input).draws(source).imports(&[("target", &targets[0])]))
+            .unwrap_or_else(|error| panic!("{error}"));
         let took = start.elapsed();
         gpu.queue.submit([encoder.finish()]);
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
@@ -163,9 +164,7 @@ fn passes(gpu: &Gpu) {
                 let mut encoder =
                     gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 let start = Instant::now();
-                executor
-                    .record(&mut encoder, &Frame { input: &input, draws: None, imports: &[], toggles: &[] })
-                    .unwrap_or_else(|error| panic!("{error}"));
+                executor.record(&mut encoder, &Frame::new(&input)).unwrap_or_else(|error| panic!("{error}"));
                 let took = start.elapsed();
                 gpu.queue.submit([encoder.finish()]);
                 gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
@@ -272,11 +271,9 @@ impl Boxes {
         );
         let mut sun = Light::directional("sun", [-0.6, -0.7, -0.3], [1.0; 3], 4.0);
         sun.properties.push("cast_shadow".into());
-        FrameInput {
-            lights: vec![sun],
-            scene_bounds: Bounds::between([-reach, -0.2, -reach], [reach, 0.6, reach]),
-            ..FrameInput::new(camera)
-        }
+        FrameInput::new(camera)
+            .lights(vec![sun])
+            .scene_bounds(Bounds::between([-reach, -0.2, -reach], [reach, 0.6, reach]))
     }
 }
 

@@ -347,7 +347,7 @@ impl Session {
 
     /// What the choices say of the plan.
     pub(crate) fn options(choices: &Choices) -> PlanOptions {
-        PlanOptions { objective: choices.objective, ..PlanOptions::new(choices.size[0], choices.size[1]) }
+        PlanOptions::new(choices.size[0], choices.size[1]).objective(choices.objective)
     }
 
     /// Puts the diagnostics in the order in which they are shown, each once.

@@ -127,19 +127,16 @@ fn frame((subject, radius, degrees): &Subject, kind: LightKind) -> FrameInput {
     let position = DVec3::new(2.4, 2.9, 2.6);
     let direction = (DVec3::new(-0.3, 0.5, -0.4) - position).normalize();
     let intensity = if kind == LightKind::Directional { 3.0 } else { 45.0 };
-    let light = Light {
-        name: "lamp".into(),
-        kind,
-        position,
-        direction,
-        color: Vec3::new(1.0, 0.93, 0.82),
-        intensity,
-        range: 20.0,
-        properties: vec!["cast_shadow".into(), "contact_shadow".into()],
-        angular_diameter: degrees.to_radians(),
-        radius: *radius,
-        priority: 1.0,
-    };
+    let light = Light::new("lamp", kind)
+        .position(position)
+        .direction(direction)
+        .color(Vec3::new(1.0, 0.93, 0.82))
+        .intensity(intensity)
+        .range(20.0)
+        .property("cast_shadow")
+        .property("contact_shadow")
+        .angular_diameter(degrees.to_radians())
+        .radius(*radius);
     input.lights = vec![light];
     let (eye, target) = (DVec3::new(-2.9, 1.9, 2.6), DVec3::new(-0.7, 0.55, -0.7));
     input.camera.position = eye;

@@ -43,10 +43,8 @@ fn run(out: &Path) -> Result<(), Box<dyn std::error::Error>> {
         let time = index as f64 * STEP;
         meshes.update(&queue, time);
         let input = frame(time, index);
-        let frame =
-            Frame { input: &input, draws: Some(&meshes), imports: &[("target", &target)], toggles: &[] };
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        executor.record(&mut encoder, &frame)?;
+        executor.record(&mut encoder, &Frame::new(&input).draws(&meshes).imports(&[("target", &target)]))?;
         queue.submit([encoder.finish()]);
     }
     save(&device, &queue, &target, out)
@@ -86,18 +84,14 @@ fn frame(time: f64, index: u64) -> FrameInput {
     let mut sun = Light::directional("sun", [-0.8, -0.7, -0.35], [1.0, 0.92, 0.8], 4.0);
     sun.properties.push("cast_shadow".into());
     let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
-    let camera = Camera {
-        projection: Projection::Perspective { vertical_fov: 0.8, near: 0.1, far: 40.0 },
-        ..Camera::look_at([1.2, 4.6, 6.2], [0.3, 0.0, 0.3], 0.8, aspect)
-    };
-    FrameInput {
-        lights: vec![sun],
-        filter_bounds: vec![("casters".into(), Dominoes::bounds())],
-        scene_bounds: Dominoes::bounds(),
-        time,
-        index,
-        ..FrameInput::new(camera)
-    }
+    let camera = Camera::look_at([1.2, 4.6, 6.2], [0.3, 0.0, 0.3], 0.8, aspect)
+        .projection(Projection::Perspective { vertical_fov: 0.8, near: 0.1, far: 40.0 });
+    FrameInput::new(camera)
+        .lights(vec![sun])
+        .filter_bounds("casters", Dominoes::bounds())
+        .scene_bounds(Dominoes::bounds())
+        .time(time)
+        .index(index)
 }
 
 /// Reads the target back and writes it as a PNG.

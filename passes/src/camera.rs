@@ -324,22 +324,22 @@ impl Lens {
         data.set_f32s("off_center", center);
         data.set_u32("orthographic", u32::from(self.orthographic));
         data.set_u32("reverse", u32::from(reverse));
-        data.push_view(View {
-            clip_from_world: self.clip_from_world(),
-            view_from_world: self.view_from_world,
-            position: self.position,
-            forward: self.rotation * DVec3::NEG_Z,
-            reverse,
-            layer: 0,
-            viewport: None,
-        });
+        data.push_view(
+            View::new(
+                self.clip_from_world(),
+                self.view_from_world,
+                self.position,
+                self.rotation * DVec3::NEG_Z,
+            )
+            .reverse(reverse),
+        );
     }
 }
 
 #[cfg(test)]
 mod tests {
     use glam::{DVec4, Mat4};
-    use umbragraph_pipeline::frame::{Bounds, FrameInput, Projection};
+    use umbragraph_pipeline::frame::{FrameInput, Projection};
 
     use super::*;
 
@@ -348,14 +348,7 @@ mod tests {
     }
 
     fn frames(node: &RunCamera, state: &mut Frames, camera: FrameCamera, index: u64) -> BlackboardData {
-        let frame = FrameInput {
-            camera,
-            lights: Vec::new(),
-            filter_bounds: Vec::new(),
-            scene_bounds: Bounds::EMPTY,
-            time: f64::NAN,
-            index,
-        };
+        let frame = FrameInput::new(camera).time(f64::NAN).index(index);
         let mut data = BlackboardData::new(shape());
         node.run(state, &CpuContext { frame: &frame, viewport: [640, 400], inputs: &[] }, &mut data);
         assert_eq!(data.rejected(), None);
@@ -371,12 +364,12 @@ mod tests {
     }
 
     fn tilted(projection: Projection) -> FrameCamera {
-        FrameCamera {
-            position: DVec3::new(3.0, 2.0, -7.0),
-            rotation: DQuat::from_rotation_y(0.7) * DQuat::from_rotation_x(-0.3),
+        FrameCamera::new(
+            DVec3::new(3.0, 2.0, -7.0),
+            DQuat::from_rotation_y(0.7) * DQuat::from_rotation_x(-0.3),
             projection,
-            aspect: 1.6,
-        }
+            1.6,
+        )
     }
 
     const PERSPECTIVE: Projection = Projection::Perspective { vertical_fov: 1.0, near: 0.5, far: 200.0 };
@@ -422,19 +415,13 @@ mod tests {
     fn an_unusable_camera_is_the_identity_and_finite() {
         let fine = tilted(PERSPECTIVE);
         let broken = [
-            FrameCamera { position: DVec3::NAN, ..fine },
-            FrameCamera { position: DVec3::splat(1e300), ..fine },
-            FrameCamera { rotation: DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), ..fine },
-            FrameCamera { aspect: 0.0, ..fine },
-            FrameCamera { aspect: f64::MIN_POSITIVE, ..fine },
-            FrameCamera {
-                projection: Projection::Perspective { vertical_fov: 1.0, near: 1.0, far: 1.0 },
-                ..fine
-            },
-            FrameCamera {
-                projection: Projection::Perspective { vertical_fov: 1.0, near: 1e-300, far: 1e300 },
-                ..fine
-            },
+            fine.position(DVec3::NAN),
+            fine.position(DVec3::splat(1e300)),
+            fine.rotation(DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0)),
+            FrameCamera::new(fine.position, fine.rotation, fine.projection, 0.0),
+            FrameCamera::new(fine.position, fine.rotation, fine.projection, f64::MIN_POSITIVE),
+            fine.projection(Projection::Perspective { vertical_fov: 1.0, near: 1.0, far: 1.0 }),
+            fine.projection(Projection::Perspective { vertical_fov: 1.0, near: 1e-300, far: 1e300 }),
         ];
         for camera in broken {
             let data = run(camera, true);
@@ -461,7 +448,7 @@ mod tests {
     fn the_frame_before_is_the_last_of_another_index() {
         let node = RunCamera { setting: None, reverse: false, jitter: 0 };
         let mut state = Frames::default();
-        let camera = |x: f64| FrameCamera { position: DVec3::new(x, 0.0, 0.0), ..tilted(PERSPECTIVE) };
+        let camera = |x: f64| tilted(PERSPECTIVE).position(DVec3::new(x, 0.0, 0.0));
         let before = |data: &BlackboardData| floats(data, "previous_position")[0];
         assert_eq!(before(&frames(&node, &mut state, camera(1.0), 7)), 1.0);
         assert_eq!(before(&frames(&node, &mut state, camera(2.0), 8)), 1.0);
@@ -477,12 +464,10 @@ mod tests {
         let mut state = Frames::default();
         // Far from the origin, where 32 bits have no centimetres.
         let at = DVec3::new(4e6, 0.0, -4e6);
-        let first = FrameCamera { position: at, ..tilted(PERSPECTIVE) };
-        let second = FrameCamera {
-            position: at + DVec3::new(0.3, 0.1, 0.0),
-            rotation: first.rotation * DQuat::from_rotation_y(0.02),
-            ..first
-        };
+        let first = tilted(PERSPECTIVE).position(at);
+        let second = first
+            .position(at + DVec3::new(0.3, 0.1, 0.0))
+            .rotation(first.rotation * DQuat::from_rotation_y(0.02));
         frames(&node, &mut state, first, 0);
         let data = frames(&node, &mut state, second, 1);
         let jitter = floats(&data, "jitter");

@@ -194,40 +194,28 @@ pub fn sphere(light: &Light) -> Option<(DVec3, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use glam::{DQuat, Vec3};
+    use glam::DQuat;
     use proptest::prelude::*;
     use umbragraph_test_support::property;
 
     use super::*;
 
     fn camera() -> Camera {
-        Camera {
-            position: DVec3::new(1.0, 2.0, 3.0),
-            rotation: DQuat::from_rotation_y(0.4),
-            projection: Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 },
-            aspect: 1.6,
-        }
+        Camera::new(
+            DVec3::new(1.0, 2.0, 3.0),
+            DQuat::from_rotation_y(0.4),
+            Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 },
+            1.6,
+        )
     }
 
     fn lamp() -> Light {
-        Light {
-            name: "lamp".into(),
-            kind: LightKind::Point,
-            position: DVec3::ZERO,
-            direction: DVec3::NEG_Y,
-            color: Vec3::ONE,
-            intensity: 100.0,
-            range: 5.0,
-            properties: vec!["cast_shadow".into()],
-            angular_diameter: 0.0,
-            radius: 0.0,
-            priority: 1.0,
-        }
+        Light::new("lamp", LightKind::Point).intensity(100.0).range(5.0).property("cast_shadow")
     }
 
     /// A lamp at a place of the camera's own space.
     fn seen_at(place: DVec3, range: f32) -> Light {
-        Light { position: camera().position + camera().rotation * place, range, ..lamp() }
+        lamp().position(camera().position + camera().rotation * place).range(range)
     }
 
     proptest! {
@@ -273,12 +261,13 @@ mod tests {
             };
             let (range, intensity, priority) = (range as f32, intensity as f32, priority as f32);
             let direction = DVec3::new(dx, dy, dz).normalize_or(DVec3::NEG_Y);
-            let light = Light { kind, position: DVec3::new(x, y, z), direction, range, intensity, priority, ..lamp() };
+            let light = Light::new("lamp", kind).position([x, y, z]).direction(direction).range(range);
+            let light = light.intensity(intensity).priority(priority);
             let importance = Importance::of(&light, &camera());
             prop_assert!(importance.value().is_finite() && importance.value() >= 0.0);
             prop_assert!((0.0..=1.0).contains(&importance.coverage) && (0.0..=1.0).contains(&importance.proximity));
             prop_assert!(importance.texels(2048) <= 2048);
-            let broken = Camera { position: DVec3::new(x, y, z), aspect: range.into(), ..camera() };
+            let broken = Camera::new([x, y, z], camera().rotation, camera().projection, range.into());
             prop_assert!(Importance::of(&light, &broken).value().is_finite());
         }
     }
@@ -321,12 +310,12 @@ mod tests {
         let value = |light: Light| Importance::of(&light, &camera()).value();
         let plain = seen_at(DVec3::new(0.0, 0.0, -20.0), 4.0);
         assert!(value(plain.clone()) > value(seen_at(DVec3::new(0.0, 0.0, -40.0), 4.0)));
-        assert!(value(Light { intensity: 200.0, ..plain.clone() }) > value(plain.clone()));
-        assert_eq!(value(Light { priority: 2.0, ..plain.clone() }), 2.0 * value(plain.clone()));
-        assert_eq!(value(Light { priority: f32::NAN, ..plain.clone() }), 0.0);
+        assert!(value(plain.clone().intensity(200.0)) > value(plain.clone()));
+        assert_eq!(value(plain.clone().priority(2.0)), 2.0 * value(plain.clone()));
+        assert_eq!(value(plain.clone().priority(f32::NAN)), 0.0);
         let texels = |light: Light| Importance::of(&light, &camera()).texels(2048);
-        assert_eq!(texels(Light { intensity: 1e6, ..plain.clone() }), texels(plain));
-        assert_eq!(texels(Light { kind: LightKind::Directional, ..lamp() }), 2048);
+        assert_eq!(texels(plain.clone().intensity(1e6)), texels(plain));
+        assert_eq!(texels(Light::new("sun", LightKind::Directional)), 2048);
     }
 
     #[test]
@@ -345,8 +334,8 @@ mod tests {
         for (angle, radius) in
             [(0.0f64, 2.5), (0.6, 2.5 / 0.6f64.cos()), (1.2, 5.0 * 1.2f64.sin()), (3.1, 5.0)]
         {
-            let spot =
-                Light { kind: LightKind::Spot { inner_angle: 0.0, outer_angle: angle as f32 }, ..lamp() };
+            let spot = Light::new("spot", LightKind::Spot { inner_angle: 0.0, outer_angle: angle as f32 })
+                .range(5.0);
             let (center, found) = sphere(&spot).unwrap();
             assert!((found - radius).abs() < 1e-6, "{angle}");
             // The tip, and a point on the rim.

@@ -8,7 +8,7 @@
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_pipeline::data::{BlackboardData, DataShape, View as DrawnView};
+use umbragraph_pipeline::data::{BlackboardData, DataShape};
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
@@ -60,7 +60,7 @@ impl CpuNode for OneView {
         let Some(input) = context.inputs.first() else { return };
         let at = self.index as usize;
         if let Some((view, cadence)) = input.views().get(at).zip(input.cadences().get(at)) {
-            data.push_view_every(DrawnView { layer: 0, ..*view }, *cadence);
+            data.push_view_every(view.layer(0), *cadence);
         }
     }
 }

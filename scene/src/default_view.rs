@@ -4,7 +4,7 @@
 //! around the scene's bounds whole, in height and in width. The sun comes over the viewer's left shoulder, so that
 //! shadows fall to the right and away. Neither depends on anything but the bounds and the picture's aspect ratio.
 
-use glam::{DMat3, DQuat, DVec3, Vec3};
+use glam::{DMat3, DQuat, DVec3};
 use umbragraph_pipeline::frame::{Bounds, Camera, Light, LightKind, Projection};
 
 /// The vertical field of view of the default camera, in radians (40°).
@@ -26,33 +26,26 @@ pub fn camera(bounds: &Bounds, aspect: f64) -> Camera {
     let back = TOWARDS_CAMERA.normalize();
     let right = DVec3::Y.cross(back).normalize();
     let rotation = DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back)).normalize();
-    Camera {
-        position: center + back * distance,
+    Camera::new(
+        center + back * distance,
         rotation,
-        projection: Projection::Perspective {
+        Projection::Perspective {
             vertical_fov: VERTICAL_FOV,
             near: (distance - radius).max(distance * 1e-3) * 0.5,
             far: (distance + radius) * 1.01,
         },
         aspect,
-    }
+    )
 }
 
 /// A directional light of three lux, the brightness at which a white surface that faces it fills the picture's range.
 pub fn sun() -> Light {
-    Light {
-        name: "sun".into(),
-        kind: LightKind::Directional,
-        position: DVec3::ZERO,
-        direction: -TOWARDS_SUN.normalize(),
-        color: Vec3::ONE,
-        intensity: 3.0,
-        range: f32::INFINITY,
-        properties: vec!["cast_shadow".into(), "contact_shadow".into()],
-        angular_diameter: 0.53_f32.to_radians(),
-        radius: 0.0,
-        priority: 1.0,
-    }
+    Light::new("sun", LightKind::Directional)
+        .direction(-TOWARDS_SUN.normalize())
+        .intensity(3.0)
+        .property("cast_shadow")
+        .property("contact_shadow")
+        .angular_diameter(0.53_f32.to_radians())
 }
 
 #[cfg(test)]

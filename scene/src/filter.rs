@@ -62,5 +62,5 @@ pub fn left_out(scene: &Scene, plan: &Plan) -> Option<Diagnostic> {
     );
     let diagnostic = Diagnostic::in_file(codes::LEFT_OUT, &*scene.name, "", message)
         .help("add a pass that blends over the opaque ones, or use a pipeline that has one");
-    Some(Diagnostic { severity: Severity::Warning, ..diagnostic })
+    Some(diagnostic.severity(Severity::Warning))
 }

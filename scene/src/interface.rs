@@ -7,9 +7,7 @@
 use bytemuck::{Pod, Zeroable};
 use std::collections::BTreeSet;
 use umbragraph_pipeline::data::ValueType;
-use umbragraph_pipeline::draw::{
-    DOUBLE_SIDED, HostInterface, HostMember, HostSlot, HostSlotKind, HostVertexBuffer, PropertySet,
-};
+use umbragraph_pipeline::draw::{DOUBLE_SIDED, HostInterface, HostSlot, HostVertexBuffer, PropertySet};
 use umbragraph_pipeline::wgpu_types::VertexFormat;
 
 use crate::filter::FILTERS;
@@ -48,14 +46,10 @@ macro_rules! block {
             /// The bytes of the block as WGSL counts them, padding at its end included.
             pub const SIZE: u32 = (std::mem::size_of::<Self>() as u32).next_multiple_of(16);
 
-            /// The members with their types and places.
-            pub fn members() -> Vec<HostMember> {
-                vec![$(HostMember {
-                    name: stringify!($member).to_owned(),
-                    value_type: $value,
-                    offset: std::mem::offset_of!(Self, $member) as u32,
-                    size: std::mem::size_of::<$type>() as u32,
-                }),*]
+            /// The block by a name, with the bytes to the next one.
+            fn slot(name: &str, stride: u32) -> HostSlot {
+                let members = [$((stringify!($member), $value, std::mem::offset_of!(Self, $member) as u32)),*];
+                HostSlot::block(name, stride, members)
             }
         }
     };
@@ -104,26 +98,20 @@ pub fn any_scene() -> HostInterface {
     let stream = |(name, format, stride): (&'static str, VertexFormat, u64)| {
         HostVertexBuffer::new(stride, [(name, format, 0)])
     };
-    let slot = |name: &str, kind: HostSlotKind| HostSlot { name: name.to_owned(), kind };
-    let material =
-        HostSlotKind::Block { members: MaterialBlock::members(), size: MaterialBlock::SIZE, stride: 0 };
-    let object = HostSlotKind::Block {
-        members: ObjectBlock::members(),
-        size: ObjectBlock::SIZE,
-        stride: BLOCK_STRIDE,
-    };
     let interface = STREAMS.into_iter().map(stream).fold(HostInterface::new(), HostInterface::vertices);
     interface
-        .material(slot("material", material))
+        .material(MaterialBlock::slot("material", 0))
         .material(HostSlot::opaque("base_color_texture", "texture_2d<f32>"))
         .material(HostSlot::opaque("base_color_sampler", "sampler"))
-        .object(slot("object", object))
+        .object(ObjectBlock::slot("object", BLOCK_STRIDE))
         .properties(PROPERTIES, (0..1 << PROPERTIES.len()).map(PropertySet))
         .filters(FILTERS)
 }
 
 #[cfg(test)]
 mod tests {
+    use umbragraph_pipeline::draw::{HostMember, HostSlotKind};
+
     use super::*;
 
     /// Where WGSL puts the members of a uniform block, by its rules of alignment.
@@ -144,13 +132,15 @@ mod tests {
 
     #[test]
     fn blocks_lie_in_memory_as_wgsl_reads_them() {
-        for (members, size) in
-            [(MaterialBlock::members(), MaterialBlock::SIZE), (ObjectBlock::members(), ObjectBlock::SIZE)]
+        let interface = any_scene();
+        for (slot, bytes) in
+            [(&interface.material[0], MaterialBlock::SIZE), (&interface.object[0], ObjectBlock::SIZE)]
         {
+            let HostSlotKind::Block { members, size, .. } = &slot.kind else { panic!("{slot:?}") };
+            assert_eq!(*size, bytes);
             let offsets: Vec<u32> = members.iter().map(|member| member.offset).collect();
-            assert_eq!((offsets, size), wgsl_offsets(&members));
-            assert!(members.iter().all(|member| member.size == 4 * member.value_type.words() as u32));
-            assert!(size <= BLOCK_STRIDE);
+            assert_eq!((offsets, bytes), wgsl_offsets(members));
+            assert!(bytes <= BLOCK_STRIDE);
         }
     }
 }

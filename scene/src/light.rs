@@ -11,6 +11,7 @@ use crate::node::NodeId;
 
 /// A light and the node that places it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SceneLight {
     /// The node whose −Z axis is the light's direction.
     pub node: NodeId,
@@ -22,11 +23,8 @@ impl SceneLight {
     /// The light under the world transform of its node. Scale does not matter, as glTF says; where it destroys the
     /// direction (an animated scale of zero), the direction at rest stays.
     pub fn placed(&self, world: &DMat4) -> Light {
-        Light {
-            position: world.w_axis.truncate(),
-            direction: direction(world).unwrap_or(self.light.direction),
-            ..self.light.clone()
-        }
+        let direction = direction(world).unwrap_or(self.light.direction);
+        self.light.clone().position(world.w_axis.truncate()).direction(direction)
     }
 }
 

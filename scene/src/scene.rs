@@ -172,17 +172,18 @@ impl Scene {
             Some(camera) => camera.placed(&pose.world(camera.node), &scene_bounds, aspect),
             None => default_view::camera(&scene_bounds, aspect),
         };
-        FrameInput {
-            camera,
-            lights: self.placed_lights(pose),
-            scene_bounds,
-            filter_bounds: vec![
-                ("casters".into(), self.caster_bounds(pose)),
-                ("static_casters".into(), self.bounds_where(pose, |draw| draw.cast_shadow && !draw.dynamic)),
-                ("dynamic_casters".into(), self.bounds_where(pose, |draw| draw.cast_shadow && draw.dynamic)),
-            ],
-            time,
-            index: 0,
-        }
+        FrameInput::new(camera)
+            .lights(self.placed_lights(pose))
+            .scene_bounds(scene_bounds)
+            .filter_bounds("casters", self.caster_bounds(pose))
+            .filter_bounds(
+                "static_casters",
+                self.bounds_where(pose, |draw| draw.cast_shadow && !draw.dynamic),
+            )
+            .filter_bounds(
+                "dynamic_casters",
+                self.bounds_where(pose, |draw| draw.cast_shadow && draw.dynamic),
+            )
+            .time(time)
     }
 }

@@ -7,6 +7,7 @@ use crate::node::NodeId;
 
 /// A camera and the node that places it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SceneCamera {
     /// The name of the camera, or of its node.
     pub name: String,
@@ -37,7 +38,7 @@ impl SceneCamera {
             }
             other => other,
         };
-        Camera { position, rotation, projection, aspect }
+        Camera::new(position, rotation, projection, aspect)
     }
 }
 

@@ -34,7 +34,7 @@ mod tests {
 
     fn view() -> DMat4 {
         let projection = Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 };
-        let camera = Camera { position: DVec3::ZERO, rotation: DQuat::IDENTITY, projection, aspect: 1.0 };
+        let camera = Camera::new(DVec3::ZERO, DQuat::IDENTITY, projection, 1.0);
         camera.clip(false) * camera.view()
     }
 

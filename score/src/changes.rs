@@ -149,7 +149,7 @@ mod tests {
     fn seen(position: DVec3, turned: f64, value: impl Fn(DVec3) -> f64) -> Seen {
         let projection = Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 };
         let rotation = DQuat::from_rotation_y(turned) * DQuat::from_rotation_x(-0.4);
-        let camera = Camera { position, rotation, projection, aspect: 4.0 / 3.0 };
+        let camera = Camera::new(position, rotation, projection, 4.0 / 3.0);
         let clip_from_world = camera.clip(true) * camera.view();
         let world = clip_from_world.inverse();
         let pixel = |at: u32| {

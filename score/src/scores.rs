@@ -183,6 +183,7 @@ impl Serialize for Errors {
 
 /// The scores of a light, or of several together.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Scores {
     /// Pixels that rays hit.
     pub hit: u64,

@@ -39,20 +39,13 @@ pub fn executor(gpu: &Gpu, plan: &Plan, scene: Option<&SceneResources>) -> Execu
 
 /// A camera that sees nothing in particular, without lights.
 pub fn empty_frame() -> FrameInput {
-    use umbragraph::frame::{Bounds, Camera, Projection};
-    FrameInput {
-        camera: Camera {
-            position: Default::default(),
-            rotation: Default::default(),
-            projection: Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 },
-            aspect: 4.0 / 3.0,
-        },
-        lights: Vec::new(),
-        filter_bounds: Vec::new(),
-        scene_bounds: Bounds::EMPTY,
-        time: 0.0,
-        index: 0,
-    }
+    use umbragraph::frame::{Camera, Projection};
+    FrameInput::new(Camera::new(
+        glam::DVec3::ZERO,
+        Default::default(),
+        Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 },
+        4.0 / 3.0,
+    ))
 }
 
 /// The picture that a pipeline without a scene writes to `target`.
@@ -62,8 +55,9 @@ pub fn picture(gpu: &Gpu, outcome: &Outcome) -> Picture {
     let target = import(gpu, plan, "target");
     let mut executor = executor(gpu, plan, None);
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let frame = Frame { input: &empty_frame(), draws: None, imports: &[("target", &target)], toggles: &[] };
-    executor.record(&mut encoder, &frame).expect("a record");
+    executor
+        .record(&mut encoder, &Frame::new(&empty_frame()).imports(&[("target", &target)]))
+        .expect("a record");
     gpu.queue.submit([encoder.finish()]);
     read(gpu, &target)
 }
@@ -94,8 +88,9 @@ pub fn render_frame(gpu: &Gpu, plan: &Plan, scene: &Scene, input: &FrameInput) -
     let target = import(gpu, plan, "target");
     let mut executor = executor(gpu, plan, Some(&resources));
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let frame = Frame { input, draws: Some(&resources), imports: &[("target", &target)], toggles: &[] };
-    if let Err(diagnostics) = executor.record(&mut encoder, &frame) {
+    if let Err(diagnostics) =
+        executor.record(&mut encoder, &Frame::new(input).draws(&resources).imports(&[("target", &target)]))
+    {
         panic!("{diagnostics:?}");
     }
     gpu.queue.submit([encoder.finish()]);
@@ -132,7 +127,7 @@ impl<'a> Host<'a> {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut imports = vec![("target", &self.target)];
         imports.extend(self.imports.iter().map(|(name, texture)| (*name, texture)));
-        let frame = Frame { input, draws: Some(&self.scene), imports: &imports, toggles: &[] };
+        let frame = Frame::new(input).draws(&self.scene).imports(&imports);
         if let Err(diagnostics) = self.executor.record(&mut encoder, &frame) {
             panic!("{diagnostics:?}");
         }

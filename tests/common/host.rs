@@ -11,51 +11,47 @@ use umbragraph::work::{BoundSlot, Work};
 pub fn sunny_frame() -> FrameInput {
     let bounds =
         Bounds { min: glam::DVec3::new(-300.0, 0.0, -300.0), max: glam::DVec3::new(300.0, 10.0, 300.0) };
-    FrameInput {
-        camera: Camera {
-            position: glam::DVec3::new(3.0, 1.7, 11.0),
-            rotation: glam::DQuat::from_rotation_y(0.4),
-            projection: Projection::Perspective { vertical_fov: 0.9, near: 0.1, far: 1000.0 },
-            aspect: 1.5,
-        },
-        lights: vec![Light {
-            name: "sun".into(),
-            kind: LightKind::Directional,
-            position: glam::DVec3::ZERO,
-            direction: glam::DVec3::new(0.3, -0.8, -0.5).normalize(),
-            color: glam::Vec3::new(1.0, 0.75, 0.5),
-            intensity: 4.0,
-            range: f32::INFINITY,
-            properties: vec!["cast_shadow".into()],
-            angular_diameter: 0.5_f32.to_radians(),
-            radius: 0.0,
-            priority: 1.0,
-        }],
-        filter_bounds: vec![("casters".into(), bounds)],
-        scene_bounds: bounds,
-        time: 0.0,
-        index: 0,
-    }
+    FrameInput::new(Camera::new(
+        glam::DVec3::new(3.0, 1.7, 11.0),
+        glam::DQuat::from_rotation_y(0.4),
+        Projection::Perspective { vertical_fov: 0.9, near: 0.1, far: 1000.0 },
+        1.5,
+    ))
+    .lights(vec![
+        Light::new("sun", LightKind::Directional)
+            .direction(glam::DVec3::new(0.3, -0.8, -0.5).normalize())
+            .color(glam::Vec3::new(1.0, 0.75, 0.5))
+            .intensity(4.0)
+            .property("cast_shadow")
+            .angular_diameter(0.5_f32.to_radians()),
+    ])
+    .filter_bounds("casters", bounds)
+    .scene_bounds(bounds)
+}
+
+/// A light of the colour of the sun.
+fn lamp(name: String, kind: LightKind) -> Light {
+    Light::new(name, kind).color([1.0, 0.75, 0.5]).property("cast_shadow")
+}
+
+/// The same light by another name.
+fn named(mut light: Light, name: String) -> Light {
+    light.name = name.into();
+    light
 }
 
 /// The same place with more lights of every kind than most pipelines have room for.
 pub fn crowded_frame() -> FrameInput {
     let mut frame = sunny_frame();
-    let sun = frame.lights[0].clone();
     // They do not say how large they are seen.
-    let point = Light { angular_diameter: 0.0, ..sun.clone() };
-    frame.lights.extend((1..6).map(|at| Light { name: format!("sun {at}").into(), ..point.clone() }));
+    let point = frame.lights[0].clone().angular_diameter(0.0);
+    frame.lights.extend((1..6).map(|at| named(point.clone(), format!("sun {at}"))));
     let near = frame.camera.position - glam::DVec3::new(1.0, 0.0, 2.0);
     for at in 0..240 {
         let position = near + glam::DVec3::new(0.1 * f64::from(at % 20), 1.0, 0.0);
-        let light = |name: String, kind: LightKind| Light {
-            name: name.into(),
-            kind,
-            position,
-            direction: glam::DVec3::NEG_Y,
-            intensity: 5000.0,
-            range: 30.0,
-            ..sun.clone()
+        let light = |name: String, kind: LightKind| {
+            let light = lamp(name, kind).position(position).intensity(5000.0).range(30.0);
+            light.angular_diameter(0.5_f32.to_radians())
         };
         let spot = LightKind::Spot { inner_angle: 0.4, outer_angle: 0.8 };
         frame.lights.push(light(format!("spot {at}"), spot));
@@ -69,13 +65,14 @@ pub fn crowded_frame() -> FrameInput {
 /// The same place with a spot near by and one far away.
 pub fn quiet_frame() -> FrameInput {
     let mut frame = sunny_frame();
-    let spot = |name: &str, distance: f64| Light {
-        name: name.to_owned().into(),
-        kind: LightKind::Spot { inner_angle: 0.4, outer_angle: 0.8 },
-        position: frame.camera.position + frame.camera.rotation * glam::DVec3::new(0.0, 0.0, -distance),
-        intensity: 500.0,
-        range: 12.0,
-        ..frame.lights[0].clone()
+    let spot = |name: &str, distance: f64| {
+        let ahead = frame.camera.rotation * glam::DVec3::new(0.0, 0.0, -distance);
+        lamp(name.to_owned(), LightKind::Spot { inner_angle: 0.4, outer_angle: 0.8 })
+            .position(frame.camera.position + ahead)
+            .direction(frame.lights[0].direction)
+            .intensity(500.0)
+            .range(12.0)
+            .angular_diameter(0.5_f32.to_radians())
     };
     let spots = [spot("near", 1.0), spot("far", 400.0)];
     frame.lights.extend(spots);

@@ -131,7 +131,7 @@ pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
     }
     let overrides = overrides(&document, with, &mut sources, &mut diagnostics);
     let [width, height] = with.size.unwrap_or([640, 480]);
-    let options = PlanOptions { aliasing: !with.without_aliasing, ..PlanOptions::new(width, height) };
+    let options = PlanOptions::new(width, height).aliasing(!with.without_aliasing);
     let check_options = umbragraph::CheckOptions {
         registry: &umbragraph::registry(),
         templates: &templates,

@@ -7,7 +7,6 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-use umbragraph::frame::FrameInput;
 use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu::Gpu;
 use umbragraph_test_support::image::{Picture, Tolerance};
@@ -444,9 +443,9 @@ impl Case {
         let mut host = Host::new(gpu, outcome, &scene);
         let last = self.frames.saturating_sub(1);
         (0..last).for_each(|index| {
-            host.frame(&FrameInput { index, ..input.clone() });
+            host.frame(&input.clone().index(index));
         });
-        host.picture(&FrameInput { index: last, ..input })
+        host.picture(&input.index(last))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Cameras as engines have them: matrices of any projection, without a far plane, off-centre, moved within a pixel.
 
-use umbragraph::frame::{Camera, FrameInput, Projection};
+use umbragraph::frame::{Camera, Projection};
 use umbragraph::{Executor, Frame, Options};
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::image::Picture;
@@ -27,15 +27,14 @@ impl<'a> Studio<'a> {
     }
 
     fn picture(&mut self, camera: Camera) -> Picture {
-        let input = FrameInput { camera, ..frame(SIZE) };
-        let frame = Frame {
-            input: &input,
-            draws: Some(&self.meshes),
-            imports: &[("target", &self.target)],
-            toggles: &[],
-        };
+        let input = frame(SIZE).camera(camera);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.executor.record(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+        self.executor
+            .record(
+                &mut encoder,
+                &Frame::new(&input).draws(&self.meshes).imports(&[("target", &self.target)]),
+            )
+            .unwrap_or_else(|error| panic!("{error}"));
         assert!(self.executor.warnings().is_empty(), "{:?}", self.executor.warnings());
         self.gpu.queue.submit([encoder.finish()]);
         common::gpu::read(self.gpu, &self.target)
@@ -65,7 +64,7 @@ fn matrices_of_an_engine_show_what_angles_and_planes_show() {
     let camera = frame(SIZE).camera;
     let wanted = studio.picture(camera);
     let endless = Projection::Perspective { vertical_fov: 0.8, near: 0.1, far: f64::INFINITY };
-    let endless = Camera { projection: endless, ..camera };
+    let endless = camera.projection(endless);
     for (what, other) in [
         ("a matrix", from(matrices(&camera, false))),
         ("reversed depth", from(matrices(&camera, true))),

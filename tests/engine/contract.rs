@@ -17,9 +17,10 @@ fn picture(gpu: &Gpu, instanced: bool, options: &Options) -> Picture {
     let made = Executor::new(&gpu.device, &gpu.queue, plan, Some(&meshes));
     let mut executor = made.unwrap_or_else(|error| panic!("{error}"));
     let input = frame(SIZE);
-    let frame = Frame { input: &input, draws: Some(&meshes), imports: &[("target", &target)], toggles: &[] };
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    executor.record(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+    executor
+        .record(&mut encoder, &Frame::new(&input).draws(&meshes).imports(&[("target", &target)]))
+        .unwrap_or_else(|error| panic!("{error}"));
     gpu.queue.submit([encoder.finish()]);
     common::gpu::read(gpu, &target)
 }

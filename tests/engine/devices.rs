@@ -25,7 +25,10 @@ fn record(
     imports: &[(&str, &wgpu::Texture)],
 ) -> Result<(), Error> {
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let result = executor.record(&mut encoder, &Frame { input: &frame(SIZE), draws, imports, toggles: &[] });
+    let input = frame(SIZE);
+    let mut frame = Frame::new(&input).imports(imports);
+    frame.draws = draws;
+    let result = executor.record(&mut encoder, &frame);
     gpu.queue.submit([encoder.finish()]);
     result
 }
@@ -61,10 +64,10 @@ fn on_a_lost_device_nothing_is_made_and_another_goes_on_with_the_same_plan() {
         let mut executor = Executor::new(&gpu.device, &gpu.queue, plan.clone(), Some(&meshes)).unwrap();
         let mut input = frame(SIZE);
         input.lights.push(Light::point("lamp", [0.0, 3.0, 0.0], [1.0; 3], 10.0));
-        let frame =
-            Frame { input: &input, draws: Some(&meshes), imports: &[("target", &target)], toggles: &[] };
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        executor.record(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+        executor
+            .record(&mut encoder, &Frame::new(&input).draws(&meshes).imports(&[("target", &target)]))
+            .unwrap_or_else(|error| panic!("{error}"));
         gpu.queue.submit([encoder.finish()]);
         let notices = executor.notices().map(|notice| notice.message.clone()).collect();
         (notices, common::gpu::read(gpu, &target), executor)
@@ -195,18 +198,11 @@ fn resizing_each_frame_no_viewport_a_dropped_encoder_and_two_executors_in_one_ar
     let descriptor = wgpu::CommandEncoderDescriptor::default();
     let mut dropped = gpu.device.create_command_encoder(&descriptor);
     executor.set_plan(second.plan().clone(), None).unwrap();
-    executor
-        .record(&mut dropped, &Frame { input: &input, draws: None, imports: &frame(&one), toggles: &[] })
-        .unwrap();
+    executor.record(&mut dropped, &Frame::new(&input).imports(&frame(&one))).unwrap();
     drop(dropped);
     let mut encoder = gpu.device.create_command_encoder(&descriptor);
     for (executor, texture) in [(&mut executor, &one), (&mut second, &two)] {
-        executor
-            .record(
-                &mut encoder,
-                &Frame { input: &input, draws: None, imports: &frame(texture), toggles: &[] },
-            )
-            .unwrap();
+        executor.record(&mut encoder, &Frame::new(&input).imports(&frame(texture))).unwrap();
     }
     gpu.queue.submit([encoder.finish()]);
     let [one, two] = [one, two].map(|texture| common::gpu::read(&gpu, &texture));

@@ -26,10 +26,10 @@ fn an_exposed_map_is_what_the_frame_left_and_costs_its_memory() {
     let input = frame(SIZE);
     let mut seen = Vec::new();
     for _ in 0..2 {
-        let frame =
-            Frame { input: &input, draws: Some(&meshes), imports: &[("target", &target)], toggles: &[] };
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        executor.record(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+        executor
+            .record(&mut encoder, &Frame::new(&input).draws(&meshes).imports(&[("target", &target)]))
+            .unwrap_or_else(|error| panic!("{error}"));
         gpu.queue.submit([encoder.finish()]);
         let texture = executor.texture("layers").expect("the map");
         assert!(

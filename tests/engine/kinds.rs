@@ -97,8 +97,9 @@ struct Gauge { level: f32 }
     for wanted in [0_u8, 51, 255] {
         level.store((f32::from(wanted) / 255.0).to_bits(), Ordering::Relaxed);
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let frame = Frame { input: &input, draws: None, imports: &[("target", &target)], toggles: &[] };
-        executor.record(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+        executor
+            .record(&mut encoder, &Frame::new(&input).imports(&[("target", &target)]))
+            .unwrap_or_else(|error| panic!("{error}"));
         gpu.queue.submit([encoder.finish()]);
         assert!(common::gpu::read(&gpu, &target).rgba_pixels().all(|pixel| pixel == [wanted, 0, 0, 255]));
     }

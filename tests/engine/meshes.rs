@@ -311,11 +311,9 @@ impl DrawSource for Meshes {
 pub(crate) fn frame(size: [u32; 2]) -> FrameInput {
     let camera =
         Camera::look_at([9.0, 7.0, 11.0], [0.0, 0.5, 0.0], 0.8, f64::from(size[0]) / f64::from(size[1]));
-    let mut sun = Light::directional("sun", [-0.6, -0.7, -0.35], [1.0, 0.95, 0.9], 4.0);
-    sun.properties.push("cast_shadow".into());
+    let sun = Light::directional("sun", [-0.6, -0.7, -0.35], [1.0, 0.95, 0.9], 4.0).property("cast_shadow");
     let bounds = Bounds::between([-12.0, -0.2, -12.0], [12.0, 4.0, 12.0]);
-    let filter_bounds = vec![("casters".into(), bounds)];
-    FrameInput { lights: vec![sun], scene_bounds: bounds, filter_bounds, ..FrameInput::new(camera) }
+    FrameInput::new(camera).lights(vec![sun]).scene_bounds(bounds).filter_bounds("casters", bounds)
 }
 
 fn objects() -> Vec<Object> {

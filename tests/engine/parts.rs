@@ -47,7 +47,7 @@ fn a_mip_of_a_layer_in_another_format_is_drawn_into_and_nothing_else() {
     });
     let library = Library::new().template("fill.wgsl.jinja", SHADER);
     let size = TextureSize { width: 8, height: 8, layers: 1, mips: 1, samples: 1 };
-    let options = Options::new(8, 8).import("target", Import { format: SRGB, size });
+    let options = Options::new(8, 8).import("target", Import::new(SRGB, size));
     let plan = library.load_text("parts.json", FILL).and_then(|pipeline| pipeline.plan(&options));
     let plan = plan.unwrap_or_else(|error| panic!("{error}"));
     let mut executor = Executor::new(&gpu.device, &gpu.queue, plan, None).unwrap();

@@ -25,10 +25,10 @@ fn a_plan_is_prepared_on_another_thread_and_adopted_without_a_pipeline() {
     let mut executor = Executor::new(&gpu.device, &gpu.queue, first, Some(&meshes)).unwrap();
     let input = frame(SIZE);
     let record = |executor: &mut Executor| {
-        let frame =
-            Frame { input: &input, draws: Some(&meshes), imports: &[("target", &target)], toggles: &[] };
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        executor.record(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+        executor
+            .record(&mut encoder, &Frame::new(&input).draws(&meshes).imports(&[("target", &target)]))
+            .unwrap_or_else(|error| panic!("{error}"));
         gpu.queue.submit([encoder.finish()]);
         common::gpu::read(&gpu, &target)
     };

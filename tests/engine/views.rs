@@ -1,7 +1,7 @@
 //! Several views in one frame from one plan: what is kept of the maps of lamps is drawn once for all of them.
 
 use umbragraph::draw::{DrawPass, DrawSource, HostInterface};
-use umbragraph::frame::{Camera, FrameInput, Light, LightKind};
+use umbragraph::frame::{Camera, Light, LightKind};
 use umbragraph::{Executor, Frame, Options};
 use umbragraph_test_support::gpu;
 
@@ -45,16 +45,11 @@ fn maps_that_do_not_depend_on_the_view_are_drawn_once() {
     let cameras = [[9.0, 7.0, 11.0], [-9.0, 7.0, 11.0], [9.0, 7.0, -11.0]]
         .map(|eye| Camera::look_at(eye, [0.0, 0.5, 0.0], 0.8, aspect));
     let inputs = cameras.map(|camera| {
-        let mut lamp = Light::point("lamp", [1.0, 4.0, 0.5], [1.0, 0.9, 0.8], 60.0);
-        lamp.properties.push("cast_shadow".into());
-        let spot = Light {
-            kind: LightKind::Spot { inner_angle: 0.4, outer_angle: 0.6 },
-            name: "spot".into(),
-            position: glam::DVec3::new(-2.0, 5.0, 1.0),
-            direction: glam::DVec3::NEG_Y,
-            ..lamp.clone()
-        };
-        FrameInput { camera, lights: vec![lamp, spot], ..frame(SIZE) }
+        let lamp = Light::point("lamp", [1.0, 4.0, 0.5], [1.0, 0.9, 0.8], 60.0);
+        let spot = Light::new("spot", LightKind::Spot { inner_angle: 0.4, outer_angle: 0.6 });
+        let spot = spot.position([-2.0, 5.0, 1.0]).color([1.0, 0.9, 0.8]).intensity(60.0);
+        let lights = [lamp, spot].map(|light| light.property("cast_shadow"));
+        frame(SIZE).camera(camera).lights(lights.into())
     });
     let meshes = Meshes::new(&gpu, false);
     let source = Still(&meshes);
@@ -66,8 +61,9 @@ fn maps_that_do_not_depend_on_the_view_are_drawn_once() {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut draws = Vec::new();
         for (input, target) in inputs.iter().zip(&targets) {
-            let frame = Frame { input, draws: Some(&source), imports: &[("target", target)], toggles: &[] };
-            executor.record(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+            executor
+                .record(&mut encoder, &Frame::new(input).draws(&source).imports(&[("target", target)]))
+                .unwrap_or_else(|error| panic!("{error}"));
             draws.push(
                 executor
                     .pass_counts()

@@ -48,7 +48,7 @@ fn a_steady_record_allocates_what_the_same_calls_by_hand_allocate() {
     let mut counts = Vec::new();
     for round in 0..WARM + 4 {
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let frame = Frame { input: &input, draws: None, imports: &imports, toggles: &[] };
+        let frame = Frame::new(&input).imports(&imports);
         let ours = measure(|| {
             executor.set(red, round as f32 / 16.0).expect("a value within its range");
             executor.record(&mut encoder, &frame).expect("a record");

@@ -113,8 +113,7 @@ fn lose(gpu: &(wgpu::Device, wgpu::Queue), waits: bool) {
     });
     let mut record = || {
         let mut encoder = gpu.0.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let frame = Frame { input: &frame(&[]), draws: None, imports: &[("target", &target)], toggles: &[] };
-        let result = executor.record(&mut encoder, &frame);
+        let result = executor.record(&mut encoder, &Frame::new(&frame(&[])).imports(&[("target", &target)]));
         gpu.1.submit([encoder.finish()]);
         result
     };

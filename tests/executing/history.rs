@@ -59,9 +59,9 @@ fn records_of_one_submission_are_frames_of_their_own() {
     for three in targets.chunks(3) {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         for target in three {
-            let frame =
-                Frame { input: &frame(&[]), draws: None, imports: &[("target", target)], toggles: &[] };
-            executor.record(&mut encoder, &frame).expect("a record");
+            executor
+                .record(&mut encoder, &Frame::new(&frame(&[])).imports(&[("target", target)]))
+                .expect("a record");
         }
         buffers.push(encoder.finish());
     }
@@ -81,8 +81,9 @@ fn a_reset_begins_again_and_disturbs_no_record_before_it() {
         if at == 4 {
             executor.reset_history();
         }
-        let frame = Frame { input: &frame(&[]), draws: None, imports: &[("target", target)], toggles: &[] };
-        executor.record(&mut encoder, &frame).expect("a record");
+        executor
+            .record(&mut encoder, &Frame::new(&frame(&[])).imports(&[("target", target)]))
+            .expect("a record");
     }
     gpu.queue.submit([encoder.finish()]);
     let seen: Vec<u8> = targets.iter().map(|target| color(&gpu, target, 0)[0]).collect();
@@ -131,8 +132,7 @@ fn a_record_that_fails_is_no_frame() {
     let seen: Vec<u8> = (0..5)
         .map(|_| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let missing = Frame { input: &frame(&[]), draws: None, imports: &[], toggles: &[] };
-            assert!(executor.record(&mut encoder, &missing).is_err());
+            assert!(executor.record(&mut encoder, &Frame::new(&frame(&[]))).is_err());
             next(&gpu, &mut executor, &target)
         })
         .collect();
@@ -220,13 +220,12 @@ fn a_frame_whose_writer_is_toggled_off_is_no_frame_to_the_history() {
     let mut seen = Vec::new();
     for on in [false, true, true, true, false, false, true, true] {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let frame = Frame {
-            input: &frame(&[]),
-            draws: None,
-            imports: &[("target", &target)],
-            toggles: &[("advance", on)],
-        };
-        executor.record(&mut encoder, &frame).expect("a record");
+        executor
+            .record(
+                &mut encoder,
+                &Frame::new(&frame(&[])).imports(&[("target", &target)]).toggles(&[("advance", on)]),
+            )
+            .expect("a record");
         gpu.queue.submit([encoder.finish()]);
         seen.push(color(&gpu, &target, 0)[0]);
     }

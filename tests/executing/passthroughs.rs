@@ -66,7 +66,7 @@ fn check(chain: &[&str], shown: &str, renders: bool) {
         let toggles: Vec<(&str, bool)> = toggles.into_iter().filter(|(name, _)| used(name)).collect();
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (input, imports) = (frame(&[]), [("target", &picture)]);
-        let frame = Frame { input: &input, draws: None, imports: &imports, toggles: &toggles };
+        let frame = Frame::new(&input).imports(&imports).toggles(&toggles);
         executor.record(&mut encoder, &frame).expect("a record");
         gpu.queue.submit([encoder.finish()]);
         let seen = chain.iter().position(|toggle| holds(toggle, state)).map_or(9, |at| at as u8);

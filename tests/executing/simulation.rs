@@ -587,7 +587,7 @@ fn error(gpu: &Gpu, graph: &Graph, random: &mut Random) -> Option<String> {
             .collect();
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (input, imports) = (frame(&[]), [("target", &picture)]);
-        let frame = Frame { input: &input, draws: None, imports: &imports, toggles: &toggles };
+        let frame = Frame::new(&input).imports(&imports).toggles(&toggles);
         if let Err(diagnostics) = executor.record(&mut encoder, &frame) {
             return Some(format!("not recorded: {diagnostics:#?}"));
         }

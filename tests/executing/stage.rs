@@ -309,8 +309,10 @@ pub(crate) fn play(
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let draws = squares.map(|squares| squares as &dyn DrawSource);
-    let result =
-        executor.record(&mut encoder, &Frame { input, draws, imports: &[("target", target)], toggles: &[] });
+    let imports = [("target", target)];
+    let mut frame = Frame::new(input).imports(&imports);
+    frame.draws = draws;
+    let result = executor.record(&mut encoder, &frame);
     gpu.queue.submit([encoder.finish()]);
     gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
     if let Some(error) = pollster::block_on(scope.pop()) {

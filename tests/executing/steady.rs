@@ -39,9 +39,7 @@ fn textures_of_the_host_that_take_turns_are_seen_once_each() {
     let mut turn = |at: usize| {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let imports = [("target", &targets[at % 3]), ("source", &sources[at % 2])];
-        executor
-            .record(&mut encoder, &Frame { input: &frame(&[]), draws: None, imports: &imports, toggles: &[] })
-            .expect("a record");
+        executor.record(&mut encoder, &Frame::new(&frame(&[])).imports(&imports)).expect("a record");
         gpu.queue.submit([encoder.finish()]);
         executor.statistics()
     };
@@ -59,9 +57,9 @@ fn records_in_flight_have_a_buffer_each_and_use_them_again() {
     for _ in 0..3 {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         for _ in 0..5 {
-            let frame =
-                Frame { input: &frame(&[]), draws: None, imports: &[("target", &target)], toggles: &[] };
-            executor.record(&mut encoder, &frame).expect("a record");
+            executor
+                .record(&mut encoder, &Frame::new(&frame(&[])).imports(&[("target", &target)]))
+                .expect("a record");
         }
         gpu.queue.submit([encoder.finish()]);
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");

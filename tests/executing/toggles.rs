@@ -61,8 +61,9 @@ impl Stage {
         let scope = self.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let imports = [("target", &self.target)];
-        let frame = Frame { input: &frame(&[]), draws: None, imports: &imports, toggles };
-        self.executor.record(&mut encoder, &frame).expect("a record");
+        self.executor
+            .record(&mut encoder, &Frame::new(&frame(&[])).imports(&imports).toggles(toggles))
+            .expect("a record");
         self.gpu.queue.submit([encoder.finish()]);
         assert!(pollster::block_on(scope.pop()).is_none(), "what was recorded is not valid");
         texels(&self.gpu, &self.target, 0)[0]
@@ -192,7 +193,7 @@ fn blackboard_data_of_a_pass_that_is_off_is_that_of_the_other() {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (imports, input) = ([("target", &target)], frame(&["0"]));
         let toggles = [("many", on)];
-        let frame = Frame { input: &input, draws: Some(&squares), imports: &imports, toggles: &toggles };
+        let frame = Frame::new(&input).draws(&squares).imports(&imports).toggles(&toggles);
         executor.record(&mut encoder, &frame).expect("a record");
         gpu.queue.submit([encoder.finish()]);
         let views = |name: &str| executor.data(name).map_or(0, |data| data.views().len());
@@ -211,8 +212,10 @@ fn a_toggle_that_the_pipeline_does_not_have_is_an_error_and_the_next_frame_is_fi
     let Some(mut stage) = Stage::new(&plan) else { return };
     let mut encoder = stage.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let imports = [("target", &stage.target)];
-    let wrong = Frame { input: &frame(&[]), draws: None, imports: &imports, toggles: &[("ovre", false)] };
-    let diagnostics = stage.executor.record(&mut encoder, &wrong).expect_err("a diagnostic");
+    let diagnostics = stage
+        .executor
+        .record(&mut encoder, &Frame::new(&frame(&[])).imports(&imports).toggles(&[("ovre", false)]))
+        .expect_err("a diagnostic");
     assert_eq!(said(&diagnostics), [("UG0214", "the pipeline \"test\" has no toggle \"ovre\"".to_owned())]);
     assert_eq!(stage.shows(&[("over", false)]), RED_TEXEL);
 }

@@ -56,33 +56,22 @@ impl CpuNode for Run {
                 [layer, x, y, width, height, shift] => (layer, Some([x, y, width, height]), shift),
                 _ => panic!("{} is no view", light.name),
             };
-            data.push_view(View {
-                clip_from_world: glam::DMat4::from_translation(glam::DVec3::X * f64::from(shift)),
-                view_from_world: glam::DMat4::IDENTITY,
-                position: glam::DVec3::ZERO,
-                forward: glam::DVec3::NEG_Z,
-                reverse: false,
-                layer,
-                viewport,
-            });
+            data.push_view(
+                View::new(
+                    glam::DMat4::from_translation(glam::DVec3::X * f64::from(shift)),
+                    glam::DMat4::IDENTITY,
+                    glam::DVec3::ZERO,
+                    glam::DVec3::NEG_Z,
+                )
+                .layer(layer)
+                .viewport(viewport),
+            );
         }
     }
 }
 
 /// A frame with these views.
 pub(crate) fn frame(views: &[&str]) -> FrameInput {
-    let light = |name: &&str| Light {
-        name: (*name).to_owned().into(),
-        kind: LightKind::Directional,
-        position: glam::DVec3::ZERO,
-        direction: glam::DVec3::NEG_Y,
-        color: glam::Vec3::ONE,
-        intensity: 1.0,
-        range: f32::INFINITY,
-        properties: vec!["cast_shadow".into()],
-        angular_diameter: 0.0,
-        radius: 0.0,
-        priority: 1.0,
-    };
-    FrameInput { lights: views.iter().map(light).collect(), ..empty_frame() }
+    let light = |name: &&str| Light::new((*name).to_owned(), LightKind::Directional).property("cast_shadow");
+    empty_frame().lights(views.iter().map(light).collect())
 }

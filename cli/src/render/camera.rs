@@ -97,12 +97,12 @@ impl CameraPath {
             Self::Orbit => {
                 let turn = DQuat::from_rotation_y(part * std::f64::consts::TAU);
                 let position = middle + turn * (scene.position - middle);
-                Camera { position, rotation: (turn * scene.rotation).normalize(), ..scene }
+                scene.position(position).rotation((turn * scene.rotation).normalize())
             }
             Self::Walk => {
                 let ahead = scene.rotation * DVec3::NEG_Z;
                 let level = DVec3::new(ahead.x, 0.0, ahead.z).try_normalize().unwrap_or(DVec3::NEG_Z);
-                Camera { position: scene.position + level * (part * radius), ..scene }
+                scene.position(scene.position + level * (part * radius))
             }
             Self::Random(seed) => {
                 let [at, aside] = [0, 1].map(|half| random(seed.wrapping_add(index), half) * 2.0 - 1.0);
@@ -113,7 +113,7 @@ impl CameraPath {
                 let turn = (-ahead.x).atan2(-ahead.z);
                 // Upright whatever the scene's own camera is.
                 let rotation = DQuat::from_rotation_y(turn) * DQuat::from_rotation_x(tilt);
-                Camera { position, rotation: rotation.normalize(), ..scene }
+                scene.position(position).rotation(rotation.normalize())
             }
             Self::Keys(keys) => {
                 let after = keys.partition_point(|key| key.time <= time);
@@ -126,7 +126,7 @@ impl CameraPath {
                 let t = if span > 0.0 { ((time - from.time) / span).clamp(0.0, 1.0) } else { 0.0 };
                 let position = DVec3::from(from.position).lerp(DVec3::from(to.position), t);
                 let (Some(one), Some(other)) = (from.rotation(), to.rotation()) else { return scene };
-                Camera { position, rotation: one.slerp(other, t).normalize(), ..scene }
+                scene.position(position).rotation(one.slerp(other, t).normalize())
             }
         }
     }
@@ -198,7 +198,7 @@ mod tests {
 
     fn scene() -> Camera {
         let projection = Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 };
-        Camera { position: DVec3::new(0.0, 2.0, 5.0), rotation: DQuat::IDENTITY, projection, aspect: 1.0 }
+        Camera::new(DVec3::new(0.0, 2.0, 5.0), DQuat::IDENTITY, projection, 1.0)
     }
 
     fn bounds() -> Bounds {

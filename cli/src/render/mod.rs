@@ -234,7 +234,7 @@ impl<'a> Drawing<'a> {
         let aspect = f64::from(width) / f64::from(height);
         let input = self.scene.frame_input_of(&self.pose, aspect, time);
         let camera = path.camera(input.camera, &input.scene_bounds, index, part, time);
-        FrameInput { camera, index, ..input }
+        input.camera(camera).index(index)
     }
 
     /// Places meshes where they are at a time.
@@ -278,7 +278,7 @@ impl<'a> Drawing<'a> {
                 self.imports.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
             let toggles: Vec<(&str, bool)> =
                 self.toggles.iter().map(|(name, on)| (name.as_str(), *on)).collect();
-            let frame = Frame { input, draws: Some(&self.draws), imports: &imports, toggles: &toggles };
+            let frame = Frame::new(input).draws(&self.draws).imports(&imports).toggles(&toggles);
             let start = Instant::now();
             self.executor.record(&mut encoder, &frame)?;
             let end = Instant::now();

@@ -67,7 +67,7 @@ impl<'r> View<'r> {
         let mut answers = Vec::new();
         for (at, (light, traced)) in self.lights.iter().enumerate() {
             let Some(traced) = traced else { continue };
-            let alone = FrameInput { lights: vec![light.clone()], ..input.clone() };
+            let alone = input.clone().lights(vec![light.clone()]);
             progress.stage("draw", || drawing.frame(&alone))?;
             let pixels = drawing.picture()?;
             let rendered = Rendered::new(&pixels);

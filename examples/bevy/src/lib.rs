@@ -105,12 +105,7 @@ fn draw(
         light
     };
     let world_from_view = view.world_from_view.to_matrix().to_cols_array_2d();
-    let input = FrameInput {
-        lights: scene.suns.iter().map(light).collect(),
-        scene_bounds: scene.bounds.map_or(Bounds::EMPTY, |[min, max]| Bounds::between(min, max)),
-        index: scene.index,
-        ..FrameInput::new(FrameCamera::from_matrices(world_from_view, view.clip_from_view.to_cols_array_2d()))
-    };
+    let input = FrameInput::new(FrameCamera::from_matrices(world_from_view, view.clip_from_view.to_cols_array_2d())).lights(scene.suns.iter().map(light).collect()).scene_bounds(scene.bounds.map_or(Bounds::EMPTY, |[min, max]| Bounds::between(min, max))).index(scene.index);
     let draws = Meshes { scene: &scene, allocator: &allocator, meshes: &meshes };
     let imports = [("color", &**target.main_texture()), ("depth", &**depth.texture())];
     let frame = Frame::new(&input).draws(&draws).imports(&imports);

@@ -18,6 +18,7 @@ use crate::work::ResourceHandle;
 
 /// A history that live passes use.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PlannedHistory {
     /// The textures or buffers that take turns: in the first frame that of this frame, that of the frame before, and so
     /// on; at frame f the copy at place p is that of (p + f) modulo the number of places frames ago.

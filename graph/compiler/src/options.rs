@@ -9,6 +9,7 @@ use super::texture_size::TextureSize;
 
 /// The caller's knowledge of a frame in advance: viewport, imports, objective.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PlanOptions {
     /// Width and height of the picture in texels.
     pub viewport: [u32; 2],
@@ -38,15 +39,47 @@ impl PlanOptions {
             objective: Objective::Declaration,
         }
     }
+
+    /// With another viewport.
+    #[must_use]
+    pub fn viewport(self, viewport: [u32; 2]) -> Self {
+        Self { viewport, ..self }
+    }
+
+    /// With sizes that blackboard data publishes.
+    #[must_use]
+    pub fn data_sizes(self, data_sizes: BTreeMap<String, u32>) -> Self {
+        Self { data_sizes, ..self }
+    }
+
+    /// Whether transient resources may share memory.
+    #[must_use]
+    pub fn aliasing(self, aliasing: bool) -> Self {
+        Self { aliasing, ..self }
+    }
+
+    /// With an objective of the order of the passes.
+    #[must_use]
+    pub fn objective(self, objective: Objective) -> Self {
+        Self { objective, ..self }
+    }
 }
 
 /// A texture of the host's own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Import {
     /// Its format.
     pub format: TextureFormat,
     /// Its size.
     pub size: TextureSize,
+}
+
+impl Import {
+    /// A texture of a format and a size.
+    pub fn new(format: TextureFormat, size: TextureSize) -> Self {
+        Self { format, size }
+    }
 }
 
 impl PlanOptions {

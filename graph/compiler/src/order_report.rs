@@ -5,6 +5,7 @@ use serde::Serialize;
 /// The objective of the order of the passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Objective {
     /// The order of the document where the graph leaves a choice.
     #[default]
@@ -36,6 +37,7 @@ impl Objective {
 
 /// How the order was chosen, and its bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct OrderReport {
     /// The objective.
     pub objective: Objective,
@@ -50,6 +52,7 @@ pub struct OrderReport {
 /// The method by which an order was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum OrderMethod {
     /// The order of the document.
     Declaration,
@@ -61,6 +64,7 @@ pub enum OrderMethod {
 
 /// The bytes of orders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct MemoryOrder {
     /// The order of the document.
     pub declaration: u64,

@@ -28,6 +28,7 @@ use crate::work::{BlockValues, Deferred};
 
 /// What a plan says of a parameter.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct PlannedParameter {
     /// Whether it can change from frame to frame.
     pub live: bool,

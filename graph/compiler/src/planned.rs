@@ -21,6 +21,7 @@ use crate::work::{AttachmentTarget, LoadOperation, PassHandle, ResourceHandle};
 
 /// Everything about a frame that is known before it.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Plan {
     /// The pipeline's name.
     pub name: String,
@@ -89,6 +90,7 @@ pub(super) struct Fixed {
 
 /// A live pass.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct PlannedPass {
     /// Its name.
     pub name: String,
@@ -142,6 +144,7 @@ impl PlannedPass {
 /// Why a pass is kept, by names.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Kept {
     /// It says that it has a side effect.
     SideEffect,
@@ -175,6 +178,7 @@ pub enum Kept {
 
 /// The load and store operations of an attachment.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PlannedAttachment {
     /// The resource.
     pub resource: String,
@@ -212,6 +216,7 @@ pub enum StoreOperation {
 
 /// A resource that live passes use.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PlannedResource {
     /// Its lifetime.
     pub lifetime: Lifetime,

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::sync::Arc;
 
-use glam::{DQuat, DVec3, Vec3};
+use glam::{DQuat, DVec3};
 use umbragraph_pipeline::draw::{HostInterface, HostSlotKind};
 
 use super::creation::causes;
@@ -119,7 +119,7 @@ async fn record(
     let imports: Vec<(&str, &wgpu::Texture)> =
         imports.iter().map(|(name, texture)| (*name, texture)).collect();
     let input = input();
-    let frame = Frame { input: &input, draws: Some(source), imports: &imports, toggles: &[] };
+    let frame = Frame::new(&input).draws(source).imports(&imports);
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let mut diagnostics =
         executor.record(&mut encoder, &frame).err().map_or_else(Diagnostics::new, Diagnostics::from);
@@ -156,32 +156,21 @@ fn imports<'p>(device: &wgpu::Device, plan: &'p Plan) -> Vec<(&'p str, wgpu::Tex
 fn input() -> FrameInput {
     let kinds =
         [LightKind::Directional, LightKind::Point, LightKind::Spot { inner_angle: 0.3, outer_angle: 0.5 }];
-    let light = |kind: LightKind| Light {
-        name: format!("{kind:?}").into(),
-        kind,
-        position: DVec3::new(1.0, 2.0, 1.0),
-        direction: DVec3::NEG_Y,
-        color: Vec3::ONE,
-        intensity: 1.0,
-        range: 10.0,
-        properties: Vec::new(),
-        angular_diameter: 0.01,
-        radius: 0.1,
-        priority: 1.0,
+    let light = |kind: LightKind| {
+        Light::new(format!("{kind:?}"), kind)
+            .position(DVec3::new(1.0, 2.0, 1.0))
+            .range(10.0)
+            .angular_diameter(0.01)
+            .radius(0.1)
     };
-    FrameInput {
-        camera: Camera {
-            position: DVec3::new(0.0, 0.0, 4.0),
-            rotation: DQuat::IDENTITY,
-            projection: Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 },
-            aspect: 1.0,
-        },
-        lights: kinds.map(light).to_vec(),
-        scene_bounds: Bounds { min: DVec3::NEG_ONE, max: DVec3::ONE },
-        filter_bounds: Vec::new(),
-        time: 0.0,
-        index: 0,
-    }
+    FrameInput::new(Camera::new(
+        DVec3::new(0.0, 0.0, 4.0),
+        DQuat::IDENTITY,
+        Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 },
+        1.0,
+    ))
+    .lights(kinds.map(light).to_vec())
+    .scene_bounds(Bounds { min: DVec3::NEG_ONE, max: DVec3::ONE })
 }
 
 /// A host with the interfaces of others, and without meshes.

@@ -13,6 +13,7 @@ use wgpu_profiler::{GpuProfiler, GpuProfilerQuery, GpuProfilerSettings};
 
 /// The time of one pass on the GPU.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct GpuTime {
     /// The name of the pass.
     pub pass: String,

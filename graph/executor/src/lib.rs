@@ -93,6 +93,7 @@ use times::Times;
 
 /// The input of one frame.
 #[derive(Clone, Copy)]
+#[non_exhaustive]
 pub struct Frame<'a> {
     /// Camera, lights and bounds.
     pub input: &'a FrameInput,

@@ -184,15 +184,14 @@ mod tests {
     }
 
     fn view(layer: u32, viewport: [u32; 4], matrix: u32) -> View {
-        View {
-            clip_from_world: glam::DMat4::from_translation(glam::DVec3::X * f64::from(matrix)),
-            view_from_world: glam::DMat4::IDENTITY,
-            position: glam::DVec3::ZERO,
-            forward: glam::DVec3::NEG_Z,
-            reverse: false,
-            layer,
-            viewport: Some(viewport),
-        }
+        View::new(
+            glam::DMat4::from_translation(glam::DVec3::X * f64::from(matrix)),
+            glam::DMat4::IDENTITY,
+            glam::DVec3::ZERO,
+            glam::DVec3::NEG_Z,
+        )
+        .layer(layer)
+        .viewport(Some(viewport))
     }
 
     /// Texel by texel: what is seen is of the same view, and as new as the cadence promises.

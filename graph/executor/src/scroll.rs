@@ -168,15 +168,12 @@ mod tests {
     use super::*;
 
     fn view(scale: DVec3, offset: DVec3) -> View {
-        View {
-            clip_from_world: DMat4::from_translation(offset) * DMat4::from_scale(scale),
-            view_from_world: DMat4::IDENTITY,
-            position: DVec3::ZERO,
-            forward: DVec3::NEG_Z,
-            reverse: false,
-            layer: 0,
-            viewport: None,
-        }
+        View::new(
+            DMat4::from_translation(offset) * DMat4::from_scale(scale),
+            DMat4::IDENTITY,
+            DVec3::ZERO,
+            DVec3::NEG_Z,
+        )
     }
 
     #[test]

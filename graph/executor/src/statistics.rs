@@ -2,6 +2,7 @@
 
 /// The numbers of objects that an executor has created so far. They only grow; in a steady frame none of them does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Statistics {
     /// Textures.
     pub textures: u64,
@@ -27,6 +28,7 @@ pub struct Statistics {
 
 /// What a pass has drawn of the host's meshes in one record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct PassCounts {
     /// Views that were drawn, or the strips of which that came into view.
     pub views: u64,

@@ -179,6 +179,7 @@ impl DataShape {
 
 /// A point of view from which draws are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct View {
     /// World to clip space, depth 0..1 (or 1..0 where `reverse`).
     pub clip_from_world: DMat4,
@@ -197,6 +198,34 @@ pub struct View {
 }
 
 impl View {
+    /// A view of the first layer, all of it, with depth from 0 to 1.
+    pub fn new(
+        clip_from_world: DMat4,
+        view_from_world: DMat4,
+        position: glam::DVec3,
+        forward: glam::DVec3,
+    ) -> Self {
+        Self { clip_from_world, view_from_world, position, forward, reverse: false, layer: 0, viewport: None }
+    }
+
+    /// With depth from 1 (near) to 0 (far), where `reverse`.
+    #[must_use]
+    pub fn reverse(self, reverse: bool) -> Self {
+        Self { reverse, ..self }
+    }
+
+    /// Of another layer.
+    #[must_use]
+    pub fn layer(self, layer: u32) -> Self {
+        Self { layer, ..self }
+    }
+
+    /// Of a rectangle of texels, or of the whole attachment.
+    #[must_use]
+    pub fn viewport(self, viewport: Option<[u32; 4]>) -> Self {
+        Self { viewport, ..self }
+    }
+
     /// The values of the block `view` that each draw sees.
     pub fn shape() -> DataShape {
         DataShape::new()

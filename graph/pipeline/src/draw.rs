@@ -180,6 +180,7 @@ impl HostInterface {
 
 /// A vertex buffer of the host.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct HostVertexBuffer {
     /// Bytes from one element to the next.
     pub stride: u64,
@@ -207,6 +208,7 @@ impl HostVertexBuffer {
 
 /// A vertex attribute of the host.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct HostAttribute {
     /// The name that shaders use.
     pub name: String,
@@ -218,6 +220,7 @@ pub struct HostAttribute {
 
 /// A binding that the host fills.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct HostSlot {
     /// The name that shaders use.
     pub name: String,
@@ -280,6 +283,7 @@ pub enum HostSlotKind {
 
 /// A member of a host's block.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct HostMember {
     /// The name that shaders use.
     pub name: String,

@@ -19,6 +19,7 @@ pub use crate::projection::Projection;
 
 /// The point of view of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Camera {
     /// The position of the camera, in world metres.
     pub position: DVec3,
@@ -31,6 +32,29 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// A camera at a position, with a rotation of unit length; `aspect` is width over height of the picture.
+    pub fn new(position: impl Into<DVec3>, rotation: DQuat, projection: Projection, aspect: f64) -> Self {
+        Self { position: position.into(), rotation, projection, aspect }
+    }
+
+    /// At another position.
+    #[must_use]
+    pub fn position(self, position: impl Into<DVec3>) -> Self {
+        Self { position: position.into(), ..self }
+    }
+
+    /// With another rotation, of unit length.
+    #[must_use]
+    pub fn rotation(self, rotation: DQuat) -> Self {
+        Self { rotation, ..self }
+    }
+
+    /// With another projection.
+    #[must_use]
+    pub fn projection(self, projection: Projection) -> Self {
+        Self { projection, ..self }
+    }
+
     /// A camera at a position that looks at another, upright, with a vertical field of view in radians, from 0.1 m to
     /// 1000 m. One that looks straight up has Z upwards in its picture, one that looks
     /// straight down has −Z.
@@ -125,6 +149,7 @@ pub enum LightKind {
 
 /// A light of a frame.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Light {
     /// The name by which passes and reports call it; of a word of the program nothing is allocated.
     pub name: Cow<'static, str>,
@@ -151,6 +176,78 @@ pub struct Light {
 }
 
 impl Light {
+    /// A white light of a kind at the origin, which shines down, with an intensity of 1, without an extent or an end.
+    pub fn new(name: impl Into<Cow<'static, str>>, kind: LightKind) -> Self {
+        Self {
+            name: name.into(),
+            kind,
+            position: DVec3::ZERO,
+            direction: DVec3::NEG_Y,
+            color: Vec3::ONE,
+            intensity: 1.0,
+            range: f32::INFINITY,
+            properties: Vec::new(),
+            angular_diameter: 0.0,
+            radius: 0.0,
+            priority: 1.0,
+        }
+    }
+
+    /// At a position, in world metres.
+    #[must_use]
+    pub fn position(self, position: impl Into<DVec3>) -> Self {
+        Self { position: position.into(), ..self }
+    }
+
+    /// Along a unit direction.
+    #[must_use]
+    pub fn direction(self, direction: impl Into<DVec3>) -> Self {
+        Self { direction: direction.into(), ..self }
+    }
+
+    /// With a linear colour.
+    #[must_use]
+    pub fn color(self, color: impl Into<Vec3>) -> Self {
+        Self { color: color.into(), ..self }
+    }
+
+    /// With an intensity in lux (directional) or candela.
+    #[must_use]
+    pub fn intensity(self, intensity: f32) -> Self {
+        Self { intensity, ..self }
+    }
+
+    /// Without effect beyond a distance, in metres.
+    #[must_use]
+    pub fn range(self, range: f32) -> Self {
+        Self { range, ..self }
+    }
+
+    /// With one more word that is true of it.
+    #[must_use]
+    pub fn property(mut self, property: impl Into<Cow<'static, str>>) -> Self {
+        self.properties.push(property.into());
+        self
+    }
+
+    /// With the angle under which a directional light is seen, in radians.
+    #[must_use]
+    pub fn angular_diameter(self, angular_diameter: f32) -> Self {
+        Self { angular_diameter, ..self }
+    }
+
+    /// With the radius of a point or spot light's source, in metres.
+    #[must_use]
+    pub fn radius(self, radius: f32) -> Self {
+        Self { radius, ..self }
+    }
+
+    /// With the host's own weight of its importance.
+    #[must_use]
+    pub fn priority(self, priority: f32) -> Self {
+        Self { priority, ..self }
+    }
+
     /// A directional light that shines along a direction, with an intensity in lux. What passes ask of its
     /// [`properties`](Self::properties), the caller adds.
     pub fn directional(
@@ -159,19 +256,8 @@ impl Light {
         color: [f32; 3],
         intensity: f32,
     ) -> Self {
-        Self {
-            name: name.into(),
-            kind: LightKind::Directional,
-            position: DVec3::ZERO,
-            direction: DVec3::from(direction).normalize_or(DVec3::NEG_Y),
-            color: color.into(),
-            intensity,
-            range: f32::INFINITY,
-            properties: Vec::new(),
-            angular_diameter: 0.0,
-            radius: 0.0,
-            priority: 1.0,
-        }
+        let direction = DVec3::from(direction).normalize_or(DVec3::NEG_Y);
+        Self::new(name, LightKind::Directional).direction(direction).color(color).intensity(intensity)
     }
 
     /// The same for a point light, with an intensity in candela.
@@ -181,9 +267,7 @@ impl Light {
         color: [f32; 3],
         intensity: f32,
     ) -> Self {
-        let position = position.into();
-        let light = Self::directional(name, [0.0, -1.0, 0.0], color, intensity);
-        Self { kind: LightKind::Point, position, ..light }
+        Self::new(name, LightKind::Point).position(position).color(color).intensity(intensity)
     }
 
     /// Whether a word is true of it.
@@ -286,6 +370,7 @@ impl Bounds {
 
 /// Everything that the host says about one frame, apart from its draws and imported textures.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FrameInput {
     /// The point of view.
     pub camera: Camera,
@@ -312,6 +397,43 @@ impl FrameInput {
             time: 0.0,
             index: 0,
         }
+    }
+
+    /// Seen by another camera.
+    #[must_use]
+    pub fn camera(self, camera: Camera) -> Self {
+        Self { camera, ..self }
+    }
+
+    /// With lights, in place of those that it has.
+    #[must_use]
+    pub fn lights(self, lights: Vec<Light>) -> Self {
+        Self { lights, ..self }
+    }
+
+    /// With the box around everything that is drawn.
+    #[must_use]
+    pub fn scene_bounds(self, scene_bounds: Bounds) -> Self {
+        Self { scene_bounds, ..self }
+    }
+
+    /// With the box around what one more draw filter lets through.
+    #[must_use]
+    pub fn filter_bounds(mut self, filter: impl Into<Cow<'static, str>>, bounds: Bounds) -> Self {
+        self.filter_bounds.push((filter.into(), bounds));
+        self
+    }
+
+    /// At a time, in seconds.
+    #[must_use]
+    pub fn time(self, time: f64) -> Self {
+        Self { time, ..self }
+    }
+
+    /// With a number among the frames.
+    #[must_use]
+    pub fn index(self, index: u64) -> Self {
+        Self { index, ..self }
     }
 
     /// The box around what a draw filter lets through, as far as the host tells.

@@ -13,6 +13,7 @@ use wgpu_types::{DownlevelFlags, Features, Limits};
 
 /// The language that a target's driver is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
 pub enum TargetLanguage {
     /// WGSL, for browsers.
     Wgsl,
@@ -49,6 +50,7 @@ impl TargetLanguage {
 
 /// The features and limits that a shader may rely on.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TargetProfile {
     /// Its name, as pipelines claim it.
     pub name: String,

@@ -201,7 +201,7 @@ struct Overflow {
 }
 
 impl Overflow {
-    fn explain(self, set: &TemplateSet, diagnostic: Diagnostic) -> Diagnostic {
+    fn explain(self, set: &TemplateSet, mut diagnostic: Diagnostic) -> Diagnostic {
         let mut templates = set.templates.iter();
         let name = templates.find(|(_, template)| template.file == self.span.file);
         let name = name.map_or("the template", |(name, _)| name.as_str());
@@ -209,7 +209,8 @@ impl Overflow {
             "{} bytes come from {name}: let a loop or a function of WGSL do what is written out, and put tables into a buffer",
             self.bytes
         );
-        Diagnostic { place: self.span.into(), ..diagnostic }.help(help)
+        diagnostic.place = self.span.into();
+        diagnostic.help(help)
     }
 }
 
@@ -328,7 +329,7 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
             let message = format!(
                 "\"{name}\" is an override axis: a constant of the WGSL, no variable of the template"
             );
-            diagnostics.push(Diagnostic { code: codes::AXIS_OVERRIDE, message, ..diagnostic });
+            diagnostics.push(Diagnostic::error(codes::AXIS_OVERRIDE, diagnostic.place, message));
             continue;
         }
         let names = axes.into_iter().flat_map(Axes::names).chain(filters::FUNCTIONS[..3].iter().copied());

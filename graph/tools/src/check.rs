@@ -13,6 +13,7 @@ use crate::source::{FileId, Sources};
 
 /// The results of checking a pipeline, as far as its diagnostics allow.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct CheckReport {
     /// The pipeline.
     pub pipeline: Option<Arc<Pipeline>>,

@@ -51,6 +51,7 @@ const MAX_VALUES: usize = 256;
 
 /// One configuration.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Configuration {
     /// The values, with those that the caller gives.
     pub overrides: Overrides,
@@ -63,6 +64,7 @@ pub struct Configuration {
 /// The configurations of a document: the caller's own or the default first, then by the number of settings that differ
 /// from it.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct Configurations {
     /// The configurations.
     pub list: Vec<Configuration>,

@@ -21,6 +21,7 @@ use crate::verify::verify;
 
 /// The results of checking the configurations of a pipeline.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct Coverage {
     /// The first configuration.
     pub first: CheckReport,

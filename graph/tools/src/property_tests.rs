@@ -225,7 +225,7 @@ fn pipeline(
 }
 
 fn options(objective: Objective, aliasing: bool) -> PlanOptions {
-    PlanOptions { objective, aliasing, ..PlanOptions::new(64, 64) }
+    PlanOptions::new(64, 64).objective(objective).aliasing(aliasing)
 }
 
 proptest! {
@@ -282,7 +282,7 @@ proptest! {
             };
             let mut resized = scratch(&options(objective, true)).expect("a plan");
             for (width, height) in &sizes {
-                let options = PlanOptions { objective, ..PlanOptions::new(*width, *height) };
+                let options = PlanOptions::new(*width, *height).objective(objective);
                 match (resized.resized(&graph, &options, &sources), scratch(&options)) {
                     (Ok(again), Ok(scratch)) => {
                         let json = |plan: &Plan| serde_json::to_string(plan).expect("text");

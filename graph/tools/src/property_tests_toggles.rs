@@ -164,7 +164,7 @@ proptest! {
     ) {
         for objective in Objective::ALL {
             for aliasing in [true, false] {
-                let options = PlanOptions { objective, aliasing, ..PlanOptions::new(64, 64) };
+                let options = PlanOptions::new(64, 64).objective(objective).aliasing(aliasing);
                 let plan = planned(&passes, &beginnings, &options);
                 let violations = verify(&plan, &options);
                 prop_assert_eq!(violations, Vec::new());

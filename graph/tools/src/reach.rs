@@ -25,6 +25,7 @@ pub type AxisProduct = BTreeMap<String, Vec<AxisValue>>;
 
 /// The programs and variants that the configurations reach.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct Reached {
     /// The programs, in the order of the first pass that wants each.
     pub programs: Vec<ReachedProgram>,
@@ -39,6 +40,7 @@ pub struct Reached {
 
 /// A program with the variants that configurations reach.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ReachedProgram {
     /// The passes.
     pub passes: Vec<String>,
@@ -55,6 +57,7 @@ pub struct ReachedProgram {
 
 /// The configurations to consider.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub enum Configured<'a> {
     /// Every one that can differ in shaders or passes.
     All,
@@ -233,7 +236,7 @@ impl Rejected {
 
     fn notes(self) -> impl Iterator<Item = Diagnostic> {
         self.found.into_values().map(|(diagnostic, number)| {
-            let note = Diagnostic { severity: Severity::Note, ..diagnostic };
+            let note = diagnostic.severity(Severity::Note);
             match number {
                 0 | 1 => note,
                 2 => note.related(Place::Nowhere, "the same in one further configuration"),

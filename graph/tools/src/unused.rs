@@ -124,7 +124,7 @@ fn unused_groups(root: &Value, owner: &Value, diagnostics: &mut Diagnostics) {
         let diagnostic = Diagnostic::error(codes::UNUSED_SETTING, group.key_span, message);
         let diagnostic = diagnostic.pointer(pointer_join("/shared_settings", &group.key));
         let diagnostic = diagnostic.help("let a pass say \"extends\", or remove them");
-        diagnostics.push(Diagnostic { severity: Severity::Note, ..diagnostic });
+        diagnostics.push(diagnostic.severity(Severity::Note));
     }
 }
 
@@ -149,5 +149,5 @@ fn note(what: &str, entry: &Entry, section: &str) -> Diagnostic {
     let diagnostic = diagnostic.pointer(pointer_join(section, &entry.key));
     let diagnostic =
         diagnostic.help("use it in an expression, let a template have an axis of its name, or remove it");
-    Diagnostic { severity: Severity::Note, ..diagnostic }
+    diagnostic.severity(Severity::Note)
 }

@@ -177,15 +177,15 @@ impl Configuration {
             orthographic(center.extend(near), rectangle.size.extend(near - far), self.reverse);
         let light_from_world = DMat4::from_mat3(*light);
         let eye = center.extend(near);
-        let view = View {
-            clip_from_world: clip_from_light * light_from_world,
-            view_from_world: DMat4::from_translation(-eye) * light_from_world,
-            position: light.transpose() * eye,
-            forward: light.transpose() * DVec3::NEG_Z,
-            reverse: self.reverse,
-            layer: self.layout.tiles[at].layer,
-            viewport: self.layout.viewport(at),
-        };
+        let view = View::new(
+            clip_from_light * light_from_world,
+            DMat4::from_translation(-eye) * light_from_world,
+            light.transpose() * eye,
+            light.transpose() * DVec3::NEG_Z,
+        )
+        .reverse(self.reverse)
+        .layer(self.layout.tiles[at].layer)
+        .viewport(self.layout.viewport(at));
         let cascade = Cascade {
             view,
             texture_from_world: texture_from_clip(self.layout.scale_offset(at)) * view.clip_from_world,

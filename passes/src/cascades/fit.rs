@@ -52,7 +52,7 @@ pub struct Extent {
 
 /// The box around a slice of a camera, in the light space of `light`.
 pub fn extent(camera: &Camera, slice: &Slice, light: &DMat3, shape: FitShape) -> Extent {
-    let origin = Camera { position: DVec3::ZERO, ..*camera };
+    let origin = camera.position(DVec3::ZERO);
     let (near, far) = (origin.slice_corners(slice.begin), origin.slice_corners(slice.end));
     let corners = [near, far].into_iter().flatten().map(|corner| *light * corner);
     let tight = corners.clone().fold(Bounds::EMPTY, Bounds::with);
@@ -154,8 +154,7 @@ mod tests {
                 ] {
                     let slice = Slice { begin, end, ..Slice::default() };
                     let (center, radius) = sphere(&projection, aspect, &slice);
-                    let camera =
-                        Camera { position: DVec3::ZERO, rotation: glam::DQuat::IDENTITY, projection, aspect };
+                    let camera = Camera::new(DVec3::ZERO, glam::DQuat::IDENTITY, projection, aspect);
                     let middle = camera.forward() * center;
                     let farthest = |depth: f64| {
                         camera

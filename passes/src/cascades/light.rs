@@ -61,27 +61,16 @@ mod tests {
     use super::*;
 
     fn sun(name: &str, intensity: f32, cast_shadow: bool) -> Light {
-        Light {
-            name: name.to_owned().into(),
-            kind: LightKind::Directional,
-            position: DVec3::ZERO,
-            direction: DVec3::NEG_Y,
-            color: Vec3::ONE,
-            intensity,
-            range: f32::INFINITY,
-            properties: cast_shadow.then(|| CAST_SHADOW.into()).into_iter().collect(),
-            angular_diameter: 0.5_f32.to_radians(),
-            radius: 0.0,
-            priority: 1.0,
-        }
+        let light = Light::new(name.to_owned(), LightKind::Directional).intensity(intensity);
+        if cast_shadow { light.property(CAST_SHADOW) } else { light }
     }
 
     #[test]
     fn the_choice_of_light_does_not_depend_on_the_order() {
         let mut lights =
             vec![sun("moon", 1.0, true), sun("b", 5.0, true), sun("a", 5.0, true), sun("fill", 90.0, false)];
-        lights.push(Light { kind: LightKind::Point, intensity: 1e6, ..sun("0", 1.0, true) });
-        lights.push(Light { direction: DVec3::NAN, ..sun("broken", 1e6, true) });
+        lights.push(Light::new("0", LightKind::Point).intensity(1e6).property(CAST_SHADOW));
+        lights.push(sun("broken", 1e6, true).direction(DVec3::NAN));
         for _ in 0..lights.len() {
             lights.rotate_left(1);
             assert_eq!(choose(&lights, None).map(|light| &*light.name), Some("a"));

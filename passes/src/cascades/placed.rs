@@ -66,7 +66,7 @@ impl DescribeShadows for Placed {
             let layer = first + at as u32;
             let ratio = f64::from(of_light) * cascade.texel_size / first_texel;
             output.cadence = importance::cadence(ratio, output.longest);
-            output.view(View { layer, ..cascade.view });
+            output.view(cascade.view.layer(layer));
             let size = descriptor::light_size(light, output.light_size, f64::INFINITY);
             output.descriptor(self.descriptor(at, layer, size, cascade));
             let place = output

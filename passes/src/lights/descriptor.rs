@@ -128,26 +128,13 @@ pub(crate) fn count(data: &BlackboardData) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use glam::{DVec3, Vec3};
 
     use super::*;
 
     #[test]
     fn sizes_that_are_none_count_as_not_said_and_those_beyond_measure_are_bounded() {
         let size = |kind, given: f32, without| {
-            let light = Light {
-                name: "".into(),
-                kind,
-                position: DVec3::ZERO,
-                direction: DVec3::NEG_Y,
-                color: Vec3::ONE,
-                intensity: 1.0,
-                range: 10.0,
-                properties: Vec::new(),
-                angular_diameter: given,
-                radius: given,
-                priority: 1.0,
-            };
+            let light = Light::new("", kind).range(10.0).angular_diameter(given).radius(given);
             light_size(&light, without, 10.0)
         };
         for kind in [LightKind::Point, LightKind::Spot { inner_angle: 0.1, outer_angle: 0.2 }] {

@@ -198,7 +198,7 @@ impl Bounded {
             )
         };
         let notice = Diagnostic::warning(codes::FILTER_BOUNDED, Place::Nowhere, message).help(help);
-        Some(Diagnostic { severity: Severity::Note, ..notice })
+        Some(notice.severity(Severity::Note))
     }
 }
 

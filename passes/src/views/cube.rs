@@ -164,15 +164,10 @@ impl CubeViews {
 
     /// A face's view as draws are made from it.
     pub fn view(&self, face: Face, layer: u32, viewport: Option<[u32; 4]>) -> View {
-        View {
-            clip_from_world: self.clip_from_world(face),
-            view_from_world: self.view_from_world(face),
-            position: self.position,
-            forward: face.forward(),
-            reverse: self.reverse,
-            layer,
-            viewport,
-        }
+        View::new(self.clip_from_world(face), self.view_from_world(face), self.position, face.forward())
+            .reverse(self.reverse)
+            .layer(layer)
+            .viewport(viewport)
     }
 }
 

@@ -93,15 +93,10 @@ impl SpotView {
 
     /// The view as draws are made from it.
     pub fn view(&self, layer: u32, viewport: Option<[u32; 4]>) -> View {
-        View {
-            clip_from_world: self.clip_from_world,
-            view_from_world: self.view_from_world,
-            position: self.position,
-            forward: self.forward,
-            reverse: self.reverse,
-            layer,
-            viewport,
-        }
+        View::new(self.clip_from_world, self.view_from_world, self.position, self.forward)
+            .reverse(self.reverse)
+            .layer(layer)
+            .viewport(viewport)
     }
 }
 

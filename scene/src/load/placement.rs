@@ -1,6 +1,6 @@
 //! Cameras and lights, where nodes of the shown scene place them.
 
-use glam::{DMat4, DVec3, Vec3};
+use glam::{DMat4, DVec3};
 use gltf::json::Root;
 use gltf::json::camera::Type;
 use gltf::json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
@@ -224,17 +224,15 @@ fn one(
     let switches = [("cast_shadow", is_on("castShadow")), ("contact_shadow", is_on("contactShadow"))];
     let words = switches.into_iter().filter_map(|(word, is_on)| is_on.then_some(word));
     let words = words.chain(hardness.map(|at| ["hard_shadow", "soft_shadow", "pcss_shadow"][at]));
-    usable.then(|| Light {
-        name: name.into(),
-        kind,
-        position: DVec3::ZERO,
-        direction: DVec3::NEG_Z,
-        color: Vec3::from_array(json.color),
-        intensity: json.intensity,
-        range: json.range.unwrap_or(f32::INFINITY),
-        properties: words.map(Into::into).collect(),
-        angular_diameter: angular_diameter_deg.unwrap_or(0.0).min(180.0).to_radians(),
-        radius: radius.unwrap_or(0.0),
-        priority: priority.unwrap_or(1.0),
+    usable.then(|| {
+        let light = Light::new(name, kind)
+            .direction(DVec3::NEG_Z)
+            .color(json.color)
+            .intensity(json.intensity)
+            .range(json.range.unwrap_or(f32::INFINITY))
+            .angular_diameter(angular_diameter_deg.unwrap_or(0.0).min(180.0).to_radians())
+            .radius(radius.unwrap_or(0.0))
+            .priority(priority.unwrap_or(1.0));
+        words.fold(light, Light::property)
     })
 }

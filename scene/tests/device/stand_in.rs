@@ -173,15 +173,7 @@ fn orthographic() -> View {
     let clip_from_world = glam::DMat4::from_cols_array(&[
         1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -0.01, 0.0, 0.0, 0.0, 0.5, 1.0,
     ]);
-    View {
-        clip_from_world,
-        view_from_world: glam::DMat4::IDENTITY,
-        position: glam::DVec3::new(0.0, 0.0, 50.0),
-        forward: glam::DVec3::NEG_Z,
-        reverse: false,
-        layer: 0,
-        viewport: None,
-    }
+    View::new(clip_from_world, glam::DMat4::IDENTITY, glam::DVec3::new(0.0, 0.0, 50.0), glam::DVec3::NEG_Z)
 }
 
 fn uniform_layout(device: &wgpu::Device, moved: bool) -> wgpu::BindGroupLayout {

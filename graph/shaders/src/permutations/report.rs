@@ -9,6 +9,7 @@ use crate::render::{self, Placement};
 
 /// The outcome of a check.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct Permutations {
     /// Every diagnostic, once per root cause, by place.
     pub diagnostics: Diagnostics,
@@ -20,6 +21,7 @@ pub struct Permutations {
 
 /// The result of one request.
 #[derive(Clone, Debug, serde::Serialize)]
+#[non_exhaustive]
 pub struct TemplateReport {
     /// The pass, or what else the request calls itself.
     pub name: String,
@@ -46,6 +48,7 @@ pub struct TemplateReport {
 
 /// One distinct text.
 #[derive(Clone, Debug, serde::Serialize)]
+#[non_exhaustive]
 pub struct VariantReport {
     /// The values that lead to it, on the first of its paths.
     #[serde(serialize_with = "shared")]

@@ -24,6 +24,7 @@ pub use model::{
 
 /// The form of a drawn graph.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum GraphFormat {
     /// A picture.
     #[default]

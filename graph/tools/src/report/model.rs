@@ -17,6 +17,7 @@ pub const MAX_STEPS: usize = 16;
 
 /// Everything about one plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Report {
     /// The pipeline's name.
     pub pipeline: String,
@@ -36,6 +37,7 @@ pub struct Report {
 
 /// One pass.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct PassReport {
     /// Its name.
     pub name: String,
@@ -74,6 +76,7 @@ pub struct PassReport {
 
 /// One attachment of a pass.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct AttachmentReport {
     /// The resource.
     pub resource: String,
@@ -89,6 +92,7 @@ pub struct AttachmentReport {
 
 /// One resource.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ResourceReport {
     /// Its name.
     pub name: String,
@@ -137,6 +141,7 @@ pub enum EdgeKind {
 
 /// An edge from one pass to another.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct EdgeReport {
     /// The column of the first pass.
     pub from: usize,
@@ -152,6 +157,7 @@ pub struct EdgeReport {
 
 /// Bytes of a plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct MemoryReport {
     /// If nothing shared memory.
     pub without_aliasing: u64,
@@ -171,6 +177,7 @@ pub struct MemoryReport {
 
 /// One class of resources that can stand for one another.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CompatibilityClassReport {
     /// The description of the members.
     pub description: String,

@@ -40,6 +40,7 @@ use crate::work::PassHandle;
 /// The kind of a violation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum ViolationKind {
     /// A pass is planned twice, or planned and culled.
     PassTwice,
@@ -127,6 +128,7 @@ pub enum ViolationKind {
 
 /// One thing that is wrong with a plan.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Violation {
     /// What.
     pub kind: ViolationKind,

@@ -123,7 +123,9 @@ fn every_setting_changes_what_is_published() {
     camera.position = DVec3::new(1.3, 2.1, 0.7);
     camera.rotation = DQuat::from_rotation_y(0.4);
     let mut frame = frame(camera, DVec3::new(0.3, -0.8, 0.5));
-    frame.lights.push(Light { name: "moon".into(), intensity: 0.1, ..sun(DVec3::new(-0.4, -0.8, 0.1)) });
+    let mut moon = sun(DVec3::new(-0.4, -0.8, 0.1)).intensity(0.1);
+    moon.name = "moon".into();
+    frame.lights.push(moon);
     let published = |settings: &str| {
         let data = run(&format!(r#"{{ "far": [10, 90], "resolution": 256 {settings} }}"#), &frame);
         let words: Vec<u32> =

@@ -41,40 +41,26 @@ fn configuration(far: &[f64]) -> Configuration {
 }
 
 fn sun(direction: DVec3) -> Light {
-    Light {
-        name: "sun".into(),
-        kind: LightKind::Directional,
-        position: DVec3::ZERO,
-        direction: direction.normalize_or(DVec3::NEG_Y),
-        color: Vec3::new(1.0, 0.9, 0.8),
-        intensity: 3.0,
-        range: f32::INFINITY,
-        properties: vec!["cast_shadow".into()],
-        angular_diameter: 0.53_f32.to_radians(),
-        radius: 0.0,
-        priority: 1.0,
-    }
+    Light::new("sun", LightKind::Directional)
+        .direction(direction.normalize_or(DVec3::NEG_Y))
+        .color(Vec3::new(1.0, 0.9, 0.8))
+        .intensity(3.0)
+        .property("cast_shadow")
+        .angular_diameter(0.53_f32.to_radians())
 }
 
 fn frame(camera: Camera, direction: DVec3) -> FrameInput {
     let bounds = Bounds { min: DVec3::new(-60.0, -2.0, -60.0), max: DVec3::new(60.0, 40.0, 60.0) };
-    FrameInput {
-        camera,
-        lights: vec![sun(direction)],
-        filter_bounds: vec![("casters".into(), bounds)],
-        scene_bounds: bounds,
-        time: 0.0,
-        index: 0,
-    }
+    FrameInput::new(camera).lights(vec![sun(direction)]).filter_bounds("casters", bounds).scene_bounds(bounds)
 }
 
 fn identity_camera() -> Camera {
-    Camera {
-        position: DVec3::ZERO,
-        rotation: DQuat::IDENTITY,
-        projection: Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 5000.0 },
-        aspect: 16.0 / 9.0,
-    }
+    Camera::new(
+        DVec3::ZERO,
+        DQuat::IDENTITY,
+        Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 5000.0 },
+        16.0 / 9.0,
+    )
 }
 
 /// Where a world point falls: texels from the upper left, and clip depth.
@@ -115,7 +101,7 @@ fn projection() -> impl Strategy<Value = Projection> {
 
 fn camera() -> impl Strategy<Value = Camera> {
     (position(1000.0), rotation(), projection(), 0.4..3.0).prop_map(
-        |(position, rotation, projection, aspect)| Camera { position, rotation, projection, aspect },
+        |(position, rotation, projection, aspect)| Camera::new(position, rotation, projection, aspect),
     )
 }
 

@@ -22,7 +22,7 @@ proptest! {
     ) {
         let settings = Configuration { shape, snap, clip_to_scene, ..configuration(&[8.0, 40.0, 200.0]) };
         let before = settings.fit(&frame(camera, light));
-        let after = settings.fit(&frame(Camera { position: camera.position + step, ..camera }, light));
+        let after = settings.fit(&frame(camera.position(camera.position + step), light));
         prop_assert_eq!(before.count(), after.count());
         let point = camera.position + point;
         for (before, after) in before.iter().zip(after.iter()).filter(|(before, _)| before.texel_size >= 0.005) {
@@ -52,7 +52,7 @@ proptest! {
     ) {
         let settings = configuration(&[8.0, 40.0, 200.0]);
         let before = settings.fit(&frame(camera, light));
-        let after = settings.fit(&frame(Camera { rotation, ..camera }, light));
+        let after = settings.fit(&frame(camera.rotation(rotation), light));
         let point = camera.position + point;
         for (before, after) in before.iter().zip(after.iter()).filter(|(before, _)| before.texel_size >= 0.005) {
             prop_assert_eq!(before.texel_size.to_bits(), after.texel_size.to_bits());
@@ -65,7 +65,7 @@ proptest! {
 #[test]
 fn a_light_view_centred_on_the_slice_lets_static_points_crawl() {
     let settings = Configuration { snap: Snap::Projection, ..configuration(&[32.0, 128.0]) };
-    let moved = Camera { position: DVec3::new(0.003, 0.0, 0.0), ..identity_camera() };
+    let moved = identity_camera().position(DVec3::new(0.003, 0.0, 0.0));
     let light = DVec3::new(0.3, -1.0, 0.2);
     let (before, after) =
         (settings.fit(&frame(identity_camera(), light)), settings.fit(&frame(moved, light)));
@@ -88,12 +88,7 @@ fn a_tight_fit_has_finer_texels_than_a_sphere() {
 #[test]
 fn an_aligned_fit_is_finer_than_a_tight_one_across_the_light_and_turns_in_steps() {
     let projection = Projection::Perspective { vertical_fov: 0.5, near: 0.1, far: 100.0 };
-    let looking = |turn: f64| Camera {
-        rotation: DQuat::from_rotation_y(turn),
-        projection,
-        aspect: 1.0,
-        ..identity_camera()
-    };
+    let looking = |turn: f64| Camera::new(DVec3::ZERO, DQuat::from_rotation_y(turn), projection, 1.0);
     let light = DVec3::new(0.0, -1.0, 0.0);
     let sets = |turn: f64, shape| {
         Configuration { shape, square: false, ..configuration(&[20.0]) }.fit(&frame(looking(turn), light))
@@ -122,8 +117,7 @@ fn a_movement_within_one_texel_leaves_the_matrices_bit_identical() {
     let light = DVec3::new(0.3, -1.0, 0.2);
     let matrices: std::collections::BTreeSet<_> = (0..100)
         .map(|step| {
-            let camera =
-                Camera { position: DVec3::new(0.001 * f64::from(step), 0.0, 0.0), ..identity_camera() };
+            let camera = identity_camera().position(DVec3::new(0.001 * f64::from(step), 0.0, 0.0));
             let set = settings.fit(&frame(camera, light));
             set.iter()
                 .flat_map(|cascade| cascade.view.clip_from_world.to_cols_array().map(f64::to_bits))
