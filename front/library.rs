@@ -3,18 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::compose::{self, Disk, Files, Roots};
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::compose::{self, Disk, Files, Named, Roots};
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::draw::HostInterface;
 use crate::front::Pipeline;
 use crate::node::{Node, NodeKind, Registry};
 use crate::pipeline::Modules;
-use crate::shader::{TargetProfile, TemplateSet};
+use crate::shader::{TEMPLATE_ENDS, TargetProfile, TemplateSet};
 use crate::source::{FileId, Sources};
 use crate::{Bundled, Error};
-
-/// The suffixes of the files of a template.
-const ENDS: [&str; 2] = [".jinja", ".axes.json"];
 
 /// What pipelines are loaded with: node kinds, templates, what the host stores of its meshes, and the target profile.
 ///
@@ -182,11 +179,9 @@ impl Library {
         let mut own = Own { disk: Disk(Roots::default()), texts: &self.texts };
         for folder in &self.folders {
             own.disk.0 = std::mem::take(&mut own.disk.0).and(folder);
-            if let Err(error) = collect(folder, "", &mut files, 0) {
-                let name = folder.display().to_string();
-                let message = format!("the templates of \"{name}\" cannot be read: {error}");
-                let diagnostic = Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message);
-                findings.push(diagnostic.help("name a folder of templates"));
+            match compose::files_below(folder, &TEMPLATE_ENDS) {
+                Ok(found) => files.extend(found),
+                Err(diagnostic) => findings.push(diagnostic),
             }
         }
         files.extend(self.texts.iter().map(|(name, _)| (name.clone(), PathBuf::from(name))));
@@ -212,35 +207,4 @@ impl Files for Own<'_> {
             None => self.disk.read(path, sources),
         }
     }
-}
-
-/// What the application names.
-struct Named;
-
-impl Files for Named {
-    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
-        crate::read_source(path, sources)
-    }
-}
-
-/// The templates below a folder, by their names relative to it.
-fn collect(
-    folder: &Path,
-    prefix: &str,
-    files: &mut Vec<(String, PathBuf)>,
-    depth: usize,
-) -> std::io::Result<()> {
-    let mut entries = std::fs::read_dir(folder)?.collect::<Result<Vec<_>, _>>()?;
-    entries.sort_by_key(std::fs::DirEntry::file_name);
-    for entry in entries {
-        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
-        if entry.file_type()?.is_dir() {
-            if depth < 16 {
-                collect(&entry.path(), &format!("{name}/"), files, depth + 1)?;
-            }
-        } else if ENDS.iter().any(|end| name.ends_with(end)) {
-            files.push((name, entry.path()));
-        }
-    }
-    Ok(())
 }

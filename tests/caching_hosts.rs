@@ -65,9 +65,6 @@ impl DrawSource for Resting<'_> {
     fn interface(&self, geometry: &str) -> Option<&HostInterface> {
         self.scene.interface(geometry)
     }
-    fn filters(&self) -> &[&str] {
-        self.scene.filters()
-    }
     fn revision(&self, filter: &str) -> Option<u64> {
         let moves = self.scene.revision(filter)?;
         Some(if filter == "static_casters" {

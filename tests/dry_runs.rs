@@ -78,9 +78,11 @@ fn said(dry_run: &mut DryRun, path: &str, text: &str) -> Option<String> {
     if outcome.diagnostics.has_errors() {
         return None;
     }
-    let scene = interface::any_scene();
-    let plan = Arc::new(outcome.checked.plan?);
-    let said = pollster::block_on(dry_run.run(&plan, [(interface::GEOMETRY, &scene)]));
+    let mut plan = outcome.checked.plan?;
+    Arc::make_mut(&mut plan.pipeline)
+        .hosts
+        .insert(interface::GEOMETRY.into(), interface::any_scene().filters(&[]));
+    let said = pollster::block_on(dry_run.run(&Arc::new(plan)));
     let messages: Vec<&str> = said.iter().map(|one| one.message.as_str()).collect();
     Some(messages.join("; "))
 }

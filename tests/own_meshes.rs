@@ -6,44 +6,18 @@
 mod common;
 #[path = "../examples/own_meshes/dominoes.rs"]
 mod dominoes;
+#[path = "../examples/own_meshes/shadows.rs"]
+mod shadows;
 
-use std::path::Path;
-use std::sync::Arc;
-
-use dominoes::{Dominoes, GEOMETRY, interface};
-use glam::{DMat3, DQuat, DVec3};
-use umbragraph::draw::{HostInterface, HostSlotKind};
-use umbragraph::frame::{Camera, FrameInput, Light, LightKind, Projection};
-use umbragraph::{Error, Executor, Frame, Library, Options, Plan};
+use dominoes::Dominoes;
+use glam::DVec3;
+use umbragraph::draw::HostSlotKind;
+use umbragraph::frame::FrameInput;
+use umbragraph::{Executor, Frame};
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::image::Picture;
 
 const SIZE: [u32; 2] = [480, 270];
-
-fn checked(host: HostInterface) -> Result<Arc<Plan>, Error> {
-    let folder = Path::new("examples/own_meshes");
-    let library = Library::new().templates(folder).host(GEOMETRY, host);
-    library.load(folder.join("dominoes.json"))?.plan(&Options::new(SIZE[0], SIZE[1]))
-}
-
-fn frame() -> FrameInput {
-    let (eye, middle) = (DVec3::new(1.2, 4.6, 6.2), DVec3::new(0.3, 0.0, 0.3));
-    let back = (eye - middle).normalize();
-    let right = DVec3::Y.cross(back).normalize();
-    let sun = Light::new("sun", LightKind::Directional)
-        .direction(DVec3::new(-0.8, -0.7, -0.35).normalize())
-        .intensity(4.0)
-        .property("cast_shadow");
-    FrameInput::new(Camera::new(
-        eye,
-        DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back)),
-        Projection::Perspective { vertical_fov: 0.8, near: 0.1, far: 40.0 },
-        f64::from(SIZE[0]) / f64::from(SIZE[1]),
-    ))
-    .lights(vec![sun])
-    .filter_bounds("casters", Dominoes::bounds())
-    .scene_bounds(Dominoes::bounds())
-}
 
 /// The brightness of the pixel that shows a point of the world.
 fn brightness(picture: &Picture, input: &FrameInput, point: DVec3) -> u32 {
@@ -58,12 +32,12 @@ fn brightness(picture: &Picture, input: &FrameInput, point: DVec3) -> u32 {
 #[test]
 fn an_application_of_its_own_draws_its_meshes_with_the_shadows_of_a_pipeline_it_extends() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = checked(interface()).unwrap_or_else(|error| panic!("{error}"));
+    let plan = shadows::plan(shadows::interface(), SIZE).unwrap_or_else(|error| panic!("{error}"));
     let meshes = Dominoes::new(&gpu.device, &gpu.queue);
     let target = common::gpu::import(&gpu, &plan, "target");
     let mut executor = Executor::new(&gpu.device, &gpu.queue, plan, Some(&meshes))
         .unwrap_or_else(|diagnostics| panic!("{diagnostics:?}"));
-    let input = frame();
+    let input = shadows::input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0, 0);
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     executor
         .record(&mut encoder, &Frame::new(&input).draws(&meshes).imports(&[("target", &target)]))
@@ -82,14 +56,33 @@ fn an_application_of_its_own_draws_its_meshes_with_the_shadows_of_a_pipeline_it_
 
 #[test]
 fn a_host_whose_blocks_lie_elsewhere_is_found_without_a_device() {
-    let mut host = interface();
+    let mut host = shadows::interface();
     if let HostSlotKind::Block { members, .. } = &mut host.object[0].kind {
         members[2].offset = 76;
     }
-    let error = checked(host).expect_err("a host that stores otherwise");
+    let error = shadows::plan(host, SIZE).expect_err("a host that stores otherwise");
     assert_eq!(error.findings().len(), 1, "{error}");
     assert!(
         error.to_string().contains("\"domino.color\" lies at byte 76 on the host and at byte 80"),
         "{error}"
     );
+}
+
+/// What an application has to write: `shadows.rs`, and each line beside it that is about the module; without imports of
+/// other crates.
+#[test]
+fn fewer_than_fifty_lines_concern_the_module() {
+    let lines = |file: &str| -> Vec<String> {
+        let path = format!("examples/own_meshes/{file}");
+        let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
+        let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("//"));
+        let lines = lines.filter(|line| !line.starts_with("use ") || line.contains("umbragraph"));
+        lines.map(str::to_owned).collect()
+    };
+    let words = ["umbragraph", "shadows::", "xecutor", "imported_texture", "read_bytes"];
+    let is_about = |line: &String| words.iter().any(|word| line.contains(word));
+    let beside = [lines("main.rs"), lines("dominoes.rs")].concat();
+    let count = lines("shadows.rs").len() + beside.iter().filter(|line| is_about(line)).count();
+    println!("{count} lines concern the module");
+    assert!((30..50).contains(&count), "{count}");
 }

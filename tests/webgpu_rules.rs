@@ -280,7 +280,7 @@ fn what_keeps_the_rules_of_webgpu_runs_dry() {
     for Rule(rule, _, ground, ..) in RULES {
         let outcome = check(ground, "\u{0}", "");
         assert_eq!(outcome.text(), "", "{rule}");
-        let said = pollster::block_on(dry_run.run(&Arc::new(outcome.plan().clone()), []));
+        let said = pollster::block_on(dry_run.run(&Arc::new(outcome.plan().clone())));
         assert!(!said.has_errors(), "{rule}: {said:?}");
     }
 }

@@ -281,9 +281,6 @@ impl DrawSource for Boxes {
     fn interface(&self, geometry: &str) -> Option<&HostInterface> {
         (geometry == "scene").then_some(&self.interface)
     }
-    fn filters(&self) -> &[&str] {
-        &["casters", "opaque", "transparent"]
-    }
     fn material_count(&self) -> u32 {
         1
     }

@@ -92,7 +92,7 @@ fn requests(
             plan: &PlanOptions::new(1280, 720),
         };
         let mut diagnostics = Diagnostics::new();
-        let mut judge = dry_run(&session.registry, first);
+        let mut judge = dry_run(first);
         let reached = pipeline::reach(
             &document,
             &options,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use umbragraph::compiler::{Plan, PlanOptions};
-use umbragraph::compose::{Composed, Disk, Files as _, Roots};
+use umbragraph::compose::{Composed, Disk, Files as _, Named, Roots};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
 use umbragraph::document::{self, Document, Value};
 #[cfg(feature = "gpu")]
@@ -14,9 +14,9 @@ use umbragraph::node::Registry;
 use umbragraph::pipeline::{self, Configurations, FileKind, Overrides, ParameterFile, Setting};
 use umbragraph::scene::interface;
 use umbragraph::shader::permutations::{self, Count, Request};
-use umbragraph::shader::{AxisValues, TargetProfile, TemplateSet};
+use umbragraph::shader::{AxisValues, TEMPLATE_ENDS, TargetProfile, TemplateSet};
 use umbragraph::source::{FileId, Sources, Span};
-use umbragraph::{Bundled, CheckOptions, CheckReport, Coverage, compose, read_source};
+use umbragraph::{Bundled, CheckOptions, CheckReport, Coverage, compose};
 
 use crate::arguments::{Choices, Settings};
 use crate::parts;
@@ -47,15 +47,6 @@ struct Overlaid<'s> {
     files: &'s mut BTreeSet<String>,
     /// What documents may read; everything where the command line names the file.
     disk: Option<Disk>,
-}
-
-/// What the command line names, wherever it lies.
-struct Named;
-
-impl compose::Files for Named {
-    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
-        read_source(path, sources)
-    }
 }
 
 impl compose::Files for Overlaid<'_> {
@@ -109,10 +100,11 @@ impl Session {
         let templates = match folder {
             None => umbragraph::templates(&mut sources, &mut diagnostics),
             Some(folder) => {
-                let mut files = Vec::new();
-                if let Err(diagnostic) = collect(folder, folder, &mut files, 0) {
-                    diagnostics.push(*diagnostic);
-                }
+                let files = compose::files_below(folder, &TEMPLATE_ENDS);
+                let files = files.unwrap_or_else(|diagnostic| {
+                    diagnostics.push(diagnostic);
+                    Vec::new()
+                });
                 let mut disk = Disk(with_roots(Roots::below(folder), roots));
                 let templates = umbragraph::templates_with(&files, &mut disk, &mut sources, &mut diagnostics);
                 let file = |name: &String| match name.strip_suffix(".axes.json") {
@@ -278,7 +270,7 @@ impl Session {
             let mut coverage = umbragraph::check_configurations(
                 &composed.document,
                 &options,
-                (&configurations, verified, &mut dry_run(&self.registry, profile)),
+                (&configurations, verified, &mut dry_run(profile)),
                 &self.sources,
                 &mut diagnostics,
             );
@@ -501,57 +493,18 @@ fn relocate(value: Value, place: Span) -> Value {
     Value { span, kind }
 }
 
-/// The templates and axes below a folder, each with its name there.
-fn collect(
-    root: &Path,
-    folder: &Path,
-    files: &mut Vec<(String, std::path::PathBuf)>,
-    depth: usize,
-) -> Result<(), Box<Diagnostic>> {
-    let name = folder.display().to_string();
-    let unreadable = |error: std::io::Error| {
-        Box::new(
-            Diagnostic::in_file(
-                codes::FILE_UNREADABLE,
-                &name,
-                "",
-                format!("the folder \"{name}\" cannot be read: {error}"),
-            )
-            .help("paths are relative to the current folder"),
-        )
-    };
-    let mut entries: Vec<_> =
-        std::fs::read_dir(folder).map_err(unreadable)?.collect::<Result<_, _>>().map_err(unreadable)?;
-    entries.sort_by_key(std::fs::DirEntry::file_name);
-    for entry in entries {
-        let path = entry.path();
-        let text = path.to_string_lossy();
-        // Links to folders are not followed: they may lead in a cycle.
-        if entry.file_type().is_ok_and(|kind| kind.is_dir()) && depth < 8 {
-            collect(root, &path, files, depth + 1)?;
-        } else if text.ends_with(".wgsl.jinja") || text.ends_with(".axes.json") {
-            let below = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().replace('\\', "/");
-            files.push((below, path));
-        }
-    }
-    Ok(())
-}
-
 /// What wgpu says of a plan on a device with a profile's limits and features.
 #[cfg(feature = "gpu")]
-pub(crate) fn dry_run<'r>(
-    registry: &'r Registry,
-    profile: &TargetProfile,
-) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<'r> {
+pub(crate) fn dry_run(profile: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<> {
     let mut dry_run = pollster::block_on(DryRun::new(profile));
     move |plan| match &mut dry_run {
-        Ok(dry_run) => pollster::block_on(dry_run.run(plan, registry.hosts())),
+        Ok(dry_run) => pollster::block_on(dry_run.run(plan)),
         Err(diagnostic) => diagnostic.clone().into(),
     }
 }
 
 /// Nothing, without wgpu.
 #[cfg(not(feature = "gpu"))]
-pub(crate) fn dry_run(_: &Registry, _: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<> {
+pub(crate) fn dry_run(_: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<> {
     |_| Diagnostics::new()
 }

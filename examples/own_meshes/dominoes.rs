@@ -1,48 +1,22 @@
 //! The application's meshes: dominoes on a spiral that fall one after the other, and the floor they stand on.
 //!
-//! One cube in one vertex buffer, and a uniform block for each domino. Nothing here is umbragraph's but the
-//! [`HostInterface`], which says how the bytes lie, and the [`DrawSource`], which issues the draws of a view.
-
-use std::num::NonZeroU64;
+//! One cube in one vertex buffer, and a uniform block for each domino.
 
 use glam::{DMat4, DQuat, DVec3, Mat4, Vec3};
-use umbragraph::data::ValueType;
-use umbragraph::draw::{DrawPass, DrawSource, HostInterface, HostSlot, HostVertexBuffer, PropertySet};
-use umbragraph::frame::Bounds;
-use umbragraph::wgpu;
-use umbragraph::wgpu::VertexFormat::Float32x3;
 
-/// The name of the geometry in `dominoes.json`.
-pub(crate) const GEOMETRY: &str = "dominoes";
-
-/// Bytes from one block to the next.
-const STRIDE: u32 = 256;
-
-/// The bytes of a block: a matrix, then two vectors of three with a number's room behind each.
-const BLOCK: u32 = 96;
+/// Bytes from one block to the next: a matrix, then two vectors of three with a number's room behind each.
+pub(crate) const STRIDE: u32 = 256;
 
 /// Half the width, height and thickness of a domino, in metres.
 const HALF_SIZE: Vec3 = Vec3::new(0.14, 0.3, 0.045);
 
-const COUNT: u32 = 64;
-
-/// How the meshes are stored: said once, compared with every shader that draws them.
-pub(crate) fn interface() -> HostInterface {
-    let members = [
-        ("world_from_object", ValueType::MAT4, 0),
-        ("half_size", ValueType::VEC3, 64),
-        ("color", ValueType::VEC3, 80),
-    ];
-    HostInterface::new()
-        .vertices(HostVertexBuffer::new(24, [("position", Float32x3, 0), ("normal", Float32x3, 12)]))
-        .object(HostSlot::block("domino", STRIDE, members))
-}
+/// The dominoes; the floor is one more object.
+pub(crate) const COUNT: u32 = 64;
 
 /// The dominoes on a device.
 pub(crate) struct Dominoes {
-    interface: HostInterface,
-    cube: wgpu::Buffer,
-    blocks: wgpu::Buffer,
+    pub(crate) cube: wgpu::Buffer,
+    pub(crate) blocks: wgpu::Buffer,
 }
 
 impl Dominoes {
@@ -60,11 +34,7 @@ impl Dominoes {
         let cube = buffer("cube", vertices.len() as u64, wgpu::BufferUsages::VERTEX);
         queue.write_buffer(&cube, 0, &vertices);
         let size = u64::from(STRIDE * (COUNT + 1));
-        let dominoes = Self {
-            interface: interface(),
-            cube,
-            blocks: buffer("dominoes", size, wgpu::BufferUsages::UNIFORM),
-        };
+        let dominoes = Self { cube, blocks: buffer("dominoes", size, wgpu::BufferUsages::UNIFORM) };
         dominoes.update(queue, 0.0);
         dominoes
     }
@@ -80,42 +50,6 @@ impl Dominoes {
         let floor = DMat4::from_translation(DVec3::new(0.0, -0.1, 0.0));
         block(&floor, Vec3::new(20.0, 0.1, 20.0), Vec3::new(0.42, 0.36, 0.28), &mut bytes);
         queue.write_buffer(&self.blocks, 0, &bytes);
-    }
-
-    /// The box around everything that casts shadows, in world metres.
-    pub(crate) fn bounds() -> Bounds {
-        Bounds::between([-20.0, -0.2, -20.0], [20.0, 1.0, 20.0])
-    }
-}
-
-impl DrawSource for Dominoes {
-    fn interface(&self, geometry: &str) -> Option<&HostInterface> {
-        (geometry == GEOMETRY).then_some(&self.interface)
-    }
-
-    fn filters(&self) -> &[&str] {
-        &["casters", "opaque"]
-    }
-
-    fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>> {
-        (binding == "domino").then(|| {
-            wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                buffer: &self.blocks,
-                offset: 0,
-                size: NonZeroU64::new(u64::from(BLOCK)),
-            })
-        })
-    }
-
-    fn draw(&self, pass: &mut dyn DrawPass) {
-        if !pass.set_properties(PropertySet::default()) {
-            return;
-        }
-        pass.render_pass().set_vertex_buffer(0, self.cube.slice(..));
-        for object in 0..=COUNT {
-            pass.set_object(object);
-            pass.render_pass().draw(0..36, 0..1);
-        }
     }
 }
 

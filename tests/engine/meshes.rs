@@ -256,10 +256,6 @@ impl DrawSource for Meshes {
         (geometry == "engine").then_some(&self.interface)
     }
 
-    fn filters(&self) -> &[&str] {
-        &["casters", "opaque", "transparent", "static_casters", "dynamic_casters"]
-    }
-
     fn material_count(&self) -> u32 {
         2
     }

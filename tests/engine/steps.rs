@@ -55,10 +55,6 @@ impl DrawSource for Squares {
         (geometry == "squares").then_some(&self.interface)
     }
 
-    fn filters(&self) -> &[&str] {
-        &["all"]
-    }
-
     fn draw(&self, pass: &mut dyn DrawPass) {
         assert!(pass.set_properties(PropertySet::default()));
         let pass = pass.render_pass();

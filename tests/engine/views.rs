@@ -17,9 +17,6 @@ impl DrawSource for Still<'_> {
     fn interface(&self, geometry: &str) -> Option<&HostInterface> {
         self.0.interface(geometry)
     }
-    fn filters(&self) -> &[&str] {
-        self.0.filters()
-    }
     fn revision(&self, _: &str) -> Option<u64> {
         Some(0)
     }

@@ -153,15 +153,12 @@ pub(crate) fn interface() -> HostInterface {
         .material(HostSlot::block("material", 0, [("tint", ValueType::VEC4, 0)]))
         .object(HostSlot::block("object", STRIDE as u32, object))
         .properties(["double_sided"], [PropertySet(0), BOTH_SIDES])
+        .filters(&["all"])
 }
 
 impl DrawSource for Squares {
     fn interface(&self, geometry: &str) -> Option<&HostInterface> {
         (geometry == "squares").then_some(&self.interface)
-    }
-
-    fn filters(&self) -> &[&str] {
-        &["all"]
     }
 
     fn generation(&self) -> u64 {

@@ -26,7 +26,7 @@ use umbragraph::frame::{Bounds, Camera as FrameCamera, FrameInput, Light};
 use umbragraph::{Frame, Library, Options, Renderer};
 
 use extract::{Scene, extract, upload};
-use meshes::{INTERFACE, Meshes};
+use meshes::{Meshes, interface};
 
 /// A pipeline, loaded from a file that ends in `.graph.json`.
 #[derive(Asset, TypePath)]
@@ -46,7 +46,7 @@ pub struct UmbragraphPlugin;
 impl Plugin for UmbragraphPlugin {
     fn build(&self, app: &mut App) {
         let library = Library::new()
-            .host("bevy", INTERFACE.clone())
+            .host("bevy", interface())
             .template("lib/meshes.wgsl.jinja", include_str!("templates/meshes.wgsl.jinja"))
             .template("tinted.wgsl.jinja", include_str!("templates/tinted.wgsl.jinja"))
             .template("tinted.axes.json", include_str!("templates/tinted.axes.json"));
@@ -99,13 +99,14 @@ fn draw(
     let (view, camera, target, depth) = view.into_inner();
     let light = |sun: &extract::Sun| {
         // Bevy's exposure is a camera's; what the pipeline draws is exposed already.
-        let mut light =
-            Light::directional("sun", sun.direction, sun.color, sun.illuminance * camera.exposure);
-        light.properties.extend(sun.casts_shadows.then_some("cast_shadow".into()));
-        light
+        let light = Light::directional("sun", sun.direction, sun.color, sun.illuminance * camera.exposure);
+        if sun.casts_shadows { light.property("cast_shadow") } else { light }
     };
     let world_from_view = view.world_from_view.to_matrix().to_cols_array_2d();
-    let input = FrameInput::new(FrameCamera::from_matrices(world_from_view, view.clip_from_view.to_cols_array_2d())).lights(scene.suns.iter().map(light).collect()).scene_bounds(scene.bounds.map_or(Bounds::EMPTY, |[min, max]| Bounds::between(min, max))).index(scene.index);
+    let camera = FrameCamera::from_matrices(world_from_view, view.clip_from_view.to_cols_array_2d());
+    let bounds = scene.bounds.map_or(Bounds::EMPTY, |[min, max]| Bounds::between(min, max));
+    let lights = scene.suns.iter().map(light).collect();
+    let input = FrameInput::new(camera).lights(lights).scene_bounds(bounds).index(scene.index);
     let draws = Meshes { scene: &scene, allocator: &allocator, meshes: &meshes };
     let imports = [("color", &**target.main_texture()), ("depth", &**depth.texture())];
     let frame = Frame::new(&input).draws(&draws).imports(&imports);

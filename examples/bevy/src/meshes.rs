@@ -1,12 +1,10 @@
 //! Bevy's meshes for the draw contract: vertices and indices in Bevy's slabs, objects in an array by instance. All
 //! entities of one mesh are one draw.
 
-use std::sync::LazyLock;
-
 use bevy::render::mesh::{RenderMesh, RenderMeshBufferInfo, allocator::MeshAllocator};
 use bevy::render::render_asset::RenderAssets;
 use umbragraph::data::ValueType;
-use umbragraph::draw::{DrawPass, DrawSource, HostInterface, HostSlot, HostVertexBuffer, PropertySet};
+use umbragraph::draw::{DrawPass, DrawSource, HostInterface, HostSlot, HostVertexBuffer};
 use umbragraph::wgpu::{BindingResource, VertexFormat::Float32x2, VertexFormat::Float32x3};
 
 use crate::extract::Scene;
@@ -15,14 +13,14 @@ use crate::extract::Scene;
 const STRIDE: u64 = 32;
 
 /// How Bevy stores meshes, and this plugin objects.
-pub(crate) static INTERFACE: LazyLock<HostInterface> = LazyLock::new(|| {
+pub(crate) fn interface() -> HostInterface {
     let vertex = [("position", Float32x3, 0), ("normal", Float32x3, 12), ("texcoord", Float32x2, 24)];
     let matrices = [("world_from_object", ValueType::MAT4, 0), ("normal_from_object", ValueType::MAT4, 64)];
     let object = matrices.into_iter().chain([("color", ValueType::VEC4, 128)]);
     HostInterface::new()
         .vertices(HostVertexBuffer::new(STRIDE, vertex))
         .object(HostSlot::array("objects", 144, object))
-});
+}
 
 /// The meshes of a frame.
 pub(crate) struct Meshes<'a> {
@@ -32,14 +30,6 @@ pub(crate) struct Meshes<'a> {
 }
 
 impl DrawSource for Meshes<'_> {
-    fn interface(&self, geometry: &str) -> Option<&HostInterface> {
-        (geometry == "bevy").then_some(&*INTERFACE)
-    }
-
-    fn filters(&self) -> &[&str] {
-        &["casters", "opaque"]
-    }
-
     // The buffer is another when it has grown.
     fn generation(&self) -> u64 {
         self.scene.objects.capacity() as u64
@@ -50,9 +40,6 @@ impl DrawSource for Meshes<'_> {
     }
 
     fn draw(&self, pass: &mut dyn DrawPass) {
-        if !pass.set_properties(PropertySet::default()) {
-            return;
-        }
         let pass = pass.render_pass();
         for (id, instances) in &self.scene.batches {
             let mesh = self.meshes.get(*id).filter(|mesh| mesh.layout.0.layout().array_stride == STRIDE);

@@ -61,6 +61,7 @@ impl Assembly {
             toggles: Vec::new(),
             passthroughs: Default::default(),
             geometry: Default::default(),
+            hosts: Default::default(),
             resources: Vec::new(),
             passes: Vec::new(),
             programs: vec![program],

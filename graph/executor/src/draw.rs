@@ -6,13 +6,24 @@ use umbragraph_pipeline::data::View;
 use umbragraph_pipeline::draw::{HostInterface, PropertySet};
 use umbragraph_pipeline::work::DrawOrder;
 
+use crate::compiler::Plan;
+
+/// The storage of a geometry contract: as the host's meshes say, or else as the plan was made with.
+pub(super) fn interface<'a>(
+    plan: &'a Plan,
+    source: Option<&'a dyn DrawSource>,
+    geometry: &str,
+) -> Option<&'a HostInterface> {
+    source.and_then(|source| source.interface(geometry)).or_else(|| plan.pipeline.hosts.get(geometry))
+}
+
 /// A host's meshes, as a pipeline draws them.
 pub trait DrawSource: wgpu::WasmNotSend + wgpu::WasmNotSync {
-    /// The host's storage of a geometry contract; `None` if it knows no such contract.
-    fn interface(&self, geometry: &str) -> Option<&HostInterface>;
-
-    /// The words that may stand under `filter`, such as `opaque`.
-    fn filters(&self) -> &[&str];
+    /// The host's storage of a geometry contract, where it is not what the plan was made with (`Library::host`).
+    fn interface(&self, geometry: &str) -> Option<&HostInterface> {
+        let _ = geometry;
+        None
+    }
 
     /// Counts up whenever materials or the buffers behind bindings are replaced, so that bind groups are remade.
     fn generation(&self) -> u64 {
@@ -37,7 +48,7 @@ pub trait DrawSource: wgpu::WasmNotSend + wgpu::WasmNotSync {
         None
     }
 
-    /// The resource for a binding of group 3; a block's binding covers one object, the offset moves it.
+    /// The resource for a binding of group 3. Of a buffer of blocks, all of it: the module moves from object to object.
     fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>> {
         let _ = binding;
         None

@@ -8,12 +8,11 @@
 //! Limits: nothing is drawn, and the draws of meshes are the host's own, so neither is validated; of runtime toggles the
 //! state that the pipeline gives is recorded. Formats that a driver may lack are not known to be missing.
 
-use std::collections::BTreeMap;
 use std::error::Error;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use umbragraph_pipeline::draw::{HostInterface, HostSlotKind};
+use umbragraph_pipeline::draw::HostSlotKind;
 
 use super::creation::causes;
 use super::imports::imported_texture;
@@ -60,17 +59,13 @@ impl DryRun {
         Ok(Self { device, queue, executor: None })
     }
 
-    /// What wgpu rejects of a plan, at the passes that cause it. `hosts` are the interfaces of hosts by the names of
-    /// their geometry; a plan that draws meshes of none of them is not run.
-    pub async fn run<'h>(
-        &mut self,
-        plan: &Arc<Plan>,
-        hosts: impl IntoIterator<Item = (&'h str, &'h HostInterface)>,
-    ) -> Diagnostics {
-        let source = Nothing::new(&self.device, plan, hosts);
-        if scenes(plan).any(|(_, scene)| !source.hosts.contains_key(&scene.geometry)) {
+    /// What wgpu rejects of a plan, at the passes that cause it. A plan that draws meshes of which nothing is known is not
+    /// run.
+    pub async fn run(&mut self, plan: &Arc<Plan>) -> Diagnostics {
+        if scenes(plan).any(|(_, scene)| !plan.pipeline.hosts.contains_key(&scene.geometry)) {
             return Diagnostics::new();
         }
+        let source = Nothing::new(&self.device, plan);
         let executor = match &mut self.executor {
             Some(executor) => match executor.set_plan(plan.clone(), Some(&source)) {
                 Ok(()) => executor,
@@ -97,7 +92,7 @@ async fn record(
     queue: &wgpu::Queue,
     executor: &mut Executor,
     plan: &Plan,
-    source: &Nothing<'_>,
+    source: &Nothing,
 ) -> Diagnostics {
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     for (name, resource) in &plan.resources {
@@ -173,22 +168,14 @@ fn input() -> FrameInput {
     .scene_bounds(Bounds { min: DVec3::NEG_ONE, max: DVec3::ONE })
 }
 
-/// A host with the interfaces of others, and without meshes.
-struct Nothing<'p> {
-    hosts: BTreeMap<String, HostInterface>,
-    filters: Vec<&'p str>,
+/// A host without meshes.
+struct Nothing {
     block: wgpu::Buffer,
 }
 
-impl<'p> Nothing<'p> {
-    fn new<'h>(
-        device: &wgpu::Device,
-        plan: &'p Plan,
-        hosts: impl IntoIterator<Item = (&'h str, &'h HostInterface)>,
-    ) -> Self {
-        let hosts: BTreeMap<String, HostInterface> =
-            hosts.into_iter().map(|(name, interface)| (name.to_owned(), interface.clone())).collect();
-        let slots = hosts.values().flat_map(|interface| &interface.object);
+impl Nothing {
+    fn new(device: &wgpu::Device, plan: &Plan) -> Self {
+        let slots = plan.pipeline.hosts.values().flat_map(|interface| &interface.object);
         let sizes = slots.filter_map(|slot| match slot.kind {
             HostSlotKind::Block { size, .. } => Some(u64::from(size)),
             HostSlotKind::Array { stride, .. } => Some(u64::from(stride)),
@@ -200,27 +187,11 @@ impl<'p> Nothing<'p> {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE,
             mapped_at_creation: false,
         });
-        Self { hosts, filters: scenes(plan).map(|(_, scene)| scene.filter.as_str()).collect(), block }
+        Self { block }
     }
 }
 
-impl DrawSource for Nothing<'_> {
-    fn interface(&self, geometry: &str) -> Option<&HostInterface> {
-        self.hosts.get(geometry)
-    }
-
-    fn filters(&self) -> &[&str] {
-        &self.filters
-    }
-
-    fn material_count(&self) -> u32 {
-        0
-    }
-
-    fn material(&self, _: u32, _: &str) -> Option<wgpu::BindingResource<'_>> {
-        None
-    }
-
+impl DrawSource for Nothing {
     fn object(&self, _: &str) -> Option<wgpu::BindingResource<'_>> {
         Some(self.block.as_entire_binding())
     }

@@ -27,8 +27,8 @@ pub(super) struct Materials {
 /// The objects of the host for one layout.
 pub(super) struct Objects {
     layout: HostLayout,
-    /// For each binding, if it is a block, bytes from object to object.
-    strides: Vec<Option<u32>>,
+    /// For each binding, if it is a block, its bytes, and those from object to object.
+    blocks: Vec<Option<(u32, u32)>>,
     group: Option<wgpu::BindGroup>,
     /// The number of objects for which every block lies within its buffer.
     count: u32,
@@ -85,19 +85,19 @@ impl Materials {
 impl Objects {
     /// Objects whose blocks lie as the host's interface says.
     pub(super) fn new(layout: HostLayout, interface: &HostInterface) -> Self {
-        let stride = |name: &str| {
+        let block = |name: &str| {
             interface.object.iter().find(|slot| slot.name == name).and_then(|slot| match slot.kind {
-                HostSlotKind::Block { stride, .. } => Some(stride),
+                HostSlotKind::Block { size, stride, .. } => Some((size, stride)),
                 HostSlotKind::Opaque(_) | HostSlotKind::Array { .. } => None,
             })
         };
-        let strides = layout.bindings.iter().map(|(_, name)| stride(name)).collect();
-        Self { layout, strides, group: None, count: 0, generation: None }
+        let blocks = layout.bindings.iter().map(|(_, name)| block(name)).collect();
+        Self { layout, blocks, group: None, count: 0, generation: None }
     }
 
     /// Whether the two have the same layout in shaders.
     pub(super) fn is_alike(&self, other: &Self) -> bool {
-        self.layout == other.layout && self.strides == other.strides
+        self.layout == other.layout && self.blocks == other.blocks
     }
 
     /// Makes the bind group, unless it is that of the host's generation.
@@ -114,17 +114,28 @@ impl Objects {
             return Ok(());
         }
         self.forget();
-        let give = |name: &str| source.object(name).ok_or_else(|| lacks(name, "objects"));
+        let give = |name: &str| {
+            let mut resource = source.object(name).ok_or_else(|| lacks(name, "objects"))?;
+            let at = self.layout.bindings.iter().position(|(_, known)| known == name);
+            // Of a buffer of blocks one is bound, which the offset moves.
+            if let (wgpu::BindingResource::Buffer(binding), Some((bytes, 1..))) =
+                (&mut resource, at.and_then(|at| self.blocks[at]))
+            {
+                binding.size = binding.size.or(wgpu::BufferSize::new(bytes.into()));
+            }
+            Ok(resource)
+        };
         let (group, room) = make(creation, &self.layout, "objects", give)?;
-        let blocks = room.iter().zip(&self.strides).filter_map(|(room, stride)| Some((room, (*stride)?)));
+        let blocks =
+            room.iter().zip(&self.blocks).filter_map(|(room, block)| Some((room, block.as_ref()?.1)));
         let counts = blocks.map(|(room, stride)| match (room, stride) {
             (None, _) => 0,
             (Some(_), 0) => u64::from(u32::MAX),
             (Some(room), stride) => room / u64::from(stride) + 1,
         });
         // An offset has 32 bits.
-        let strides = self.strides.iter().flatten();
-        let addressable = strides.map(|stride| u32::MAX.checked_div(*stride).unwrap_or(u32::MAX)).min();
+        let blocks = self.blocks.iter().flatten();
+        let addressable = blocks.map(|(_, stride)| u32::MAX.checked_div(*stride).unwrap_or(u32::MAX)).min();
         let count = counts.min().unwrap_or(u64::from(u32::MAX));
         self.count = u32::try_from(count).unwrap_or(u32::MAX).min(addressable.unwrap_or(u32::MAX));
         self.group = Some(group);
@@ -142,7 +153,7 @@ impl Objects {
     pub(super) fn get<'a>(&'a self, object: u32, offsets: &mut Vec<u32>) -> Option<&'a wgpu::BindGroup> {
         let group = self.group.as_ref().filter(|_| object < self.count)?;
         offsets.clear();
-        offsets.extend(self.strides.iter().flatten().map(|stride| stride.saturating_mul(object)));
+        offsets.extend(self.blocks.iter().flatten().map(|(_, stride)| stride.saturating_mul(object)));
         Some(group)
     }
 }

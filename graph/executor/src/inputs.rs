@@ -4,9 +4,10 @@
 //! views have to lie within the attachments that they are drawn into. In a frame without diagnostics nothing is
 //! allocated.
 
+use super::draw;
 use super::imports::ImportPart;
 use super::instantiate::{Instantiated, InstantiatedWork};
-use super::requirements::{check_filter, check_source, scenes};
+use super::requirements::{lacks_source, scenes};
 use super::times::Times;
 use super::{Frame, attachments::Attachments};
 use crate::compiler::{Physical, Plan, PlannedResource};
@@ -16,7 +17,7 @@ use crate::language::Lifetime;
 use crate::work::ResourceHandle;
 
 /// The errors that keep a frame from being recorded.
-pub(super) fn check(instantiated: &Instantiated, device: &wgpu::Device, frame: &Frame<'_>) -> Diagnostics {
+pub(super) fn check(instantiated: &Instantiated, frame: &Frame<'_>) -> Diagnostics {
     let mut diagnostics = Diagnostics::new();
     for (name, resource) in &instantiated.plan.resources {
         if resource.physical == Physical::Imported
@@ -44,19 +45,12 @@ pub(super) fn check(instantiated: &Instantiated, device: &wgpu::Device, frame: &
             diagnostics.push(surplus(instantiated, name));
         }
     }
-    let mut has_scenes = false;
-    for (pass, scene) in scenes(&instantiated.plan) {
-        has_scenes = true;
-        diagnostics.extend(frame.draws.and_then(|source| check_filter(pass, scene, source)));
-    }
-    let Some(source) = frame.draws.filter(|_| has_scenes) else {
-        if has_scenes {
-            diagnostics.extend(check_source(&instantiated.plan, device, None));
-        }
+    if frame.draws.is_none() {
+        diagnostics.extend(scenes(&instantiated.plan).map(|(pass, _)| lacks_source(pass)));
         return diagnostics;
-    };
+    }
     for (geometry, interface) in &instantiated.interfaces {
-        if source.interface(geometry) != Some(interface) {
+        if draw::interface(&instantiated.plan, frame.draws, geometry) != Some(interface) {
             let message = format!(
                 "the host's interface of \"{geometry}\" is not the one that pipelines were built for"
             );

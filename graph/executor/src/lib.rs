@@ -150,7 +150,7 @@ pub struct Executor {
 }
 
 impl Executor {
-    /// Instantiates a plan. `source` says how the host's meshes are stored; a plan that draws none needs none.
+    /// Instantiates a plan. `source` says how the host's meshes are stored, where the plan does not know it.
     ///
     /// In a browser errors of the device arrive late; a record reports them then.
     ///
@@ -443,8 +443,8 @@ impl Executor {
     /// within one submission. Encoders have to be submitted in the order of their records.
     ///
     /// # Errors
-    /// Live parameters that do not go together; imports that are missing or not as planned; toggles that the pipeline does not have; a draw source that is
-    /// missing, does not know a filter, or stores meshes otherwise than the one that the plan was instantiated for;
+    /// Live parameters that do not go together; imports that are missing or not as planned; toggles that the pipeline does
+    /// not have; a draw source that is missing, or stores meshes otherwise than the plan was instantiated for;
     /// blackboard data that a CPU pass did not declare; textures of another device; errors of the device. Nothing is
     /// recorded then, and the next frame is possible. Draws of the host that fail or panic are an error, too; what else
     /// is in the frame is recorded.
@@ -458,7 +458,7 @@ impl Executor {
         frame: &Frame<'_>,
     ) -> Result<(), Diagnostics> {
         reject(self.late.known())?;
-        let mut diagnostics = inputs::check(&self.instantiated, &self.device, frame);
+        let mut diagnostics = inputs::check(&self.instantiated, frame);
         diagnostics.extend(Switches::check(&self.instantiated.plan, frame.toggles));
         reject(diagnostics)?;
         self.instantiated.apply_parameters()?;
@@ -536,7 +536,7 @@ fn instantiate(
     reject(diagnostics)?;
     let mut interfaces: Vec<(String, HostInterface)> = Vec::new();
     for (_, scene) in requirements::scenes(&plan) {
-        let interface = source.and_then(|source| source.interface(&scene.geometry));
+        let interface = draw::interface(&plan, source, &scene.geometry);
         if let Some(interface) =
             interface.filter(|_| interfaces.iter().all(|(known, _)| *known != scene.geometry))
         {

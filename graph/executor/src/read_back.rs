@@ -41,7 +41,7 @@ pub async fn read_back(
     Ok(Texels { width, height, layers, channels: layout.channels, values })
 }
 
-/// Reads the bytes of the first mip level of a texture with the usages `COPY_SRC` and `TEXTURE_BINDING`, once everything
+/// Reads the bytes of the first mip level of a texture with the usage `COPY_SRC` (`depth24plus`: `TEXTURE_BINDING`), once everything
 /// that was submitted before has run: row by row from the top without gaps, layer by layer; of depth and stencil the depth.
 ///
 /// The future is ready at once except in a browser, which must not block.

@@ -4,6 +4,7 @@
 //! format that a driver cannot store, memory that runs out) is caught when it is created (see [`super::creation`]).
 
 use super::attachments::MAX_COLORS;
+use super::draw::interface;
 use crate::DrawSource;
 use crate::compiler::{Plan, PlannedPass};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes};
@@ -200,38 +201,40 @@ pub(super) fn check_source(
 ) -> Diagnostics {
     let mut diagnostics = Diagnostics::new();
     for (pass, scene) in scenes(plan) {
-        let Some(source) = source else {
-            let message = format!("\"{}\" draws meshes, but the host gave none", pass.name);
-            diagnostics.push(at(pass, codes::HOST_INTERFACE, message, "give the executor a draw source"));
-            continue;
-        };
-        match source.interface(&scene.geometry) {
-            Some(interface) => {
+        match (interface(plan, source, &scene.geometry), source) {
+            (Some(interface), _) => {
                 diagnostics.extend(check_host(&plan.pipeline, &scene.geometry, interface));
                 diagnostics.extend(check_strides(pass, interface, &device.limits()));
+                diagnostics.extend(check_filter(pass, scene, &interface.filters));
             }
-            None => {
+            (None, None) => diagnostics.push(lacks_source(pass)),
+            (None, Some(_)) => {
                 let message = format!("the host knows no geometry \"{}\"", scene.geometry);
                 diagnostics.push(at(
                     pass,
                     codes::HOST_INTERFACE,
                     message,
-                    "let the host's draw source describe it",
+                    "say with Library::host how it is stored, or let the draw source say it",
                 ));
             }
         }
-        diagnostics.extend(check_filter(pass, scene, source));
     }
     diagnostics
 }
 
+/// A pass that draws meshes where there are none.
+pub(super) fn lacks_source(pass: &Pass) -> Diagnostic {
+    let message = format!("\"{}\" draws meshes, but the host gave none", pass.name);
+    at(pass, codes::HOST_INTERFACE, message, "give the executor a draw source")
+}
+
 /// Whether the host knows which of its meshes a pass wants.
-pub(super) fn check_filter(pass: &Pass, scene: &SceneDraw, source: &dyn DrawSource) -> Option<Diagnostic> {
-    if source.filters().contains(&scene.filter.as_str()) {
+fn check_filter(pass: &Pass, scene: &SceneDraw, filters: &[String]) -> Option<Diagnostic> {
+    if filters.is_empty() || filters.contains(&scene.filter) {
         return None;
     }
     let message = format!("the host knows no filter \"{}\"", scene.filter);
-    Some(at(pass, codes::UNKNOWN_FILTER, message, format!("it knows {}", source.filters().join(", "))))
+    Some(at(pass, codes::UNKNOWN_FILTER, message, format!("it knows {}", filters.join(", "))))
 }
 
 /// The passes that draw the host's meshes.

@@ -188,16 +188,16 @@ impl Registry {
     }
 
     /// States how the host stores what pipelines draw under a geometry contract of this name: what it uploads is then
-    /// compared with every shader that reads it whenever a pipeline is loaded, without a device. A pipeline whose
-    /// geometry has another name is none of this host's.
+    /// compared with every shader that reads it whenever a pipeline is loaded, without a device, and an executor counts on
+    /// it. A pipeline whose geometry has another name is none of this host's.
     pub fn host(&mut self, geometry: impl Into<String>, interface: HostInterface) -> &mut Self {
         self.hosts.insert(geometry.into(), interface);
         self
     }
 
     /// The hosts that were stated, by the geometry contract that each fulfils.
-    pub fn hosts(&self) -> impl Iterator<Item = (&str, &HostInterface)> {
-        self.hosts.iter().map(|(geometry, interface)| (geometry.as_str(), interface))
+    pub fn hosts(&self) -> &BTreeMap<String, HostInterface> {
+        &self.hosts
     }
 
     /// The schema of pipelines that use these kinds, made when it is first wanted.

@@ -59,6 +59,6 @@ pub use reflection::{
     Binding, EntryPoint, FragmentOutput, Member, Reflection, Scalar, ScalarKind, Stage, TypeLayout,
     VertexInput,
 };
-pub use templates::TemplateSet;
+pub use templates::{TEMPLATE_ENDS, TemplateSet};
 pub use text_map::TextMap;
 pub use texture_reads::texture_reads;

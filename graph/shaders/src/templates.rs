@@ -22,6 +22,9 @@ use super::{codes, comparisons, filters, growth, guard, syntax_help};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::{FileId, Sources, Span};
 
+/// What the names of the files of templates end in.
+pub const TEMPLATE_ENDS: [&str; 2] = [".jinja", ".axes.json"];
+
 /// Templates by name, with their axes.
 #[derive(Debug)]
 pub struct TemplateSet {

@@ -24,7 +24,6 @@ use umbragraph_executor::{DrawPass, DrawSource};
 use umbragraph_pipeline::diagnostic::Diagnostics;
 use umbragraph_pipeline::draw::HostInterface;
 
-use crate::filter::FILTERS;
 use crate::interface::{GEOMETRY, interface};
 use crate::pose::Pose;
 use crate::scene::Scene;
@@ -106,10 +105,6 @@ impl SceneResources {
 impl DrawSource for SceneResources {
     fn interface(&self, geometry: &str) -> Option<&HostInterface> {
         (geometry == GEOMETRY).then_some(&self.interface)
-    }
-
-    fn filters(&self) -> &[&str] {
-        FILTERS
     }
 
     fn revision(&self, filter: &str) -> Option<u64> {

@@ -70,6 +70,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::data::DataShape;
+use crate::draw::HostInterface;
 use crate::expression::Value;
 use crate::language::{BufferDeclaration, GeometryDeclaration, Lifetime, TextureDeclaration};
 use crate::shader::TargetProfile;
@@ -102,6 +103,8 @@ pub struct Pipeline {
     pub passthroughs: BTreeMap<ResourceHandle, Passthrough>,
     /// The contracts with the host's draws, by name.
     pub geometry: BTreeMap<String, GeometryDeclaration>,
+    /// What hosts store of the meshes of a contract, as the registry says it.
+    pub hosts: BTreeMap<String, HostInterface>,
     /// The resources; a [`ResourceHandle`] is a position here.
     pub resources: Vec<Resource>,
     /// The passes in the order of the document; a [`PassHandle`] is a position here.

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::io::Read as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::roots::{Roots, Unreachable};
 use crate::diagnostic::{Diagnostic, codes, suggested_name};
@@ -53,6 +53,56 @@ impl Files for Disk {
             }
         }
     }
+}
+
+/// The file system, for what the host names itself, wherever it lies.
+#[derive(Clone, Copy, Debug)]
+pub struct Named;
+
+impl Files for Named {
+    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+        read_source(path, sources)
+    }
+}
+
+/// The deepest folder that [`files_below`] looks into.
+const MAX_DEPTH: usize = 16;
+
+/// The files below a folder whose names end in one of some ways, each with its path below it (with `/`), in the order of
+/// these. Links to folders are not followed: they may lead in a cycle.
+///
+/// # Errors
+/// A folder that cannot be read.
+pub fn files_below(folder: &Path, ends: &[&str]) -> Result<Vec<(String, PathBuf)>, Diagnostic> {
+    let mut files = Vec::new();
+    collect((folder, String::new()), ends, &mut files, 0).map_err(|(name, error)| {
+        let message = format!("the folder \"{name}\" cannot be read: {error}");
+        Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message)
+            .help("paths are relative to the current folder")
+    })?;
+    files.sort();
+    Ok(files)
+}
+
+fn collect(
+    (folder, prefix): (&Path, String),
+    ends: &[&str],
+    files: &mut Vec<(String, PathBuf)>,
+    depth: usize,
+) -> Result<(), (String, std::io::Error)> {
+    let unreadable = |error| (folder.display().to_string(), error);
+    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
+        let entry = entry.map_err(unreadable)?;
+        let name = format!("{prefix}{}", entry.file_name().to_string_lossy());
+        if entry.file_type().map_err(unreadable)?.is_dir() {
+            if depth < MAX_DEPTH {
+                collect((&entry.path(), name + "/"), ends, files, depth + 1)?;
+            }
+        } else if ends.iter().any(|end| name.ends_with(end)) {
+            files.push((name, entry.path()));
+        }
+    }
+    Ok(())
 }
 
 /// Texts in memory, by path.

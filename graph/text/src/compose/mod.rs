@@ -22,7 +22,7 @@ mod roots;
 mod shared_settings;
 mod subgraphs;
 
-pub use files::{Disk, Files, Memory, read_bytes, read_source};
+pub use files::{Disk, Files, Memory, Named, files_below, read_bytes, read_source};
 pub use insert::insert;
 pub use merge::SECTIONS;
 pub use roots::{Roots, Unreachable};

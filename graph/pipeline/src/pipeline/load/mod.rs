@@ -92,9 +92,9 @@ pub fn load(
     let names = toggles.iter().map(|toggle| toggle.name.clone()).collect();
     let mut shared =
         Shared::new(settings.scope(), settings.dependence(), names, sound.geometry, programs, sources);
-    let stated = registry.hosts().filter(|(_, interface)| !interface.filters.is_empty());
+    let stated = registry.hosts().iter().filter(|(_, interface)| !interface.filters.is_empty());
     shared.filters =
-        stated.map(|(geometry, interface)| (geometry.to_owned(), interface.filters.clone())).collect();
+        stated.map(|(geometry, interface)| (geometry.clone(), interface.filters.clone())).collect();
     let connected = declare(document, registry, &broken, &toggles, &mut shared)
         .map(|passes| Connected::new(document, passes, &toggles, &mut shared));
     diagnostics.extend(shared.diagnostics);
@@ -119,6 +119,7 @@ pub fn load(
         toggles,
         passthroughs,
         geometry: shared.geometry,
+        hosts: registry.hosts().clone(),
         resources: shared.resources,
         passes,
         refused: shared.programs.rejected,
@@ -128,7 +129,7 @@ pub fn load(
         gaps,
         sources: sources.clone(),
     };
-    for (geometry, interface) in registry.hosts() {
+    for (geometry, interface) in &pipeline.hosts {
         diagnostics.extend(check_host(&pipeline, geometry, interface));
     }
     Some(pipeline)
