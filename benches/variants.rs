@@ -1,8 +1,9 @@
 //! What the shaders of `pipelines/awsm.json` cost before its first frame, by filter and by what is switched on.
 //!
-//! For each setting: the distinct modules of its passes, their bytes as WGSL and as SPIR-V (overrides resolved), the time to
-//! make all pipelines, and that of the first frames of 64 by 36 of the interior with its eight lights until sizes have settled,
-//! with nothing compiled kept by Mesa. Then each module of the last setting by itself.
+//! For each setting, in a process of its own with nothing compiled kept by Mesa: the distinct modules of its passes, their
+//! bytes as WGSL and as SPIR-V (overrides resolved), the time to make all pipelines, that of the first frame of 64 by 36 of the
+//! interior with its eight lights, and of a process that does nothing else the processor's time on all threads, outside of the
+//! kernel (Linux alone tells). Then each module of the last setting by itself.
 //!
 //! `cargo bench --bench variants`
 
@@ -10,6 +11,7 @@
 mod common;
 
 use std::collections::BTreeMap;
+use std::io::Write as _;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -39,47 +41,84 @@ const SETTINGS: [(&str, Settings, Settings); 7] = [
     ),
 ];
 
+/// What a process of one setting is told: its name, and whether it draws or counts.
+const ONE: &str = "UMBRAGRAPH_VARIANT";
+
 fn main() {
-    // The driver reads it when it is loaded.
-    if std::env::var_os(NO_CACHE).is_none() {
-        let itself = std::env::current_exe().expect("this program");
-        let status = Command::new(itself).env(NO_CACHE, "true").status().expect("a process");
-        std::process::exit(status.code().unwrap_or(1));
+    if let Ok(one) = std::env::var(ONE) {
+        let (name, what) = one.split_once(' ').expect("a setting and what to do");
+        let setting = SETTINGS.iter().find(|setting| setting.0 == name).expect("a setting");
+        return if what == "draw" { draw(*setting) } else { count(*setting) };
     }
-    let Some(gpu) = gpu::device() else {
-        println!("there is no graphics adapter");
-        return;
-    };
-    println!("on {}", gpu.name);
     println!(
-        "{:20} {:>7} {:>9} {:>9} {:>14} {:>14}",
-        "", "modules", "WGSL", "SPIR-V", "pipelines", "first frames"
+        "{:20} {:>7} {:>9} {:>9} {:>14} {:>14} {:>14}",
+        "", "modules", "WGSL", "SPIR-V", "pipelines", "first frame", "processor"
     );
-    let scene = scene(&root().join("examples/scenes/interior.glb"));
-    let input = scene.frame_input(64.0 / 36.0, 0.0);
-    for (name, features, parameters) in SETTINGS {
-        let mut all = vec![("lamp_radius", "0.05")];
-        all.extend_from_slice(parameters);
-        let with = With { parameters: &all, features, size: Some([64, 36]), ..With::default() };
-        let outcome = check_file("pipelines/awsm.json", &with);
-        let modules = modules(&outcome);
-        let bytes: usize = modules.values().map(|module| module.wgsl.len()).sum();
-        let words: usize = modules.values().map(spirv_bytes).sum();
-        let start = Instant::now();
-        let mut host = Host::new(&gpu, &outcome, &scene);
-        let made = start.elapsed();
-        let start = Instant::now();
-        drop(host.picture(&input));
-        let drawn = start.elapsed();
-        let count = modules.len();
-        println!("{name:20} {count:7} {bytes:9} {words:9} {:>11.0} ms {:>11.0} ms", ms(made), ms(drawn));
-        if name == SETTINGS[SETTINGS.len() - 1].0 {
-            for module in modules.values() {
-                let (text, words) = (module.wgsl.len(), spirv_bytes(module));
-                println!("  {:26} {text:9} {words:9}", module.template);
+    for (name, ..) in SETTINGS {
+        print!("{name:20}");
+        for what in ["count", "draw"] {
+            let itself = std::env::current_exe().expect("this program");
+            // The driver reads its own when it is loaded.
+            let mut command = Command::new(itself);
+            command.env(NO_CACHE, "true").env(ONE, format!("{name} {what}"));
+            let status = command.status().expect("a process");
+            if !status.success() {
+                std::process::exit(status.code().unwrap_or(1));
             }
         }
     }
+}
+
+fn check((_, features, parameters): (&str, Settings, Settings)) -> Outcome {
+    let mut all = vec![("lamp_radius", "0.05")];
+    all.extend_from_slice(parameters);
+    check_file(
+        "pipelines/awsm.json",
+        &With { parameters: &all, features, size: Some([64, 36]), ..With::default() },
+    )
+}
+
+/// The modules of a setting.
+fn count(setting: (&str, Settings, Settings)) {
+    let modules = modules(&check(setting));
+    let bytes: usize = modules.values().map(|module| module.wgsl.len()).sum();
+    let words: usize = modules.values().map(spirv_bytes).sum();
+    print!(" {:7} {bytes:9} {words:9}", modules.len());
+    std::io::stdout().flush().expect("an output");
+}
+
+/// The first frame of a setting.
+fn draw(setting: (&str, Settings, Settings)) {
+    let Some(gpu) = gpu::device() else {
+        println!(" there is no graphics adapter");
+        return;
+    };
+    let scene = scene(&root().join("examples/scenes/interior.glb"));
+    let input = scene.frame_input(64.0 / 36.0, 0.0);
+    let outcome = check(setting);
+    let start = Instant::now();
+    let mut host = Host::new(&gpu, &outcome, &scene);
+    host.settle(&input);
+    let made = start.elapsed();
+    let start = Instant::now();
+    drop(host.picture(&input));
+    let drawn = start.elapsed();
+    let processor = processor_seconds().map_or("?".to_owned(), |seconds| format!("{seconds:.2} s"));
+    println!(" {:>11.0} ms {:>11.0} ms {processor:>14}", ms(made), ms(drawn));
+    if setting.0 == SETTINGS[SETTINGS.len() - 1].0 {
+        for module in modules(&outcome).values() {
+            let (text, words) = (module.wgsl.len(), spirv_bytes(module));
+            println!("  {:26} {text:9} {words:9}", module.template);
+        }
+    }
+}
+
+/// The time of all threads of this process outside of the kernel.
+fn processor_seconds() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // The second field is a name in parentheses, the fourteenth hundredths of a second.
+    let hundredths: f64 = text.rsplit_once(')')?.1.split_whitespace().nth(11)?.parse().ok()?;
+    Some(hundredths / 100.0)
 }
 
 fn ms(time: Duration) -> f64 {

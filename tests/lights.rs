@@ -505,21 +505,33 @@ fn several_samples_smooth_the_edges_and_nothing_else() {
 fn the_atlas_and_the_arrays_grow_with_the_lights_and_shrink_after_a_while() {
     let Some(gpu) = gpu::device() else { return };
     let scene = interior();
-    let outcome =
-        small(&[("tile_max_side", "256")], &[("light_filter", "\"hard\""), ("directional_shadows", "false")]);
+    let parameters = [("tile_max_side", "256"), ("moment_cascades", "\"all\"")];
+    let outcome = small(&parameters, &[("light_filter", "\"hard\"")]);
     let mut host = Host::new(&gpu, &outcome, &scene);
     let sizes = |host: &Host<'_>| {
-        let plan = host.executor.plan();
-        (plan.resources["atlas"].size.unwrap().width, plan.resources["cubes"].size.unwrap().layers)
+        let size = |name: &str| host.executor.plan().resources[name].size.unwrap();
+        let moments = size("cascade_moments");
+        (
+            size("atlas").width,
+            size("cubes").layers,
+            size("layers").layers,
+            moments.width * moments.height * moments.layers,
+        )
     };
-    assert_eq!(sizes(&host), (256, 6), "little is taken before anything is seen");
+    assert_eq!(sizes(&host), (256, 6, 4, 4 * 256 * 256), "little is taken before anything is seen");
     host.picture(&lit_by(&scene, lights_of(&scene)));
-    assert_eq!(sizes(&host), (512, 18), "three lamps, and spots that want more than one small atlas");
-    let few: Vec<Light> = lights_of(&scene).into_iter().take(1).collect();
+    assert_eq!(
+        sizes(&host),
+        (512, 18, 1, 4 * 16 * 16),
+        "three lamps, spots that want more than one small atlas, no sun"
+    );
+    let mut few: Vec<Light> = lights_of(&scene).into_iter().take(1).collect();
     let calm = (0..200).take_while(|_| !host.frame(&lit_by(&scene, few.clone()))).count();
     assert!((10..150).contains(&calm), "{calm} frames");
+    few.push(light("sun", LightKind::Directional, [0.0; 3]));
     host.picture(&lit_by(&scene, few));
-    assert!(sizes(&host).0 <= 256 && sizes(&host).1 == 6, "{:?}", sizes(&host));
+    assert!(sizes(&host).0 <= 256, "{:?}", sizes(&host));
+    assert_eq!((sizes(&host).1, sizes(&host).2, sizes(&host).3), (6, 4, 4 * 256 * 256));
 }
 
 #[test]

@@ -121,9 +121,25 @@ impl<'a> Host<'a> {
         Self { gpu, outcome, scene, executor, target, imports: Vec::new(), options }
     }
 
-    /// Records one frame; whether CPU passes wanted other sizes, for which everything is planned again.
+    /// Draws one frame; whether CPU passes wanted other sizes, for which everything is planned again.
     #[track_caller]
     pub fn frame(&mut self, input: &FrameInput) -> bool {
+        let commands = self.record(input);
+        self.gpu.queue.submit([commands]);
+        self.plan_again()
+    }
+
+    /// Follows the sizes that CPU passes want for a frame before it is drawn.
+    #[track_caller]
+    pub fn settle(&mut self, input: &FrameInput) {
+        let rounds = (0..16).take_while(|_| {
+            drop(self.record(input));
+            self.plan_again()
+        });
+        assert!(rounds.count() < 16, "sizes that never settle: {:?}", self.executor.wanted_sizes());
+    }
+
+    fn record(&mut self, input: &FrameInput) -> wgpu::CommandBuffer {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut imports = vec![("target", &self.target)];
         imports.extend(self.imports.iter().map(|(name, texture)| (*name, texture)));
@@ -131,7 +147,11 @@ impl<'a> Host<'a> {
         if let Err(diagnostics) = self.executor.record(&mut encoder, &frame) {
             panic!("{diagnostics:?}");
         }
-        self.gpu.queue.submit([encoder.finish()]);
+        encoder.finish()
+    }
+
+    /// Whether CPU passes wanted other sizes than the plan has, which has them then.
+    fn plan_again(&mut self) -> bool {
         let Some(sizes) = self.executor.wanted_sizes() else { return false };
         self.options.data_sizes = sizes;
         let plan = self.outcome.checked.plan_again(&self.options, &self.outcome.sources).expect("a plan");

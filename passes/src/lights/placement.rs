@@ -417,7 +417,7 @@ impl CpuNode for RunShadowAtlas {
         let wanted = placement.wanted();
         data.want_size("atlas_side", wanted.side.max(self.limits.atlas.min_side));
         data.want_size("cube_count", wanted.pools[Pool::Cubes as usize].max(1));
-        data.want_size("layer_count", wanted.pools[Pool::Layers as usize].max(self.limits.cascades));
+        data.want_size("layer_count", wanted.pools[Pool::Layers as usize].max(1));
         let lights = &context.frame.lights;
         entries.clear();
         for (light, (request, grant)) in asking.iter().zip(requests.iter().zip(placement.grants())) {
