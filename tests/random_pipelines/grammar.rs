@@ -1,37 +1,12 @@
-//! Random pipelines with random small shaders, judged by `check` and by wgpu.
-//!
-//! A grammar draws textures, buffers and passes whose shaders bind and write them; most choices fit together, some do
-//! not. What wgpu refuses `check` has to refuse. What `check` refuses and wgpu's backend without a driver takes is
-//! counted by code, and each such code has a reason in `STRICTER`. Some of what passes is drawn where there is a device:
-//! without an error of the device, and without a texel that is no number.
+//! The grammar: textures, a buffer, and passes one after the other, with their texts and what they do.
 
-mod common;
-
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::sync::Arc;
 
-use common::gpu::{empty_frame, executor};
-use common::{Outcome, read};
-use umbragraph::CheckOptions;
-use umbragraph::compiler::{Plan, PlanOptions};
-use umbragraph::diagnostic::{Diagnostics, Severity};
-use umbragraph::executor::{DryRun, Frame, imported_texture, read_back};
-use umbragraph::pipeline::{Overrides, Pipeline};
-use umbragraph::shader::permutations::{self, Request};
-use umbragraph::shader::{TargetProfile, TemplateSet};
-use umbragraph::source::Sources;
-use umbragraph_test_support::gpu::{self, Gpu};
-use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
-
-/// Codes of what `check` refuses and wgpu takes, with the reason.
-const STRICTER: &[(&str, &str)] =
-    &[("UG0401", "wgpu clears what nobody has written: it is valid, and hardly meant")];
 
 /// What a shader sees of a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Seen {
+pub(crate) enum Seen {
     Float,
     Unsigned,
     Depth,
@@ -54,22 +29,69 @@ const FORMATS: &[(&str, Seen, bool)] = &[
 ];
 
 #[derive(Clone, Debug)]
-struct Texture {
-    name: String,
-    format: &'static str,
-    seen: Seen,
+pub(crate) struct Texture {
+    pub(crate) name: String,
+    pub(crate) format: &'static str,
+    pub(crate) seen: Seen,
     is_storage: bool,
-    is_array: bool,
+    pub(crate) is_array: bool,
+    pub(crate) has_mips: bool,
+    /// Whether nothing else has its memory, so that it begins with zeros.
+    pub(crate) is_kept: bool,
     samples: usize,
-    size: &'static str,
+    pub(crate) size: &'static str,
     is_written: bool,
     /// Whether the pass at hand reads it.
     is_read: bool,
 }
 
-struct Drawn {
-    document: String,
-    templates: Vec<(String, String)>,
+/// What a shader adds to its sum.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Term {
+    /// A word of the buffer.
+    Word(usize),
+    /// The first texel of a texture's layer.
+    Load { texture: usize, layer: usize, seen: Seen },
+    /// A texture where the shader stands, with the level of detail that derivatives give or the first.
+    Sample { texture: usize, has_level: bool },
+}
+
+/// A color attachment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Target {
+    pub(crate) texture: usize,
+    pub(crate) adds: bool,
+    pub(crate) clears: bool,
+}
+
+/// What a pass does.
+#[derive(Clone, Debug)]
+pub(crate) enum Deed {
+    Fill {
+        sum: Vec<Term>,
+        /// Whether the right half of the picture has half of the sum.
+        halves: bool,
+        targets: Vec<Target>,
+        /// A depth attachment and what it gets.
+        depth: Option<(usize, f64)>,
+    },
+    /// So many invocations each way store their sum in a texture, or in the words.
+    Store {
+        sum: Vec<Term>,
+        side: usize,
+        texture: Option<usize>,
+    },
+    Copy {
+        from: usize,
+        to: usize,
+    },
+}
+
+pub(crate) struct Drawn {
+    pub(crate) document: String,
+    pub(crate) templates: Vec<(String, String)>,
+    pub(crate) textures: Vec<Texture>,
+    pub(crate) deeds: Vec<Deed>,
 }
 
 struct Grammar<'r> {
@@ -77,10 +99,17 @@ struct Grammar<'r> {
     textures: Vec<Texture>,
     passes: Vec<String>,
     templates: Vec<(String, String)>,
+    deeds: Vec<Deed>,
 }
 
-fn pipeline(random: &mut Random) -> Drawn {
-    let mut grammar = Grammar { random, textures: Vec::new(), passes: Vec::new(), templates: Vec::new() };
+pub(crate) fn pipeline(random: &mut Random) -> Drawn {
+    let mut grammar = Grammar {
+        random,
+        textures: Vec::new(),
+        passes: Vec::new(),
+        templates: Vec::new(),
+        deeds: Vec::new(),
+    };
     let mut resources = vec![
         r#""target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#
             .to_owned(),
@@ -99,7 +128,8 @@ fn pipeline(random: &mut Random) -> Drawn {
         resources.join(",\n"),
         grammar.passes.join(",\n")
     );
-    Drawn { document, templates: grammar.templates }
+    let Grammar { textures, templates, deeds, .. } = grammar;
+    Drawn { document, templates, textures, deeds }
 }
 
 impl Grammar<'_> {
@@ -112,12 +142,15 @@ impl Grammar<'_> {
         if samples > 1 {
             let _ = write!(more, ", \"samples\": {samples}");
         }
+        let mut has_mips = false;
         if is_array {
             more += ", \"layers\": 2";
         } else if self.random.one_in(6) {
             more += ", \"mips\": 2";
+            has_mips = true;
         }
-        if self.random.one_in(2) {
+        let is_kept = self.random.one_in(2);
+        if is_kept {
             let lifetime = if samples == 1 && !["depth24plus", "rg11b10ufloat"].contains(&format) {
                 "imported"
             } else {
@@ -134,6 +167,8 @@ impl Grammar<'_> {
             seen,
             is_storage,
             is_array,
+            has_mips,
+            is_kept,
             samples,
             size,
             is_written: false,
@@ -157,7 +192,8 @@ impl Grammar<'_> {
             1 => self.copy(),
             _ => self.fullscreen(at),
         };
-        let Some(body) = body else { return };
+        let Some((body, deed)) = body else { return };
+        self.deeds.push(deed);
         let after = match self.passes.len() {
             1 => "empty".to_owned(),
             _ => {
@@ -169,14 +205,16 @@ impl Grammar<'_> {
     }
 
     /// The bindings of a shader: their declarations, an expression that reads each, and the JSON that binds them.
-    fn inputs(&mut self, shader: &mut String, has_derivatives: bool) -> (String, Vec<String>) {
-        let (mut sum, mut bind) = ("vec4<f32>(0.25)".to_owned(), Vec::new());
+    fn inputs(&mut self, shader: &mut String, has_derivatives: bool) -> (String, Vec<String>, Vec<Term>) {
+        let (mut sum, mut bind, mut terms) = ("vec4<f32>(0.25)".to_owned(), Vec::new(), Vec::new());
         for at in 0..self.random.below(3) {
             let (first, second) = (4 * at, 4 * at + 1);
             if has_derivatives && self.random.one_in(4) {
                 let _ =
                     writeln!(shader, "@group(0) @binding({first}) var<storage, read> words{at}: array<u32>;");
-                let _ = write!(sum, " + vec4<f32>(f32(words{at}[{}]))", self.random.below(4));
+                let word = self.random.below(4);
+                let _ = write!(sum, " + vec4<f32>(f32(words{at}[{word}]))");
+                terms.push(Term::Word(word as usize));
                 bind.push(format!("\"words{at}\": \"words\""));
                 continue;
             }
@@ -206,25 +244,27 @@ impl Grammar<'_> {
                 let filter = self.random.one_of(&["linear", "linear", "nearest"]);
                 let _ = writeln!(shader, "@group(0) @binding({second}) var reader{at}: sampler;");
                 bind.push(format!("\"reader{at}\": {{ \"sampler\": {{ \"filter\": \"{filter}\" }} }}"));
-                let read = if has_derivatives && self.random.one_in(2) {
+                let has_level = !(has_derivatives && self.random.one_in(2));
+                terms.push(Term::Sample { texture: index, has_level });
+                let read = if !has_level {
                     format!("textureSample(image{at}, reader{at}, uv)")
                 } else {
                     format!("textureSampleLevel(image{at}, reader{at}, uv, 0.0)")
                 };
                 let _ = write!(sum, " + {read}");
             } else {
-                let _ = match seen {
-                    Seen::Depth => write!(sum, " + vec4<f32>(textureLoad(image{at}, {zero}))"),
-                    _ => write!(sum, " + vec4<f32>(textureLoad(image{at}, {zero}))"),
-                };
+                let _ = write!(sum, " + vec4<f32>(textureLoad(image{at}, {zero}))");
+                let layer = usize::from(ty == "texture_2d_array<f32>");
+                terms.push(Term::Load { texture: index, layer, seen });
             }
         }
-        (sum, bind)
+        (sum, bind, terms)
     }
 
-    fn fullscreen(&mut self, at: usize) -> Option<String> {
+    fn fullscreen(&mut self, at: usize) -> Option<(String, Deed)> {
         let mut shader = "{% include \"lib/fullscreen.wgsl.jinja\" %}\n".to_owned();
-        let (sum, bind) = self.inputs(&mut shader, true);
+        let (sum, bind, terms) = self.inputs(&mut shader, true);
+        let mut targets = Vec::new();
         let mut color = Vec::new();
         let (mut members, mut values) = (String::new(), Vec::new());
         let mut first: Option<Texture> = None;
@@ -253,16 +293,16 @@ impl Grammar<'_> {
                 "vec2<f32>" => "sum.xy".to_owned(),
                 ty => format!("{ty}(sum)"),
             });
-            let blend = match self.random.below(6) {
-                0 => ", \"blend\": \"add\"",
-                _ => "",
-            };
+            let adds = self.random.one_in(6);
+            let blend = if adds { ", \"blend\": \"add\"" } else { "" };
             let layer = if texture.is_array { ", \"layer\": 1" } else { "" };
-            let clear = if self.random.one_in(3) { ", \"clear\": [0, 0, 0, 1]" } else { "" };
+            let clears = self.random.one_in(3);
+            let clear = if clears { ", \"clear\": [0, 0, 0, 1]" } else { "" };
+            targets.push(Target { texture: index, adds, clears });
             color.push(format!("{{ \"to\": \"{}\"{blend}{layer}{clear} }}", texture.name));
             first.get_or_insert(texture);
         }
-        let mut depth = String::new();
+        let (mut depth, mut to_depth) = (String::new(), None);
         if self.random.one_in(4) {
             let beside = first.clone();
             let index = self.any(|texture| {
@@ -280,13 +320,16 @@ impl Grammar<'_> {
                     ", \"depth\": {{ \"to\": \"{}\"{layer}, \"clear\": 1, \"compare\": \"always\", \"write\": true }}",
                     texture.name
                 );
+                to_depth = Some((index, 0.0));
                 if self.random.one_in(2) {
+                    to_depth = Some((index, 0.5));
                     members += "@builtin(frag_depth) depth: f32, ";
                     values.push("0.5".to_owned());
                 }
             }
         }
-        let branch = match self.random.below(12) {
+        let branch_of = self.random.below(12);
+        let branch = match branch_of {
             0 => "if uv.x > 0.5 { sum += vec4<f32>(dpdx(uv.y)); }",
             1 => "if uv.x > 0.5 { sum *= 0.5; }",
             _ => "",
@@ -298,21 +341,24 @@ impl Grammar<'_> {
         );
         let name = format!("own{at}.wgsl.jinja");
         self.templates.push((name.clone(), shader));
-        Some(format!(
+        let text = format!(
             "\"fullscreen\": {{ \"shader\": \"{name}\", \"bind\": {{ {} }}, \"color\": [{}]{depth} }}",
             bind.join(", "),
             color.join(", ")
-        ))
+        );
+        Some((text, Deed::Fill { sum: terms, halves: branch_of == 1, targets, depth: to_depth }))
     }
 
-    fn compute(&mut self, at: usize) -> Option<String> {
+    fn compute(&mut self, at: usize) -> Option<(String, Deed)> {
         let mut shader = String::new();
-        let (sum, mut bind) = self.inputs(&mut shader, false);
+        let (sum, mut bind, terms) = self.inputs(&mut shader, false);
+        let mut into = None;
         let over = if let Some(index) =
             self.any(|one| one.is_storage && !one.is_read && one.samples == 1 && !one.is_array)
         {
             let texture = self.textures[index].clone();
             self.textures[index].is_written = true;
+            into = Some(index);
             let format = if self.random.one_in(14) { "rgba8unorm" } else { texture.format };
             let access = self.random.one_of(&["write", "write", "write", "read_write"]);
             let value = if texture.seen == Seen::Unsigned { "vec4<u32>(sum)" } else { "sum" };
@@ -332,13 +378,14 @@ impl Grammar<'_> {
         );
         let name = format!("own{at}.wgsl.jinja");
         self.templates.push((name.clone(), shader));
-        Some(format!(
+        let text = format!(
             "\"compute\": {{ \"shader\": \"{name}\", \"bind\": {{ {} }}, \"workgroups\": [8, 8, 1] }}",
             bind.join(", ")
-        ))
+        );
+        Some((text, Deed::Store { sum: terms, side: 8 * side, texture: into }))
     }
 
-    fn copy(&mut self) -> Option<String> {
+    fn copy(&mut self) -> Option<(String, Deed)> {
         let from = self.any(|texture| texture.is_written)?;
         let of = self.textures[from].clone();
         let to = self.any(|texture| {
@@ -348,140 +395,10 @@ impl Grammar<'_> {
         })?;
         self.textures[to].is_written = true;
         let into = &self.textures[to].name;
-        Some(format!(
+        let text = format!(
             "\"copy\": {{ \"from\": {{ \"name\": \"{}\" }}, \"to\": {{ \"name\": \"{into}\" }} }}",
             of.name
-        ))
+        );
+        Some((text, Deed::Copy { from, to }))
     }
-}
-
-/// What `check` says: of the plan, and of each shader for the profile.
-fn check(drawn: &Drawn) -> Outcome {
-    let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
-    let mut templates = TemplateSet::new();
-    let covering = "lib/fullscreen.wgsl.jinja";
-    let text = read(&format!("shaders-templates/{covering}"));
-    let all = drawn.templates.iter().map(|(name, text)| (name.as_str(), text.as_str()));
-    for (name, text) in all.chain([(covering, text.as_str())]) {
-        templates.add(&mut sources, name, text, &mut diagnostics);
-    }
-    templates.check(&mut diagnostics);
-    let templates = Arc::new(templates);
-    let file = sources.add("random.json", drawn.document.as_str());
-    let profile = TargetProfile::webgpu();
-    let options = CheckOptions {
-        registry: &umbragraph::registry(),
-        templates: &templates,
-        profile: &profile,
-        overrides: &Overrides::default(),
-        plan: &PlanOptions::new(64, 64),
-    };
-    let checked = umbragraph::check(file, &options, &sources, &mut diagnostics);
-    let programs = checked.pipeline.iter().flat_map(|pipeline| &pipeline.programs);
-    let variants = programs.flat_map(|program| program.variants.iter().map(move |one| (program, one)));
-    let requests: Vec<Request> = variants
-        .map(|(program, variant)| {
-            let profiles = std::slice::from_ref(&profile);
-            Request::one(&templates, &program.template, &variant.module.axes, profiles)
-        })
-        .collect();
-    let options = permutations::Options { threads: 1, ..permutations::Options::default() };
-    diagnostics.extend(permutations::check(&templates, &requests, &options).diagnostics);
-    Outcome { sources, diagnostics, checked }
-}
-
-fn describe(drawn: &Drawn) -> String {
-    let shaders: Vec<String> =
-        drawn.templates.iter().map(|(name, text)| format!("--- {name}\n{text}")).collect();
-    format!("{}\n{}", drawn.document, shaders.join(""))
-}
-
-/// Pipelines in ordinary tests; forty times as many make 20,000.
-const PIPELINES: u32 = 500;
-
-#[test]
-fn what_wgpu_refuses_of_random_pipelines_check_refuses() {
-    let mut dry_run = pollster::block_on(DryRun::new(&TargetProfile::webgpu())).expect("a device");
-    let mut random = Random(property::seed());
-    let (mut passed, mut refused, mut wrong) = (0, 0, Vec::new());
-    let mut said_of: BTreeMap<&'static str, usize> = BTreeMap::new();
-    let mut stricter: BTreeMap<&'static str, (usize, String)> = BTreeMap::new();
-    for _ in 0..PIPELINES * property::times() {
-        let drawn = pipeline(&mut random);
-        let outcome = check(&drawn);
-        let is_sound = !outcome.diagnostics.has_errors();
-        let errors = outcome.diagnostics.iter().filter(|one| one.severity == Severity::Error);
-        let codes: Vec<&'static str> = errors.map(|one| one.code.id).collect();
-        passed += usize::from(is_sound);
-        refused += usize::from(!is_sound);
-        codes.iter().for_each(|code| *said_of.entry(code).or_default() += 1);
-        let text = outcome.text();
-        let is_whole = |pipeline: &Arc<Pipeline>| pipeline.gaps.is_empty() && pipeline.refused.is_empty();
-        let pipeline = outcome.checked.pipeline.filter(is_whole);
-        let Some(plan) = outcome.checked.plan.filter(|_| pipeline.is_some()) else { continue };
-        let said = pollster::block_on(dry_run.run(&Arc::new(plan)));
-        match (is_sound, said.has_errors()) {
-            (true, true) => wrong.push(format!("{:?}\n{}", said, describe(&drawn))),
-            (false, false) => {
-                for code in codes {
-                    let (count, _) = stricter.entry(code).or_insert((0, text.clone()));
-                    *count += 1;
-                }
-            }
-            _ => {}
-        }
-    }
-    println!("{passed} pass, {refused} are refused: {said_of:?}");
-    for (code, (count, _)) in &stricter {
-        println!("{code}: refused {count} times where wgpu takes the plan");
-    }
-    assert!(passed > 50 && refused > 20, "{passed} pass, {refused} are refused");
-    wrong.sort_by_key(String::len);
-    assert!(wrong.is_empty(), "{} of {passed}, the shortest:\n{}", wrong.len(), wrong[0]);
-    let unargued = stricter.iter().filter(|(code, _)| STRICTER.iter().all(|(known, _)| known != *code));
-    let unargued: Vec<String> =
-        unargued.map(|(code, (count, text))| format!("{code} ({count})\n{text}")).collect();
-    assert!(unargued.is_empty(), "{}", unargued.join("\n"));
-}
-
-/// A texture for each of the host's own.
-fn imports(gpu: &Gpu, plan: &Plan) -> Vec<(String, wgpu::Texture)> {
-    let more = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING;
-    let texture = |name| imported_texture(&gpu.device, plan, name, more);
-    plan.resources.keys().filter_map(|name| Some((name.clone(), texture(name)?))).collect()
-}
-
-#[test]
-fn random_pipelines_are_drawn_without_an_error_and_every_texel_is_a_number() {
-    let Some(gpu) = gpu::device() else { return };
-    let mut random = Random(property::seed() ^ 0x5eed);
-    let (mut drawn, mut read) = (0, 0);
-    while drawn < 40 * property::times().min(5) {
-        let case = pipeline(&mut random);
-        let outcome = check(&case);
-        if outcome.diagnostics.has_errors() {
-            continue;
-        }
-        drawn += 1;
-        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let plan = outcome.checked.plan.as_ref().expect("a plan");
-        let mut executor = executor(&gpu, plan, None);
-        let textures = imports(&gpu, plan);
-        let imports: Vec<_> = textures.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        executor
-            .record(&mut encoder, &Frame::new(&empty_frame()).imports(&imports))
-            .unwrap_or_else(|said| panic!("{said:?}\n{}", describe(&case)));
-        gpu.queue.submit([encoder.finish()]);
-        let error = pollster::block_on(scope.pop());
-        assert!(error.is_none(), "{error:?}\n{}", describe(&case));
-        for (name, texture) in &textures {
-            let texels = pollster::block_on(read_back(&gpu.device, &gpu.queue, texture)).expect("numbers");
-            let is_number = texels.values.iter().flatten().all(|one| !one.is_nan());
-            assert!(is_number, "{name}\n{}", describe(&case));
-            read += texels.values.len();
-        }
-    }
-    println!("{drawn} pipelines drawn, {read} texels read");
-    assert!(read > 0);
 }
