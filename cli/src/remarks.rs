@@ -35,8 +35,9 @@ pub(crate) fn lines(path: &Path, covered: &Covered) -> String {
         let _ = writeln!(
             text,
             "  not checked: {min}{left} configurations with other values of parameters that reach other shaders or \
-             passes; `umbragraph permutations {}` proves them",
-            path.display()
+             passes; `umbragraph permutations {path}` proves their shaders, and `umbragraph check {path} --set \
+             NAME=VALUE` the plan of one",
+            path = path.display()
         );
     }
     text

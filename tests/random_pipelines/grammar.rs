@@ -214,7 +214,7 @@ impl Grammar<'_> {
                     writeln!(shader, "@group(0) @binding({first}) var<storage, read> words{at}: array<u32>;");
                 let word = self.random.below(4);
                 let _ = write!(sum, " + vec4<f32>(f32(words{at}[{word}]))");
-                terms.push(Term::Word(word as usize));
+                terms.push(Term::Word(word));
                 bind.push(format!("\"words{at}\": \"words\""));
                 continue;
             }

@@ -203,7 +203,7 @@ impl Simulation<'_> {
         }
     }
 
-    fn to_texture(&mut self, sum: &[Term], side: usize, texture: usize) {
+    fn store(&mut self, sum: &[Term], side: usize, texture: usize) {
         let (width, height) = (self.images[texture].width, self.images[texture].height);
         for [x, y] in places(side.min(width), side.min(height)) {
             let sum = self.sum(sum, [x as f64 / 64.0, y as f64 / 64.0]);
@@ -213,7 +213,7 @@ impl Simulation<'_> {
     }
 
     /// Whichever invocation of a column comes last.
-    fn to_words(&mut self, sum: &[Term], side: usize) {
+    fn count(&mut self, sum: &[Term], side: usize) {
         for x in 0..side.min(WORDS) {
             let of_column = (0..side).map(|y| cut(self.sum(sum, [x as f64 / 64.0, y as f64 / 64.0])[0]));
             self.words[x] = of_column.reduce(Interval::hull).unwrap_or(ANYTHING);
@@ -237,8 +237,8 @@ pub(crate) fn simulate(drawn: &Drawn) -> BTreeMap<String, Vec<Texel>> {
                     }
                 }
             }
-            Deed::Store { sum, side, texture: Some(texture) } => simulation.to_texture(sum, *side, *texture),
-            Deed::Store { sum, side, texture: None } => simulation.to_words(sum, *side),
+            Deed::Store { sum, side, texture: Some(texture) } => simulation.store(sum, *side, *texture),
+            Deed::Store { sum, side, texture: None } => simulation.count(sum, *side),
             Deed::Copy { from, to } => {
                 simulation.images[*to].texels = simulation.images[*from].texels.clone();
             }

@@ -14,7 +14,9 @@
 //! and variables of blocks, which it lifts to the function, are not used outside of the blocks. Local variables are taken
 //! whole, not by their members.
 //!
-//! Limits, besides those of WGSL's own analysis: naga takes no `@diagnostic` at blocks and statements.
+//! Limits, besides those of WGSL's own analysis: naga takes no `@diagnostic` at blocks and statements. What a subgroup
+//! operation gives counts as different in each invocation, also where it is the same in the subgroup, so that a further one
+//! behind it is refused; that is stricter than `tint`.
 
 mod expressions;
 mod flow_graph;
