@@ -13,6 +13,7 @@ use umbragraph::frame::{FrameInput, Light, LightKind};
 use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::property;
+use umbragraph_test_support::random::Random;
 
 const SIZES: [[u32; 2]; 2] = [[96, 64], [64, 80]];
 
@@ -441,11 +442,8 @@ fn whatever_comes_no_kept_map_is_older_than_its_cadence() {
     let scene = figure();
     let (mut same, mut waited) = (0, 0);
     for run in property::part(0..50_u64, 10) {
-        let mut seed = run.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-        let mut next = |end: u64| {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 33) % end
-        };
+        let mut random = Random(run);
+        let mut next = |end: usize| random.below(end);
         let cadence = 2 << next(3);
         let list = format!("[{cadence}]");
         let parameters =

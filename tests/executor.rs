@@ -7,6 +7,7 @@ use common::{With, check_file, check_with, root};
 use umbragraph::executor::{Executor, Frame};
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph_test_support::gpu;
+use umbragraph_test_support::random::Random;
 
 const FILL: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
 struct Settings { color: vec4<f32> }
@@ -268,13 +269,9 @@ fn sharing_memory_changes_no_picture() {
 }
 
 /// Passes that fill new textures, copy and double older ones, and add to them, and a picture that is the sum of some.
-fn random_passes(mut random: u64) -> (String, Vec<String>) {
-    let mut next = move |below: usize| {
-        random ^= random << 13;
-        random ^= random >> 7;
-        random ^= random << 17;
-        (random % below as u64) as usize
-    };
+fn random_passes(seed: u64) -> (String, Vec<String>) {
+    let mut random = Random(seed);
+    let mut next = move |end: usize| random.below(end);
     let show = |name: &str, from: &str, to: &str, more: &str| {
         format!(
             r#""{name}": {{ "fullscreen": {{ "shader": "tonemap.wgsl.jinja", "axes": {{ "debug_view": "'shadow_term'" }},
@@ -317,7 +314,7 @@ fn sharing_memory_changes_no_random_picture() {
     let Some(gpu) = gpu::device() else { return };
     let (mut shared_textures, mut pictures) = (0, std::collections::BTreeSet::new());
     for seed in 1..=24 {
-        let (resources, passes) = random_passes(0x9e37_79b9_7f4a_7c15_u64.wrapping_mul(seed));
+        let (resources, passes) = random_passes(seed);
         let (shared, alone) = (outcome(&resources, &passes, false), outcome(&resources, &passes, true));
         shared_textures += alone.plan().textures.len() - shared.plan().textures.len();
         let (one, other) = (picture(&gpu, &shared), picture(&gpu, &alone));

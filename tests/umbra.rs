@@ -15,6 +15,7 @@ use umbragraph::scene::node::LocalTransform;
 use umbragraph_score::{Rays, Rendered, Scores, Truth};
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::property;
+use umbragraph_test_support::random::Random;
 use umbragraph_test_support::truth::{self, BandScore, TruthScene};
 
 const UMBRA: &str = "pipelines/umbra.json";
@@ -125,11 +126,8 @@ fn scenes_of_every_scale_are_shadowed_alike() {
 }
 
 /// A camera somewhere in a scene, or within a wall of it, that looks anywhere.
-fn camera(state: &mut u64, input: &FrameInput) -> Camera {
-    let mut random = || {
-        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (*state >> 33) as f64 / f64::from(1_u32 << 31)
-    };
+fn camera(numbers: &mut Random, input: &FrameInput) -> Camera {
+    let mut random = || numbers.unit();
     let size = DVec3::new(30.0, 12.0, 30.0);
     let position = DVec3::new(random() - 0.5, random() * 0.6, random() - 0.5) * size + DVec3::Y * 0.3;
     let (turn, tilt) = (random() * std::f64::consts::TAU, (random() - 0.7) * 1.2);
@@ -154,8 +152,8 @@ fn the_first_frame_after_a_cut_is_that_of_a_fresh_run() {
     let input = scene.frame_input(16.0 / 9.0, 0.0);
     let mut running = Host::new(&gpu, &outcome, &scene);
     running.picture(&input);
-    let mut state = property::seed();
-    let cameras: Vec<Camera> = (0..200).map(|_| camera(&mut state, &input)).collect();
+    let mut numbers = Random(property::seed());
+    let cameras: Vec<Camera> = (0..200).map(|_| camera(&mut numbers, &input)).collect();
     let mut shadowed = 0;
     for camera in property::part(cameras, 40) {
         let cut = input.clone().camera(camera);
@@ -180,10 +178,10 @@ fn the_first_frame_after_a_walk_out_of_a_wall_is_that_of_a_fresh_run() {
     let rays = Rays::new(&scene, &scene.pose(0.0));
     let mut running = Host::new(&gpu, &outcome, &scene);
     running.picture(&input);
-    let mut state = property::seed().wrapping_add(1);
+    let mut numbers = Random(property::seed().wrapping_add(1));
     let mut walks = Vec::new();
     while walks.len() < 200 {
-        let before = camera(&mut state, &input);
+        let before = camera(&mut numbers, &input);
         let back = before.rotation * DVec3::Z;
         // Behind the camera there is a wall not far away, into which it is put; it walks out of it the way it looks.
         let Some(wall) = rays.seen(before.position, back, [0.1, 40.0]) else { continue };

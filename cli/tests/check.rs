@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use umbragraph_test_support::command::text;
 use umbragraph_test_support::scratch::ScratchFolder;
 
 fn root() -> PathBuf {
@@ -15,10 +16,6 @@ fn run(arguments: &[&str]) -> Output {
         .current_dir(root())
         .output()
         .expect("the command")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// A pipeline whose features each add a pass over the picture; `more` passes beside them.

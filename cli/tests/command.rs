@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use umbragraph_test_support::command::text;
+use umbragraph_test_support::gpu;
 use umbragraph_test_support::scratch::ScratchFolder;
-use umbragraph_test_support::skip;
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -20,21 +21,10 @@ fn command(arguments: &[&str]) -> Command {
     command
 }
 
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
 /// Runs the command, which must fail with this status and say this code.
 #[track_caller]
 fn rejected(arguments: &[&str], status: i32, says: &[&str]) -> String {
-    let output = run(arguments);
-    let errors = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(status), "{errors}");
-    for word in says {
-        assert!(errors.contains(word), "{word} is missing in\n{errors}");
-    }
-    assert!(!errors.contains("panicked"), "{errors}");
-    errors
+    umbragraph_test_support::command::rejected(&run(arguments), status, says)
 }
 
 #[test]
@@ -298,8 +288,7 @@ fn a_machine_without_an_adapter_is_told_what_to_do_and_nothing_is_written() {
 
 #[test]
 fn render_writes_a_whole_picture_and_says_on_what_and_how_fast() {
-    if umbragraph_test_support::gpu::device().is_none() {
-        skip::skipped("no adapter to render with");
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("command-render");
@@ -344,8 +333,7 @@ fn render_writes_a_whole_picture_and_says_on_what_and_how_fast() {
 
 #[test]
 fn a_pipeline_that_makes_no_picture_is_not_rendered() {
-    if umbragraph_test_support::gpu::device().is_none() {
-        skip::skipped("no adapter to render with");
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("command-no-picture");
@@ -362,8 +350,7 @@ fn a_pipeline_that_makes_no_picture_is_not_rendered() {
 
 #[test]
 fn render_says_which_transparent_things_a_pipeline_leaves_out() {
-    if umbragraph_test_support::gpu::device().is_none() {
-        skip::skipped("no adapter to render with");
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("command-transparent");

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use umbragraph_test_support::command::text;
 use umbragraph_test_support::scratch::ScratchFolder;
 
 fn run(arguments: &[&str]) -> Output {
@@ -11,10 +12,6 @@ fn run(arguments: &[&str]) -> Output {
         .current_dir(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(".."))
         .output()
         .expect("the command")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }
 
 fn lines(arguments: &[&str]) -> Vec<String> {

@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use umbragraph_test_support::command::text;
 use umbragraph_test_support::scratch::ScratchFolder;
 
 const UGLY: &str = "{\"a\":1, // one\n\"b\":[1,2]}";
@@ -15,10 +16,6 @@ fn fmt(arguments: &[&str], input: &[u8]) -> Output {
     let mut child = command.spawn().expect("the command");
     child.stdin.take().unwrap().write_all(input).unwrap();
     child.wait_with_output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }
 
 #[track_caller]

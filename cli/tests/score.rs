@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use umbragraph_test_support::command::rejected;
+use umbragraph_test_support::gpu;
 use umbragraph_test_support::image::Picture;
 use umbragraph_test_support::scratch::ScratchFolder;
-use umbragraph_test_support::skip;
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -17,30 +18,12 @@ fn score(pipeline: &str, scene: &str, arguments: &[&str]) -> Output {
     command.current_dir(root()).output().expect("the command")
 }
 
-#[track_caller]
-fn rejected(output: &Output, says: &[&str]) {
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{errors}");
-    for word in says {
-        assert!(errors.contains(word), "{word} is missing in\n{errors}");
-    }
-    assert!(!errors.contains("panicked"), "{errors}");
-}
-
-fn adapter() -> bool {
-    let found = umbragraph_test_support::gpu::device().is_some();
-    if !found {
-        skip::skipped("no adapter to render with");
-    }
-    found
-}
-
 const FIGURE: &str = "examples/scenes/figure.glb";
 const FOLIAGE: &str = "examples/scenes/foliage.glb";
 
 #[test]
 fn a_light_is_scored_alone_and_all_lights_are_together() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("a_light_is_scored_alone");
@@ -66,7 +49,7 @@ fn a_light_is_scored_alone_and_all_lights_are_together() {
 /// The default filter of `awsm` is wider than posts and limbs, which it washes out; the preset is not.
 #[test]
 fn the_preset_clean_of_awsm_keeps_the_shadows_of_what_is_thin() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let sun = |arguments: &[&str]| {
@@ -84,7 +67,7 @@ fn the_preset_clean_of_awsm_keeps_the_shadows_of_what_is_thin() {
 
 #[test]
 fn what_a_pipeline_does_not_shadow_is_said_and_counts() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let output = score("pipelines/nebula.json", FIGURE, &[]);
@@ -95,7 +78,7 @@ fn what_a_pipeline_does_not_shadow_is_said_and_counts() {
 
 #[test]
 fn limits_decide_the_exit_status() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("limits_decide_the_exit_status");
@@ -105,20 +88,20 @@ fn limits_decide_the_exit_status() {
         score("pipelines/nebula.json", FOLIAGE, &["--limits", path.to_str().unwrap()])
     };
     assert_eq!(limits(r#"{ "min_iou": 0.3, "max_acne_k2": 0.05 }"#).status.code(), Some(0));
-    rejected(&limits(r#"{ "min_iou": 0.999 }"#), &["UG0813", "min_iou is 0.999", "--out"]);
-    rejected(&limits(r#"{ "min_beauty": 1 }"#), &["UG0813", "\"min_beauty\"", "min_iou_k2"]);
-    rejected(&limits("[]"), &["UG0813", "no limits of scores"]);
+    rejected(&limits(r#"{ "min_iou": 0.999 }"#), 1, &["UG0813", "min_iou is 0.999", "--out"]);
+    rejected(&limits(r#"{ "min_beauty": 1 }"#), 1, &["UG0813", "\"min_beauty\"", "min_iou_k2"]);
+    rejected(&limits("[]"), 1, &["UG0813", "no limits of scores"]);
 }
 
 #[test]
 fn a_pipeline_without_a_shadow_term_is_told_how_to_get_one() {
     let output = score("pipelines/learn/01-smallest.json", FIGURE, &[]);
-    rejected(&output, &["UG0812", "shows no shadow term", "\"debug_view\"", "alpha 1"]);
+    rejected(&output, 1, &["UG0812", "shows no shadow term", "\"debug_view\"", "alpha 1"]);
 }
 
 #[test]
 fn a_scene_in_which_nothing_can_be_scored_is_told_what_is_missing() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("a_scene_in_which_nothing_can_be_scored");
@@ -127,7 +110,7 @@ fn a_scene_in_which_nothing_can_be_scored_is_told_what_is_missing() {
     std::fs::write(&camera, r#"{ "keys": [ { "time": 0, "position": [0, 90, 0], "target": [1, 95, 0] } ] }"#)
         .unwrap();
     let output = score("pipelines/nebula.json", FOLIAGE, &["--camera", camera.to_str().unwrap()]);
-    rejected(&output, &["UG0812", "no surface"]);
+    rejected(&output, 1, &["UG0812", "no surface"]);
     // A triangle without a light: the default one is scored. One whose only light casts no shadows: nothing is.
     let scene = |lights: &str, nodes: &str| {
         let path = folder.join("scene.gltf");
@@ -147,7 +130,7 @@ fn a_scene_in_which_nothing_can_be_scored_is_told_what_is_missing() {
         score("pipelines/nebula.json", path.to_str().unwrap(), &[])
     };
     let dark = r#""extensions": { "KHR_lights_punctual": { "lights": [{ "type": "directional", "extras": { "castShadow": false } }] } },"#;
-    rejected(&scene(dark, ", 1"), &["UG0812", "no light of the scene casts shadows"]);
+    rejected(&scene(dark, ", 1"), 1, &["UG0812", "no light of the scene casts shadows"]);
     let sun = r#""extensions": { "KHR_lights_punctual": { "lights": [{ "type": "directional" }] } },"#;
     let alone = scene(sun, "");
     assert_eq!(alone.status.code(), Some(0), "{}", String::from_utf8_lossy(&alone.stderr));
@@ -156,7 +139,7 @@ fn a_scene_in_which_nothing_can_be_scored_is_told_what_is_missing() {
 
 #[test]
 fn where_nothing_casts_shadows_there_is_no_score_of_any() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("where_nothing_casts_shadows");
@@ -218,7 +201,7 @@ fn scene_of(vertices: u32, triangles: u32, extras: &str) -> String {
 
 #[test]
 fn a_million_triangles_are_scored_and_their_memory_is_stated() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("a_million_triangles");

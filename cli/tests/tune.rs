@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
+use umbragraph_test_support::command::rejected;
+use umbragraph_test_support::gpu;
 use umbragraph_test_support::scratch::ScratchFolder;
-use umbragraph_test_support::skip;
 
 const FOLIAGE: &str = "examples/scenes/foliage.glb";
 
@@ -26,27 +27,9 @@ fn json(output: &Output) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
-#[track_caller]
-fn rejected(output: &Output, says: &[&str]) {
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{errors}");
-    for word in says {
-        assert!(errors.contains(word), "{word} is missing in\n{errors}");
-    }
-    assert!(!errors.contains("panicked"), "{errors}");
-}
-
-fn adapter() -> bool {
-    let found = umbragraph_test_support::gpu::device().is_some();
-    if !found {
-        skip::skipped("no adapter to render with");
-    }
-    found
-}
-
 #[test]
 fn what_is_found_is_better_repeatable_and_written_down() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("what_is_found_is_better");
@@ -99,16 +82,17 @@ fn names_that_cannot_be_tuned_are_told_apart() {
         ("reverse_z", ["UG0814", "\"reverse_z\" is a feature", "--feature reverse_z"]),
         ("lambda=4..9", ["UG0814", "holds no value", "takes 0 to 1"]),
     ] {
-        rejected(&tune(&["--over", over], &out), &says);
+        rejected(&tune(&["--over", over], &out), 1, &says);
     }
     assert_eq!(tune(&["--over", "far=9..1"], &out).status.code(), Some(2));
     assert_eq!(tune(&["--over", "far", "--budget", "0"], &out).status.code(), Some(2));
-    rejected(&tune(&["--over", "far"], &folder.join("nowhere/out.json")), &["UG0004", "does not exist"]);
+    rejected(&tune(&["--over", "far"], &folder.join("nowhere/out.json")), 1, &["UG0004", "does not exist"]);
     let plain = command("tune", "pipelines/learn/01-smallest.json", &["--over", "far", "--out", "x.json"]);
-    rejected(&{ plain }.output().unwrap(), &["UG0812", "shows no shadow term"]);
-    if adapter() {
+    rejected(&{ plain }.output().unwrap(), 1, &["UG0812", "shows no shadow term"]);
+    if gpu::device().is_some() {
         rejected(
             &tune(&["--over", "exposure"], &out),
+            1,
             &["UG0814", "changes no pixel", "no parameter is left"],
         );
     }
@@ -118,7 +102,7 @@ fn names_that_cannot_be_tuned_are_told_apart() {
 #[cfg(unix)]
 #[test]
 fn an_interrupt_keeps_the_best_so_far() {
-    if !adapter() {
+    if gpu::device().is_none() {
         return;
     }
     let folder = ScratchFolder::new("an_interrupt_keeps_the_best");

@@ -66,11 +66,8 @@ mod tests {
 
     #[test]
     fn no_box_with_a_visible_point_is_ever_left_out() {
-        let mut state = 7_u64;
-        let mut random = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 * 60.0 - 30.0
-        };
+        let mut numbers = umbragraph_test_support::random::Random(7);
+        let mut random = || numbers.unit() * 60.0 - 30.0;
         let mut seen = 0;
         for _ in 0..20_000 {
             let bounds = cube(DVec3::new(random(), random(), random()), random().abs());

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use umbragraph::compiler::Plan;
 use umbragraph::executor::{Executor, PassCounts};
 use umbragraph_test_support::gpu::{self, Gpu};
+use umbragraph_test_support::random::Random;
 
 use crate::common::gpu::import;
 use crate::squares::{RED, Square, Squares, WHOLE};
@@ -183,30 +184,24 @@ fn tiles_are_cleared_by_themselves() {
     assert_eq!(stage.play(&["0 0 0 4 8", "0 4 0 4 8"]), 2);
 }
 
-/// A small generator of numbers.
-fn next(seed: &mut u64) -> u32 {
-    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-    (*seed >> 33) as u32
-}
-
 #[test]
 fn no_tile_is_older_than_the_cadence_when_something_moved() {
     let Some(gpu) = gpu::device() else { return };
     let plans = [1, 2, 4, 8].map(|every| (every, kept(1, 0, &format!(r#"{CHANGED}, "every": {every}"#))));
     for (run, (every, plan)) in (0..50_u64).zip(plans.iter().cycle()) {
         let mut stage = Stage::new(&gpu, plan);
-        let mut seed = run;
+        let mut random = Random(run);
         let mut steps = Vec::new();
         let mut corners = [0, 1, 2, 3];
         for _ in 0..24 {
-            if !next(&mut seed).is_multiple_of(3) {
+            if !random.one_in(3) {
                 stage.change();
             }
             // Four tiles that change places, some of which are not there.
-            if next(&mut seed).is_multiple_of(8) {
-                corners.swap(next(&mut seed) as usize % 4, next(&mut seed) as usize % 4);
+            if random.one_in(8) {
+                corners.swap(random.below(4), random.below(4));
             }
-            let present = next(&mut seed) % 16;
+            let present = random.below(16);
             let tile = |at: u32| (at % 2 * 4, at / 2 * 4);
             let views: Vec<String> = corners
                 .iter()

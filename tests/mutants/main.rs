@@ -23,6 +23,7 @@ use rules::Violation;
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::image::{Picture, compare};
 use umbragraph_test_support::property;
+use umbragraph_test_support::random::Random;
 
 /// The part of the planted faults, in hundredths, that has to be found.
 const WANTED: usize = 90;
@@ -163,7 +164,7 @@ fn nine_of_ten_faults_in_templates_show_in_a_picture() {
         planted.extend(faults.map(|fault| (name.clone(), fault)));
     }
     let all = planted.len();
-    shuffle(&mut planted);
+    Random(property::seed()).shuffle(&mut planted);
     planted.truncate(number("UMBRAGRAPH_MUTANTS_SAMPLE").unwrap_or(usize::MAX));
     println!("{} of {all} faults, by {jobs} at once", planted.len());
     let baselines = in_parallel(jobs, &pictures::all(), baseline);
@@ -240,12 +241,4 @@ fn baseline(case: &Case) -> Baseline {
         }
     }
     Baseline { case: case.clone(), reference, shaders, places, cost: start.elapsed() }
-}
-
-fn shuffle<T>(list: &mut [T]) {
-    let mut state = property::seed();
-    for end in (1..list.len()).rev() {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        list.swap(end, ((state >> 33) % (end as u64 + 1)) as usize);
-    }
 }

@@ -333,11 +333,8 @@ mod tests {
     #[test]
     fn a_coarse_look_misses_nothing_and_its_work_has_a_bound() {
         const COUNT: usize = 5000;
-        let mut state = 1u64;
-        let mut number = |below: u64| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            ((state >> 33) % below) as u32
-        };
+        let mut random = umbragraph_test_support::random::Random(1);
+        let mut number = |end: usize| random.below(end) as u32;
         let mut effort = Effort::default();
         let mut view = View::new(SubresourceRange::WHOLE, &[], &mut effort);
         // The states and places that are played beside the look, and which of them are written.

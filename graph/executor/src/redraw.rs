@@ -175,13 +175,9 @@ pub(super) fn clear(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use umbragraph_test_support::random::Random;
 
-    /// A small generator of numbers.
-    fn next(seed: &mut u64, end: u32) -> u32 {
-        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (*seed >> 33) as u32 % end
-    }
+    use super::*;
 
     fn view(layer: u32, viewport: [u32; 4], matrix: u32) -> View {
         View::new(
@@ -199,23 +195,23 @@ mod tests {
     fn whatever_comes_no_texel_is_of_another_view_or_older_than_the_cadence() {
         let mut left = 0;
         for run in 0..1000 {
-            let mut seed = run;
-            let longest = 1_u32 << next(&mut seed, 4);
+            let mut random = Random(run);
+            let longest = 1_u32 << random.below(4);
             let (mut kept, mut texels) = (Kept::default(), [[None; 64]; 2]);
             let (mut revision, mut changes) = (0, Vec::new());
             let mut matrices = [0; 4];
             for record in 0..32 {
-                revision += u64::from(next(&mut seed, 3) > 0);
+                revision += u64::from(!random.one_in(3));
                 changes.push(revision);
-                matrices[next(&mut seed, 4) as usize] += next(&mut seed, 8) / 7;
+                matrices[random.below(4)] += random.below(8) as u32 / 7;
                 // Quarters of two layers, or one tile across the quarters of one.
-                let is_one = next(&mut seed, 9) == 0;
-                let tiles = if is_one { vec![(0, [2, 2, 4, 4])] } else { quarters(next(&mut seed, 16)) };
+                let is_one = random.one_in(9);
+                let tiles = if is_one { vec![(0, [2, 2, 4, 4])] } else { quarters(random.below(16) as u32) };
                 for (position, (layer, area)) in tiles.into_iter().enumerate() {
                     // What matters changes.
-                    let every = longest >> next(&mut seed, 2).min(longest.ilog2());
+                    let every = longest >> (random.below(2) as u32).min(longest.ilog2());
                     let view = view(layer, area, matrices[position]);
-                    let stamp = (next(&mut seed, 99) > 0).then_some((revision, 0));
+                    let stamp = (!random.one_in(99)).then_some((revision, 0));
                     let inside = |at: usize| {
                         let (x, y) = (at as u32 % 8, at as u32 / 8);
                         (area[0]..area[0] + area[2]).contains(&x) && (area[1]..area[1] + area[3]).contains(&y)

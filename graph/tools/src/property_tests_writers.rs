@@ -4,6 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use proptest::prelude::*;
 use umbragraph_test_support::property;
+use umbragraph_test_support::random::Random;
 
 use crate::compiler::{Assembly, Graph, KeepReason, Plan, PlanOptions, build, plan};
 use crate::diagnostic::Diagnostics;
@@ -124,11 +125,8 @@ fn is_exact(graph: &Graph, plan: &Plan) -> bool {
 
 /// Numbers without a pattern.
 fn numbers() -> impl FnMut(u64) -> u64 {
-    let mut state = 12345u64;
-    move |below| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) % below
-    }
+    let mut random = Random(12345);
+    move |end| random.below(end as usize) as u64
 }
 
 #[test]

@@ -73,11 +73,10 @@ mod tests {
     fn the_lowest_member_is_that_of_an_ordered_set() {
         let length = 70_000;
         let (mut bits, mut set) = (Bits::new(length), BTreeSet::new());
-        let mut state = 1u64;
+        let mut random = umbragraph_test_support::random::Random(1);
         for _ in 0..60_000 {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            let at = (state >> 33) as usize % length;
-            if state >> 63 == 0 {
+            let at = random.below(length);
+            if random.one_in(2) {
                 bits.insert(at);
                 set.insert(at);
             } else {

@@ -108,10 +108,9 @@ mod tests {
         let mut slots = SlotAllocator::new(200);
         let mut oracle = [false; 200];
         let mut runs: Vec<(u32, u32)> = Vec::new();
-        let mut state = 7u64;
+        let mut numbers = umbragraph_test_support::random::Random(7);
         for _ in 0..20_000 {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            let random = (state >> 33) as u32;
+            let random = numbers.next() as u32;
             if random.is_multiple_of(2) && !runs.is_empty() {
                 let (first, count) = runs.swap_remove(random as usize / 2 % runs.len());
                 assert!(slots.release(first, count) && !slots.release(first, count));

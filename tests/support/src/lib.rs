@@ -1,5 +1,6 @@
 //! What the tests of umbragraph share, and what nothing but tests may depend on.
 //!
+//! * [`command`]: what a command has printed.
 //! * [`image`]: 8-bit PNG pictures, their comparison under a tolerance, and golden pictures kept in the tree.
 //! * [`gpu`]: one graphics device for tests, chosen by a written rule and proven to compute before it is used.
 //! * [`truth`]: scores of a rendered shadow mask against a ray-traced one, where such truth is at hand.
@@ -10,6 +11,7 @@
 //!
 //! The crate knows nothing of pipelines or graphs, so that a mistake there cannot hide itself here.
 
+pub mod command;
 pub mod environment;
 #[cfg(feature = "gpu")]
 pub mod gpu;

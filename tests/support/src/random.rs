@@ -20,6 +20,11 @@ impl Random {
         (self.next() % end.max(1) as u64) as usize
     }
 
+    /// A number from 0 on, below 1.
+    pub fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
     /// Whether what happens once in so many times happens now.
     pub fn one_in(&mut self, count: usize) -> bool {
         self.below(count) == 0
