@@ -1,7 +1,7 @@
 //! A graphics device for pictures without a window.
 
-use umbragraph::CheckReport;
 use umbragraph::diagnostic::{Diagnostic, Place, codes};
+use umbragraph::pipeline::Pipeline;
 use umbragraph::shader::TargetProfile;
 use wgpu::{Adapter, Backend, Backends, Device, DeviceType, Instance, InstanceDescriptor, Queue};
 
@@ -71,17 +71,12 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
     }
 }
 
-/// What a profile becomes on a device: what it has less, and what it has more of what a pipeline can use.
-pub(crate) fn profile(
-    graphics: &Graphics,
-    checked: &CheckReport,
-) -> impl Fn(TargetProfile) -> TargetProfile + use<> {
-    let wanted =
-        checked.pipeline.as_ref().map_or(wgpu::Features::empty(), |pipeline| pipeline.device_features());
-    let features = wanted & graphics.device.features();
-    let (limits, flags) = (graphics.device.limits(), graphics.flags);
-    move |profile| {
-        let profile = profile.on_device(&limits, flags);
+impl Graphics {
+    /// What the profile of a pipeline becomes on the device: what it has less, and what it has more of what the pipeline can
+    /// use.
+    pub(crate) fn profile(&self, pipeline: &Pipeline) -> TargetProfile {
+        let features = pipeline.device_features() & self.device.features();
+        let profile = pipeline.profile.clone().on_device(&self.device.limits(), self.flags);
         if features.is_empty() { profile } else { profile.with_features(features) }
     }
 }

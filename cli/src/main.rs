@@ -5,6 +5,8 @@
 
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+#[cfg(feature = "gpu")]
+mod answer;
 mod arguments;
 mod axes;
 mod check;

@@ -12,6 +12,8 @@ use umbragraph::document::{self, Document, Value};
 use umbragraph::executor::DryRun;
 use umbragraph::node::Registry;
 use umbragraph::pipeline::{self, Configurations, FileKind, Overrides, ParameterFile, Setting};
+#[cfg(feature = "gpu")]
+use umbragraph::scene::Scene;
 use umbragraph::scene::interface;
 use umbragraph::shader::permutations::{self, Count, Request};
 use umbragraph::shader::{AxisValues, TEMPLATE_ENDS, TargetProfile, TemplateSet};
@@ -19,6 +21,8 @@ use umbragraph::source::{FileId, Sources, Span};
 use umbragraph::{Bundled, CheckOptions, CheckReport, Coverage, compose};
 
 use crate::arguments::{Choices, Settings};
+#[cfg(feature = "gpu")]
+use crate::device::Graphics;
 use crate::parts;
 use crate::streams::complain;
 
@@ -130,6 +134,23 @@ impl Session {
         }
     }
 
+    /// Loads a scene, and keeps what is to be said of it.
+    ///
+    /// # Errors
+    /// No scene.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn scene(&mut self, path: &Path) -> Result<Scene, Diagnostics> {
+        let scene = umbragraph::scene::load_below(path, self.roots(path))?;
+        self.diagnostics.extend(scene.warnings.clone());
+        Ok(scene)
+    }
+
+    /// Whether there is a plan, and nothing wrong.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn is_fine(&self, checked: &CheckReport) -> bool {
+        checked.plan.is_some() && !self.diagnostics.has_errors()
+    }
+
     /// What a document may read.
     pub(crate) fn roots(&self, document: &Path) -> Roots {
         with_roots(Roots::of(document), &self.roots)
@@ -194,16 +215,14 @@ impl Session {
     #[cfg(feature = "gpu")]
     pub(crate) fn check_on(
         &mut self,
+        graphics: &Graphics,
         checked: CheckReport,
-        on_device: &dyn Fn(TargetProfile) -> TargetProfile,
         path: &Path,
         choices: &Choices,
     ) -> CheckReport {
-        let Some(claimed) = checked.pipeline.as_ref().map(|pipeline| &pipeline.profile) else {
-            return checked;
-        };
-        let profile = on_device(claimed.clone());
-        if profile == *claimed {
+        let Some(pipeline) = &checked.pipeline else { return checked };
+        let profile = graphics.profile(pipeline);
+        if profile == pipeline.profile {
             return checked;
         }
         let Some(configured) = self.configured(path, choices) else { return CheckReport::default() };

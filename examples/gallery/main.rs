@@ -17,7 +17,6 @@ use common::{Outcome, With, check_file, root};
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 use umbragraph::scene::Scene;
-use umbragraph::work::{Draw, Work};
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::image::{Channels, Picture};
 
@@ -84,12 +83,7 @@ fn names(folder: &str, extension: &str) -> std::io::Result<Vec<String>> {
 }
 
 fn draws_scenes(outcome: &Outcome) -> bool {
-    outcome
-        .plan()
-        .pipeline
-        .passes
-        .iter()
-        .any(|pass| matches!(pass.work(), Work::Render(render) if matches!(render.draw, Draw::Scene(_))))
+    outcome.plan().pipeline.passes.iter().any(|pass| pass.work().scene().is_some())
 }
 
 fn shows_a_picture(outcome: &Outcome) -> bool {

@@ -8,7 +8,6 @@
 use std::collections::BTreeSet;
 use umbragraph_compiler::Plan;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Severity};
-use umbragraph_pipeline::work::{Draw as PassDraw, Work};
 
 use crate::codes;
 use crate::interface::GEOMETRY;
@@ -42,13 +41,9 @@ pub fn left_out(scene: &Scene, plan: &Plan) -> Option<Diagnostic> {
     let filters: BTreeSet<&str> = plan
         .passes
         .iter()
-        .filter_map(|planned| match plan.pipeline.pass(planned.handle).work() {
-            Work::Render(render) => match &render.draw {
-                PassDraw::Scene(draw) if draw.geometry == GEOMETRY => Some(draw.filter.as_str()),
-                _ => None,
-            },
-            _ => None,
-        })
+        .filter_map(|planned| plan.pipeline.pass(planned.handle).work().scene())
+        .filter(|draw| draw.geometry == GEOMETRY)
+        .map(|draw| draw.filter.as_str())
         .collect();
     let is_drawn = |draw: Draw| filters.iter().any(|filter| wants(filter, scene, draw));
     let is_blended = |draw: Draw| scene.material(draw).alpha_mode == AlphaMode::Blend;

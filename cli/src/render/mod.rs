@@ -60,16 +60,7 @@ fn render(
     let path = CameraPath::of(arguments.camera.as_ref())?;
     let choices = &arguments.choices;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, choices));
-    let scene = match progress.stage("load scene", || {
-        umbragraph::scene::load_below(&arguments.scene, session.roots(&arguments.scene))
-    }) {
-        Ok(scene) => scene,
-        Err(diagnostics) => {
-            session.diagnostics.extend(diagnostics);
-            return Ok(None);
-        }
-    };
-    session.diagnostics.extend(scene.warnings.clone());
+    let scene = progress.stage("load scene", || session.scene(&arguments.scene))?;
     let Some(plan) = &checked.plan else { return Ok(None) };
     session.diagnostics.extend(umbragraph::scene::filter::left_out(&scene, plan));
     if session.diagnostics.has_errors() {
@@ -77,15 +68,14 @@ fn render(
     }
     let (captures, document) = capture::captures(plan, &arguments.capture, arguments.capture_all.as_deref())?;
     let graphics = progress.stage("open device", device::open)?;
-    let on_device = device::profile(&graphics, &checked);
     let checked = if document.imports.is_empty() {
         checked
     } else {
         session.included = Some(document.text.clone());
         progress.stage("check captures", || session.check(&arguments.pipeline, choices))
     };
-    let checked = session.check_on(checked, &on_device, &arguments.pipeline, choices);
-    if checked.plan.is_none() || session.diagnostics.has_errors() {
+    let checked = session.check_on(&graphics, checked, &arguments.pipeline, choices);
+    if !session.is_fine(&checked) {
         return Ok(None);
     }
     let options = Session::options(&arguments.choices);

@@ -18,7 +18,8 @@ use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph_score::{Counts, Limits, Rays, Scores, Seen};
 
 use self::view::View;
-use crate::arguments::{AnswerFormat, ScoreArguments};
+use crate::answer::{Answer, answer};
+use crate::arguments::ScoreArguments;
 use crate::device;
 use crate::progress::Progress;
 use crate::render::Drawing;
@@ -26,25 +27,10 @@ use crate::render::camera::CameraPath;
 use crate::render::files::{self, Compression, Format};
 use crate::session::Session;
 use crate::shadow_term;
-use crate::streams::{print, print_json};
 
 /// Scores what the arguments ask for; whether there were no errors and all limits are met.
 pub(crate) fn run(arguments: &ScoreArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
-    let mut progress = Progress::new();
-    let result = score(arguments, &mut session, &mut progress);
-    progress.finish();
-    let scored = result.unwrap_or_else(|diagnostics| {
-        session.diagnostics.extend(diagnostics);
-        None
-    });
-    if let Some(scored) = scored {
-        match arguments.format {
-            AnswerFormat::Human => print(&format!("{}{}\n", scored.text(), progress.summary())),
-            AnswerFormat::Json => print_json(&format!("{:#}\n", scored.json())),
-        }
-    }
-    session.report()
+    answer(&arguments.choices, arguments.format, |session, progress| score(arguments, session, progress))
 }
 
 /// The scores of a pipeline on a scene.
@@ -74,17 +60,13 @@ fn score(
     let Some(document) = session.open(&arguments.pipeline, &choices.extension) else { return Ok(None) };
     shadow_term::required(&document.root)?;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, &choices));
-    let scene = progress.stage("load scene", || {
-        umbragraph::scene::load_below(&arguments.scene, session.roots(&arguments.scene))
-    })?;
-    session.diagnostics.extend(scene.warnings.clone());
-    if checked.plan.is_none() || session.diagnostics.has_errors() {
+    let scene = progress.stage("load scene", || session.scene(&arguments.scene))?;
+    if !session.is_fine(&checked) {
         return Ok(None);
     }
     let graphics = progress.stage("open device", device::open)?;
-    let on_device = device::profile(&graphics, &checked);
-    let checked = session.check_on(checked, &on_device, &arguments.pipeline, &choices);
-    if checked.plan.is_none() || session.diagnostics.has_errors() {
+    let checked = session.check_on(&graphics, checked, &arguments.pipeline, &choices);
+    if !session.is_fine(&checked) {
         return Ok(None);
     }
     let options = Session::options(&choices);
@@ -203,6 +185,18 @@ fn broken<'a>(
 }
 
 impl Scored {
+    /// The frame that agrees least, of those in which at least a hundredth of the pixels is shadowed.
+    fn worst(&self) -> Option<(u32, f64)> {
+        let shown = self.frames.iter().filter(|(_, scores)| {
+            let all = scores.band(0);
+            100 * (all.shadowed_in_both + all.leaking) >= all.pixels()
+        });
+        let scored = shown.filter_map(|(frame, scores)| Some((*frame, scores.iou()?)));
+        scored.min_by(|one, other| one.1.total_cmp(&other.1))
+    }
+}
+
+impl Answer for Scored {
     fn json(&self) -> serde_json::Value {
         let lights: Vec<_> =
             self.lights.iter().map(|(name, scores)| json!({ "light": name, "scores": scores })).collect();
@@ -218,16 +212,6 @@ impl Scored {
             "adapter": self.adapter, "triangles": self.triangles, "bytes": self.bytes, "lights": lights, "frames": frames, "worst": worst,
             "together": self.together,
         })
-    }
-
-    /// The frame that agrees least, of those in which at least a hundredth of the pixels is shadowed.
-    fn worst(&self) -> Option<(u32, f64)> {
-        let shown = self.frames.iter().filter(|(_, scores)| {
-            let all = scores.band(0);
-            100 * (all.shadowed_in_both + all.leaking) >= all.pixels()
-        });
-        let scored = shown.filter_map(|(frame, scores)| Some((*frame, scores.iou()?)));
-        scored.min_by(|one, other| one.1.total_cmp(&other.1))
     }
 
     fn text(&self) -> String {

@@ -31,7 +31,8 @@ use umbragraph_score::Rays;
 use self::space::Tuned;
 use self::table::Found;
 use self::trial::{Outcome, REFUSED, Subject, Trials};
-use crate::arguments::{AnswerFormat, TuneArguments};
+use crate::answer::answer;
+use crate::arguments::TuneArguments;
 use crate::device;
 use crate::progress::Progress;
 use crate::render::Drawing;
@@ -42,7 +43,6 @@ use crate::score::nothing;
 use crate::score::view::View;
 use crate::session::Session;
 use crate::shadow_term;
-use crate::streams::{print, print_json};
 
 /// How far the first candidates lie from the start, in coordinates.
 const SPREAD: f64 = 0.15;
@@ -52,21 +52,7 @@ const PROBES: [f64; 3] = [0.9, 0.1, 0.5];
 
 /// Searches what the arguments ask for; whether there were no errors.
 pub(crate) fn run(arguments: &TuneArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
-    let mut progress = Progress::new();
-    let result = tune(arguments, &mut session, &mut progress);
-    progress.finish();
-    let found = result.unwrap_or_else(|diagnostics| {
-        session.diagnostics.extend(diagnostics);
-        None
-    });
-    if let Some(found) = found {
-        match arguments.format {
-            AnswerFormat::Human => print(&format!("{}{}\n", found.text(), progress.summary())),
-            AnswerFormat::Json => print_json(&format!("{:#}\n", found.json())),
-        }
-    }
-    session.report()
+    answer(&arguments.choices, arguments.format, |session, progress| tune(arguments, session, progress))
 }
 
 fn tune(
@@ -93,18 +79,14 @@ fn tune(
     }
     let mut scenes = Vec::new();
     for file in &arguments.scene {
-        let scene =
-            progress.stage("load scene", || umbragraph::scene::load_below(file, session.roots(file)))?;
-        session.diagnostics.extend(scene.warnings.clone());
-        scenes.push(scene);
+        scenes.push(progress.stage("load scene", || session.scene(file))?);
     }
-    if checked.plan.is_none() || session.diagnostics.has_errors() {
+    if !session.is_fine(&checked) {
         return Ok(None);
     }
     let graphics = progress.stage("open device", device::open)?;
-    let on_device = device::profile(&graphics, &checked);
-    let checked = session.check_on(checked, &on_device, &arguments.pipeline, &choices);
-    if checked.plan.is_none() || session.diagnostics.has_errors() {
+    let checked = session.check_on(&graphics, checked, &arguments.pipeline, &choices);
+    if !session.is_fine(&checked) {
         return Ok(None);
     }
     let mut drawings = Vec::new();

@@ -10,6 +10,7 @@ use umbragraph::expression::Value;
 
 use super::trial::{Cost, loss};
 use super::{Tried, best};
+use crate::answer::Answer;
 use crate::arguments::{Measure, TuneArguments};
 
 /// The rows that people are shown.
@@ -72,8 +73,10 @@ impl Found {
             Measure::MeanError => loss,
         }
     }
+}
 
-    pub(super) fn json(&self) -> serde_json::Value {
+impl Answer for Found {
+    fn json(&self) -> serde_json::Value {
         let tried = |tried: &Tried| {
             let scenes: Vec<_> = self
                 .scenes
@@ -93,7 +96,7 @@ impl Found {
         })
     }
 
-    pub(super) fn text(&self) -> String {
+    fn text(&self) -> String {
         let mut text = format!("{} of {} sets of values tried", self.trials, self.budget);
         if self.refused > 0 {
             let _ = write!(text, ", {} of them refused by the pipeline", self.refused);

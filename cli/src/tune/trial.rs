@@ -17,7 +17,7 @@ use umbragraph::work::Work;
 use umbragraph_score::Scores;
 
 use crate::arguments::{Choices, Measure, TuneArguments};
-use crate::device::{self, Graphics};
+use crate::device::Graphics;
 use crate::progress::Progress;
 use crate::render::Drawing;
 use crate::score::view::View;
@@ -138,8 +138,7 @@ impl Trials<'_> {
         choices.settings.set.extend(values.iter().map(|(name, value)| format!("{name}={value}")));
         let known = std::mem::take(&mut self.session.diagnostics);
         let checked = self.session.check(&self.arguments.pipeline, &choices);
-        let on_device = device::profile(self.graphics, &checked);
-        let checked = self.session.check_on(checked, &on_device, &self.arguments.pipeline, &choices);
+        let checked = self.session.check_on(self.graphics, checked, &self.arguments.pipeline, &choices);
         let found = std::mem::replace(&mut self.session.diagnostics, known);
         if checked.plan.is_none() || found.has_errors() { Err(found) } else { Ok(checked) }
     }

@@ -17,7 +17,7 @@ use crate::compiler::{PackedBlock, Plan, PlannedPass};
 use crate::data::{BlackboardData, View};
 use crate::diagnostic::{Diagnostic, Place as DiagnosticPlace, codes};
 use crate::pipeline::ResourceKind;
-use crate::work::{BlockLayout, BoundSlot, Draw, ProgramHandle, ResourceHandle, SlotSource, Work};
+use crate::work::{BlockLayout, BoundSlot, ProgramHandle, ResourceHandle, SlotSource, Work};
 
 /// A block in the buffer; for a block `view` the first of several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,7 +137,11 @@ impl Blocks {
                 let Some(place) = place else { continue };
                 let count = match &slot.source {
                     SlotSource::View => {
-                        let views = scene_views(work).and_then(of).map(BlackboardData::views);
+                        let views = work
+                            .scene()
+                            .map(|scene| scene.views.resource)
+                            .and_then(of)
+                            .map(BlackboardData::views);
                         views.map_or(1, |views| views.len().max(1) as u64)
                     }
                     _ => 1,
@@ -157,8 +161,12 @@ impl Blocks {
                         }
                     }
                     SlotSource::View => {
-                        let views =
-                            scene_views(work).and_then(of).map(BlackboardData::views).unwrap_or_default();
+                        let views = work
+                            .scene()
+                            .map(|scene| scene.views.resource)
+                            .and_then(of)
+                            .map(BlackboardData::views)
+                            .unwrap_or_default();
                         for (at, view) in views.iter().enumerate() {
                             view.publish(&mut self.view);
                             let offset = place.offset + place.stride * at as u64;
@@ -197,19 +205,9 @@ pub(super) fn program(work: &Work) -> Option<ProgramHandle> {
     }
 }
 
-/// The data whose views a pass draws.
-fn scene_views(work: &Work) -> Option<ResourceHandle> {
-    match work {
-        Work::Render(render) => match &render.draw {
-            Draw::Scene(scene) => Some(scene.views.resource),
-            Draw::Fullscreen { .. } | Draw::Buffers(_) => None,
-        },
-        _ => None,
-    }
-}
-
 fn max_views(plan: &Plan, work: &Work) -> u64 {
-    let views = scene_views(work).map(|views| &plan.pipeline.resource(views).kind);
+    let views =
+        work.scene().map(|scene| scene.views.resource).map(|views| &plan.pipeline.resource(views).kind);
     match views {
         Some(ResourceKind::Data(Some(shape))) => u64::from(shape.max_views).max(1),
         _ => 1,

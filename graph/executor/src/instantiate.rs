@@ -207,7 +207,7 @@ impl Instantiated {
                 let program = plan.pipeline.program(program);
                 let mut pipelines =
                     Pipelines { creation: &mut *creation, objects, plan: &plan, name: &pass.name, program };
-                let host = scene_of(work).and_then(|scene| interface_of(&self.interfaces, scene));
+                let host = work.scene().and_then(|scene| interface_of(&self.interfaces, scene));
                 let layouts = pipelines.layouts(work, host);
                 let work = self.program_work(&mut pipelines, planned, pass, &layouts);
                 let groups = self.groups(creation, objects, at, pass, program, &layouts);
@@ -314,7 +314,7 @@ impl Instantiated {
         layouts: &Layouts,
     ) -> Vec<Group> {
         let plan = self.plan.clone();
-        let is_host = |index: u32| scene_of(pass.work()).is_some() && index >= MATERIAL_GROUP;
+        let is_host = |index: u32| pass.work().scene().is_some() && index >= MATERIAL_GROUP;
         let mut groups = Vec::new();
         for (index, layout) in (0..).zip(&layouts.groups) {
             let Some(layout) = layout.as_ref().filter(|_| !is_host(index)) else { continue };
@@ -398,17 +398,6 @@ fn join(leader: &mut InstantiatedPass, followers: &mut [InstantiatedPass]) {
         leader.label.push_str(&follower.label);
     }
     leader.merged = 1 + followers.len();
-}
-
-/// The draws of the host's meshes, where a pass has some.
-fn scene_of(work: &Work) -> Option<&SceneDraw> {
-    match work {
-        Work::Render(render) => match &render.draw {
-            Draw::Scene(scene) => Some(scene),
-            Draw::Fullscreen { .. } | Draw::Buffers(_) => None,
-        },
-        _ => None,
-    }
 }
 
 fn interface_of<'a>(known: &'a [(String, HostInterface)], scene: &SceneDraw) -> Option<&'a HostInterface> {

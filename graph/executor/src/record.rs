@@ -23,7 +23,7 @@ use super::times::Times;
 use crate::compiler::{Plan, PlannedPass};
 use crate::data::{BlackboardData, View};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::work::{Draw, Redraw, SceneDraw, Work};
+use crate::work::{Redraw, SceneDraw};
 use wgpu_profiler::GpuProfilerQuery;
 
 /// Memory that is used again in each record.
@@ -436,13 +436,7 @@ impl Recording<'_> {
 }
 
 fn scene_draw<'a>(instantiated: &'a Instantiated, planned: &PlannedPass) -> Option<&'a SceneDraw> {
-    match instantiated.plan.pipeline.pass(planned.handle).work() {
-        Work::Render(render) => match &render.draw {
-            Draw::Scene(scene) => Some(scene),
-            Draw::Fullscreen { .. } | Draw::Buffers(_) => None,
-        },
-        _ => None,
-    }
+    instantiated.plan.pipeline.pass(planned.handle).work().scene()
 }
 
 fn views_of<'a>(instantiated: &'a Instantiated, scene: &InstantiatedScene) -> &'a [View] {

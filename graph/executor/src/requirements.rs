@@ -10,7 +10,7 @@ use crate::compiler::{Plan, PlannedPass};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes};
 use crate::pipeline::{Pass, Program};
 use crate::shader::Stage;
-use crate::work::{Draw, RenderWork, SceneDraw, SlotSource, Work};
+use crate::work::{RenderWork, SceneDraw, SlotSource, Work};
 use umbragraph_pipeline::draw::{HostInterface, HostSlotKind, check_host};
 
 /// The requirements of a plan that the device does not meet.
@@ -241,13 +241,7 @@ fn check_filter(pass: &Pass, scene: &SceneDraw, filters: &[String]) -> Option<Di
 pub(super) fn scenes(plan: &Plan) -> impl Iterator<Item = (&Pass, &SceneDraw)> {
     plan.passes.iter().filter_map(|planned| {
         let pass = plan.pipeline.pass(planned.handle);
-        match pass.work() {
-            Work::Render(render) => match &render.draw {
-                Draw::Scene(scene) => Some((pass, scene)),
-                Draw::Fullscreen { .. } | Draw::Buffers(_) => None,
-            },
-            _ => None,
-        }
+        Some((pass, pass.work().scene()?))
     })
 }
 

@@ -312,9 +312,7 @@ pub fn check_host(
 ) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for pass in &pipeline.passes {
-        let crate::work::Work::Render(render) = pass.work() else { continue };
-        let crate::work::Draw::Scene(scene) = &render.draw else { continue };
-        if scene.geometry == geometry {
+        if let Some(scene) = pass.work().scene().filter(|scene| scene.geometry == geometry) {
             check_program(pipeline.program(scene.program), pass, geometry, host, &mut diagnostics);
         }
     }

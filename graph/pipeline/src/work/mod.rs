@@ -83,6 +83,17 @@ impl Work {
         }
     }
 
+    /// The draws of the host's meshes, of what has some.
+    pub fn scene(&self) -> Option<&SceneDraw> {
+        match self {
+            Work::Render(render) => match &render.draw {
+                Draw::Scene(scene) => Some(scene),
+                Draw::Fullscreen { .. } | Draw::Buffers(_) => None,
+            },
+            _ => None,
+        }
+    }
+
     /// What it accesses and how, in the order in which it is done.
     pub fn accesses(&self) -> Vec<(&Subresource, Usage)> {
         let mut all = Vec::new();

@@ -1,0 +1,37 @@
+//! The answer of a command that works for a while: in words with the time that it took, or as JSON.
+
+use umbragraph::diagnostic::Diagnostics;
+
+use crate::arguments::{AnswerFormat, Choices};
+use crate::progress::Progress;
+use crate::session::Session;
+use crate::streams::{print, print_json};
+
+/// What is answered.
+pub(crate) trait Answer {
+    /// In words.
+    fn text(&self) -> String;
+    /// As JSON.
+    fn json(&self) -> serde_json::Value;
+}
+
+/// Prints what work comes to, and what is to be said of it; whether there were no errors.
+pub(crate) fn answer<A: Answer>(
+    choices: &Choices,
+    format: AnswerFormat,
+    work: impl FnOnce(&mut Session, &mut Progress) -> Result<Option<A>, Diagnostics>,
+) -> bool {
+    let mut session = Session::new(choices.templates.as_deref(), &choices.root);
+    let mut progress = Progress::new();
+    let result = work(&mut session, &mut progress);
+    progress.finish();
+    match result {
+        Ok(Some(found)) => match format {
+            AnswerFormat::Human => print(&format!("{}{}\n", found.text(), progress.summary())),
+            AnswerFormat::Json => print_json(&format!("{:#}\n", found.json())),
+        },
+        Ok(None) => {}
+        Err(diagnostics) => session.diagnostics.extend(diagnostics),
+    }
+    session.report()
+}
