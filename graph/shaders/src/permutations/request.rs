@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use super::space::Space;
-use crate::axes::Axes;
 use crate::compile::unknown_axis;
 use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
 use crate::profile::TargetProfile;
@@ -40,17 +39,24 @@ impl Request {
         }
     }
 
-    /// One configuration; axes that `values` does not name have their defaults.
+    /// One configuration; axes that `values` does not name have their defaults, or any value where constraints do not
+    /// let them have these: the values of a variant are those that its text depends on.
     pub fn one(
         templates: &TemplateSet,
         template: &str,
         values: &AxisValues,
         profiles: &[TargetProfile],
     ) -> Self {
-        let mut allowed: BTreeMap<String, Vec<AxisValue>> = BTreeMap::new();
-        let defaults = templates.axes(template).map(Axes::defaults).unwrap_or_default();
-        for (name, value) in defaults.iter().chain(values) {
-            allowed.insert(name.clone(), vec![value.clone()]);
+        let only = |values: &AxisValues| -> BTreeMap<String, Vec<AxisValue>> {
+            values.iter().map(|(name, value)| (name.clone(), vec![value.clone()])).collect()
+        };
+        let mut allowed = only(values);
+        if let Some(axes) = templates.axes(template) {
+            let mut with_defaults = only(&axes.defaults());
+            with_defaults.extend(allowed.clone());
+            if Space::new(axes, &with_defaults).possible(&AxisValues::new()) {
+                allowed = with_defaults;
+            }
         }
         Self { allowed, ..Self::all(template, profiles) }
     }

@@ -237,6 +237,26 @@ fn progress_reaches_every_text() {
 }
 
 #[test]
+fn an_axis_that_a_text_does_not_depend_on_breaks_no_constraint_by_its_default() {
+    let axes = r#"{ "axes": {
+        "view": { "type": "enum", "values": ["width", "blockers"], "default": "width" },
+        "filter": { "type": "enum", "values": ["hard", "pcss"], "default": "hard" },
+        "lights": { "type": "bool", "default": false } },
+        "constraints": [{ "when": "view=blockers", "requires": ["filter=pcss"] }] }"#;
+    let main = "@fragment fn main() -> @location(0) vec4<f32> { return vec4<f32>(\
+                {% if view == \"blockers\" %}1.0{% elif lights and filter == \"pcss\" %}0.5{% else %}0.0{% endif %}); }";
+    let fixture = Fixture::sound(&[("main.wgsl.jinja", main), ("main.axes.json", axes)]);
+    let chosen = values(&[("view", "blockers".into()), ("filter", "pcss".into())]);
+    let profile = TargetProfile::webgpu();
+    let module = compile(&fixture.set, "main.wgsl.jinja", &chosen, &profile).expect("a module");
+    assert_eq!(module.axes, values(&[("view", "blockers".into())]), "the text does not depend on the filter");
+    let one = Request::one(&fixture.set, "main.wgsl.jinja", &module.axes, &[profile]);
+    let outcome = check(&fixture.set, &[one], &Options::default());
+    assert_eq!(fixture.lines(&outcome.diagnostics), Vec::<String>::new());
+    assert_eq!(outcome.proven, 1);
+}
+
+#[test]
 fn a_request_narrows_the_space() {
     let fixture = readers(READERS[11]);
     let values: AxisValues = [("c".to_owned(), true.into())].into();
