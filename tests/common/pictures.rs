@@ -159,7 +159,7 @@ pub const VARIANTS: &[Variant] = &[
     variant(
         ["awsm", "courtyard", "pcss"],
         &[("sun_angle", "0.087266"), ("lamp_radius", "0.4"), ("search_taps", "12")],
-        &[("light_filter", "\"pcss\""), ("msaa", "true")],
+        &[("light_filter", "\"pcss\""), ("msaa", "true"), ("reverse_z", "false")],
     ),
     variant(
         ["awsm", "interior", "pcss"],
@@ -248,7 +248,7 @@ pub const VARIANTS: &[Variant] = &[
     variant(
         ["awsm", "figure", "evsm4_fp16"],
         &[
-            ("moment_cascades", "\"last_two\""),
+            ("moment_cascades", "\"last\""),
             ("moment_spots", "true"),
             ("exponent", "2"),
             ("min_deviation", "0.05"),
@@ -270,7 +270,7 @@ pub const VARIANTS: &[Variant] = &[
     ),
     variant(
         ["awsm", "interior", "visibility_first"],
-        &[("lamp_radius", "0.1"), ("denoise_radius", "2")],
+        &[("lamp_radius", "0.1"), ("denoise_radius", "2"), ("noise_cell", "3")],
         &[
             ("light_filter", "\"pcss\""),
             ("visibility_first", "true"),
