@@ -11,7 +11,6 @@
 mod common;
 
 use std::collections::BTreeMap;
-use std::io::Write as _;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -41,61 +40,40 @@ const SETTINGS: [(&str, Settings, Settings); 7] = [
     ),
 ];
 
-/// What a process of one setting is told: its name, and whether it draws or counts.
+/// The setting that a process draws.
 const ONE: &str = "UMBRAGRAPH_VARIANT";
 
 fn main() {
     if let Ok(one) = std::env::var(ONE) {
-        let (name, what) = one.split_once(' ').expect("a setting and what to do");
-        let setting = SETTINGS.iter().find(|setting| setting.0 == name).expect("a setting");
-        return if what == "draw" { draw(*setting) } else { count(*setting) };
+        let setting = SETTINGS.iter().find(|setting| setting.0 == one);
+        return draw(*setting.expect("a setting"));
     }
     println!(
         "{:20} {:>7} {:>9} {:>9} {:>14} {:>14} {:>14}",
         "", "modules", "WGSL", "SPIR-V", "pipelines", "first frame", "processor"
     );
     for (name, ..) in SETTINGS {
-        print!("{name:20}");
-        for what in ["count", "draw"] {
-            let itself = std::env::current_exe().expect("this program");
-            // The driver reads its own when it is loaded.
-            let mut command = Command::new(itself);
-            command.env(NO_CACHE, "true").env(ONE, format!("{name} {what}"));
-            let status = command.status().expect("a process");
-            if !status.success() {
-                std::process::exit(status.code().unwrap_or(1));
-            }
+        let itself = std::env::current_exe().expect("this program");
+        // The driver reads its own when it is loaded.
+        let status = Command::new(itself).env(NO_CACHE, "true").env(ONE, name).status().expect("a process");
+        if !status.success() {
+            std::process::exit(status.code().unwrap_or(1));
         }
     }
 }
 
-fn check((_, features, parameters): (&str, Settings, Settings)) -> Outcome {
-    let mut all = vec![("lamp_radius", "0.05")];
-    all.extend_from_slice(parameters);
-    check_file(
-        "pipelines/awsm.json",
-        &With { parameters: &all, features, size: Some([64, 36]), ..With::default() },
-    )
-}
-
-/// The modules of a setting.
-fn count(setting: (&str, Settings, Settings)) {
-    let modules = modules(&check(setting));
-    let bytes: usize = modules.values().map(|module| module.wgsl.len()).sum();
-    let words: usize = modules.values().map(spirv_bytes).sum();
-    print!(" {:7} {bytes:9} {words:9}", modules.len());
-    std::io::stdout().flush().expect("an output");
-}
-
-/// The first frame of a setting.
-fn draw(setting: (&str, Settings, Settings)) {
+/// The first frame of a setting, and then its modules.
+fn draw((name, features, parameters): (&str, Settings, Settings)) {
     let Some(gpu) = gpu::device() else {
-        println!(" there is no graphics adapter");
+        println!("there is no graphics adapter");
         return;
     };
     let scene = scene(&root().join("examples/scenes/interior.glb"));
     let input = scene.frame_input(64.0 / 36.0, 0.0);
-    let outcome = check(setting);
+    let mut all = vec![("lamp_radius", "0.05")];
+    all.extend_from_slice(parameters);
+    let with = With { parameters: &all, features, size: Some([64, 36]), ..With::default() };
+    let outcome = check_file("pipelines/awsm.json", &with);
     let start = Instant::now();
     let mut host = Host::new(&gpu, &outcome, &scene);
     host.settle(&input);
@@ -104,9 +82,17 @@ fn draw(setting: (&str, Settings, Settings)) {
     drop(host.picture(&input));
     let drawn = start.elapsed();
     let processor = processor_seconds().map_or("?".to_owned(), |seconds| format!("{seconds:.2} s"));
-    println!(" {:>11.0} ms {:>11.0} ms {processor:>14}", ms(made), ms(drawn));
-    if setting.0 == SETTINGS[SETTINGS.len() - 1].0 {
-        for module in modules(&outcome).values() {
+    let modules = modules(&outcome);
+    let bytes: usize = modules.values().map(|module| module.wgsl.len()).sum();
+    let words: usize = modules.values().map(spirv_bytes).sum();
+    let count = modules.len();
+    println!(
+        "{name:20} {count:7} {bytes:9} {words:9} {:>11.0} ms {:>11.0} ms {processor:>14}",
+        ms(made),
+        ms(drawn)
+    );
+    if name == SETTINGS[SETTINGS.len() - 1].0 {
+        for module in modules.values() {
             let (text, words) = (module.wgsl.len(), spirv_bytes(module));
             println!("  {:26} {text:9} {words:9}", module.template);
         }

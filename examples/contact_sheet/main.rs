@@ -28,7 +28,7 @@ use umbragraph_test_support::image::{Channels, Picture};
 const CELL: [u32; 2] = [200, 170];
 
 /// The height of a label.
-const LABEL: u32 = 16;
+const LABEL: u32 = 20;
 
 /// A parameter with its value.
 type Setting = (&'static str, &'static str);
@@ -40,7 +40,7 @@ type Column = (&'static str, &'static [Setting], &'static [Setting]);
 const MOMENTS: &[Setting] =
     &[("moment_cascades", "\"all\""), ("moment_spots", "true"), ("blur_radius", "12")];
 
-const COLUMNS: [Column; 14] = [
+const COLUMNS: [Column; 15] = [
     ("HARD", &[("light_filter", "\"hard\"")], &[]),
     ("GRID 3", &[("light_filter", "\"grid_pcf\"")], &[("grid_pcf_side", "3")]),
     ("GRID 5", &[("light_filter", "\"grid_pcf\"")], &[("grid_pcf_side", "5")]),
@@ -53,7 +53,8 @@ const COLUMNS: [Column; 14] = [
     ("PCSS CONTACT", &[("light_filter", "\"pcss\""), ("contact_shadows", "true")], &[("vogel_taps", "32")]),
     ("EVSM FP32", &[("moment_filter", "\"evsm4\""), ("moment_precision", "\"fp32\"")], MOMENTS),
     ("EVSM FP16", &[("moment_filter", "\"evsm4\""), ("moment_precision", "\"fp16\"")], MOMENTS),
-    ("EVSM CONTACT", &[("moment_precision", "\"fp32\""), ("contact_shadows", "true")], MOMENTS),
+    ("EVSM32 CONTACT", &[("moment_precision", "\"fp32\""), ("contact_shadows", "true")], MOMENTS),
+    ("EVSM16 CONTACT", &[("moment_precision", "\"fp16\""), ("contact_shadows", "true")], MOMENTS),
     ("MSM", &[("moment_filter", "\"msm\"")], MOMENTS),
 ];
 
