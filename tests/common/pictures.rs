@@ -188,12 +188,17 @@ pub const VARIANTS: &[Variant] = &[
     ),
     variant(
         ["awsm", "figure", "contact_first_hit"],
-        &[("contact_form", "\"first_hit\""), ("contact_strength", "1"), ("contact_thickness", "0.3")],
+        &[
+            ("contact_form", "\"first_hit\""),
+            ("contact_strength", "1"),
+            ("contact_thickness", "0.3"),
+            ("noise_cell", "3"),
+        ],
         &[("contact_shadows", "true"), ("reverse_z", "false")],
     ),
     variant(
         ["awsm", "courtyard", "evsm4"],
-        &[("moment_cascades", "\"last_two\""), ("blur_radius", "2")],
+        &[("moment_cascades", "\"last\""), ("blur_radius", "2")],
         &[("moment_precision", "\"fp32\""), ("light_filter", "\"hard\"")],
     ),
     variant(
@@ -248,7 +253,7 @@ pub const VARIANTS: &[Variant] = &[
     variant(
         ["awsm", "figure", "evsm4_fp16"],
         &[
-            ("moment_cascades", "\"last\""),
+            ("moment_cascades", "\"last_two\""),
             ("moment_spots", "true"),
             ("exponent", "2"),
             ("min_deviation", "0.05"),
@@ -270,7 +275,7 @@ pub const VARIANTS: &[Variant] = &[
     ),
     variant(
         ["awsm", "interior", "visibility_first"],
-        &[("lamp_radius", "0.1"), ("denoise_radius", "2"), ("noise_cell", "3")],
+        &[("lamp_radius", "0.1"), ("denoise_radius", "2")],
         &[
             ("light_filter", "\"pcss\""),
             ("visibility_first", "true"),

@@ -116,9 +116,15 @@ fn known() -> Vec<(String, String, String)> {
     let text = include_str!("survivors.txt");
     let entries = text.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));
     entries
-        .map(|line| match line.split(" | ").collect::<Vec<_>>()[..] {
-            [template, reads, reason] => (template.to_owned(), reads.to_owned(), reason.to_owned()),
-            _ => panic!("a line of survivors.txt is TEMPLATE | LINE | REASON: {line}"),
+        .map(|line| {
+            // Lines of templates may have the separator in them.
+            let parts = line
+                .split_once(" | ")
+                .and_then(|(template, rest)| Some((template, rest.rsplit_once(" | ")?)));
+            let Some((template, (reads, reason))) = parts else {
+                panic!("a line of survivors.txt is TEMPLATE | LINE | REASON: {line}");
+            };
+            (template.to_owned(), reads.to_owned(), reason.to_owned())
         })
         .collect()
 }
