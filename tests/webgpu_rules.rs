@@ -33,6 +33,25 @@ const CUBE: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
 }
 "#;
 
+const DEPTH: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+@group(0) @binding(0) var picture: texture_depth_2d;
+@group(0) @binding(1) var reader: sampler;
+@fragment fn show(covered: Covered) -> @location(0) vec4<f32> {
+    return vec4<f32>(textureSample(picture, reader, covered.uv));
+}
+"#;
+
+/// Four outputs.
+const FOUR: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+struct Out {
+    @location(0) a: vec4<f32>, @location(1) b: vec4<f32>, @location(2) c: vec4<f32>, @location(3) d: vec4<f32>
+}
+@fragment fn fill(covered: Covered) -> Out {
+    let one = vec4<f32>(covered.uv, 0.0, 1.0);
+    return Out(one, one, one, one);
+}
+"#;
+
 const WORDS: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
 @group(0) @binding(0) var<storage, read> words: array<u32>;
 @fragment fn show(covered: Covered) -> @location(0) vec4<f32> { return vec4<f32>(f32(words[0])); }
@@ -186,6 +205,44 @@ const COPIED: Ground = Ground {
         "down": { "copy": { "from": { "name": "one" }, "to": { "name": "rows" } } }"#,
 };
 
+/// A cube of the host's.
+const CUBED: Ground = Ground {
+    template: CUBE,
+    resources: r#""sky": { "texture": { "format": "rgba8unorm", "size": [64, 64], "layers": 6, "view": "cube", "lifetime": "imported" } }"#,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja",
+        "bind": { "picture": "sky", "reader": { "sampler": { "filter": "linear" } } }, "color": [{ "to": "target" }] } }"#,
+};
+
+/// Four attachments of 32 bytes a texel together.
+const WIDE: Ground = Ground {
+    template: FOUR,
+    resources: r#""a": { "texture": { "format": "rgba16float", "size": [64, 64], "lifetime": "persistent" } },
+        "b": { "texture": { "format": "rgba16float", "size": [64, 64], "lifetime": "persistent" } },
+        "c": { "texture": { "format": "rgba16float", "size": [64, 64], "lifetime": "persistent" } },
+        "d": { "texture": { "format": "rgba16float", "size": [64, 64], "lifetime": "persistent" } }"#,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja",
+            "color": [{ "to": "a" }, { "to": "b" }, { "to": "c" }, { "to": "d" }] } },
+        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } }"#,
+};
+
+/// One channel, blended by an alpha that only the shader has.
+const BY_ALPHA: Ground = Ground {
+    template: FILL,
+    resources: r#""sum": { "texture": { "format": "r16float", "size": [64, 64], "lifetime": "persistent" } }"#,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "sum", "blend": "alpha" }] } },
+        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } }"#,
+};
+
+/// Depth that goes to rows of a buffer.
+const DEPTH_ROWS: Ground = Ground {
+    template: FILL,
+    resources: r#""depth": { "texture": { "format": "depth32float", "size": [64, 64] } },
+        "rows": { "buffer": { "size": "64 * 256", "lifetime": "persistent" } }"#,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "target" }],
+            "depth": { "to": "depth", "clear": 1, "compare": "always", "write": true } } },
+        "down": { "copy": { "from": { "name": "depth" }, "to": { "name": "rows" } } }"#,
+};
+
 /// A rule of WebGPU, the code of what breaks it, and the texts to replace in the template or the document.
 struct Rule(&'static str, &'static str, &'static Ground, &'static str, &'static str);
 
@@ -194,6 +251,7 @@ const RULES: &[Rule] = &[
     // Shader modules
     Rule("a module is valid", "UG0521", &PAINT, "vec4<f32>(covered.uv, 0.0, 1.0)", "vec4<f32>(covered.uv, 0, 1u)"),
     Rule("@group is below 4", "UG0409", &SHOWN, "@group(0) @binding(1)", "@group(4) @binding(1)"),
+    Rule("@binding is below 1,000", "UG0409", &SHOWN, "@binding(1) var", "@binding(1000) var"),
     // Bind group layouts
     Rule("storage textures are read and written in few formats", "UG0409", &IMAGED, "rgba8unorm, write", "rgba8unorm, read_write"),
     Rule("bindings have one type", "UG0521", &SHOWN, "@binding(1) var", "@binding(0) var"),
@@ -207,8 +265,15 @@ const RULES: &[Rule] = &[
     Rule("integers are not sampled as floats", "UG0323", &SHOWN, "\"picture\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"picture\": { \"texture\": { \"format\": \"rgba8uint\""),
     Rule("what is filtered can be filtered", "UG0323", &SHOWN, "\"picture\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"picture\": { \"texture\": { \"format\": \"rgba32float\""),
     Rule("storage textures have their shader's format", "UG0323", &IMAGED, "\"image\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"image\": { \"texture\": { \"format\": \"rgba16float\""),
+    Rule("samplers that compare are bound to those that do", "UG0302", &SHOWN, "\"filter\": \"linear\"", "\"compare\": \"less\""),
+    Rule("depth bindings see depth", "UG0323", &SHOWN, SHOW, DEPTH),
+    Rule("storage offsets are aligned", "UG0409", &COUNTED, "\"counts\": \"counts\" }", "\"counts\": { \"buffer\": { \"name\": \"counts\", \"offset\": 128, \"size\": 256 } } }"),
+    Rule("a storage binding has at most 128 MiB", "UG0409", &COUNTED, "\"counts\": { \"buffer\": { \"size\": 1024", "\"counts\": { \"buffer\": { \"size\": 134217732"),
+    Rule("cubes are square", "UG0321", &CUBED, "\"size\": [64, 64], \"layers\": 6", "\"size\": [64, 32], \"layers\": 6"),
     // Samplers
     Rule("anisotropic samplers are linear", "UG0302", &SHOWN, "\"filter\": \"linear\"", "\"filter\": \"nearest\", \"max_anisotropy\": 4"),
+    Rule("levels of detail are in order", "UG0108", &SHOWN, "\"filter\": \"linear\"", "\"filter\": \"linear\", \"lod_min_clamp\": 4, \"lod_max_clamp\": 1"),
+    Rule("anisotropy is at most 16", "UG0108", &SHOWN, "\"filter\": \"linear\"", "\"filter\": \"linear\", \"max_anisotropy\": 17"),
     // Render pipelines
     Rule("a pipeline has a vertex stage", "UG0609", &PAINT, "{% include \"lib/fullscreen.wgsl.jinja\" %}", "struct Covered { @location(0) uv: vec2<f32> }"),
     Rule("a stage has one entry point", "UG0609", &PAINT, "@fragment fn fill", "@fragment fn another() -> @location(0) vec4<f32> { return vec4<f32>(); }\n@fragment fn fill"),
@@ -229,6 +294,15 @@ const RULES: &[Rule] = &[
     Rule("textures have at most 256 layers", "UG0321", &SHOWN, "\"size\": [64, 64] } }", "\"size\": [64, 64], \"layers\": 257 } }"),
     Rule("mip levels end at one texel", "UG0321", &SHOWN, "\"size\": [64, 64] } }", "\"size\": [64, 64], \"mips\": 8 } }"),
     Rule("textures of several samples can be attached", "UG0323", &RESOLVED, "\"format\": \"rgba8unorm\", \"size\": [64, 64], \"samples\": 4", "\"format\": \"rg11b10ufloat\", \"size\": [64, 64], \"samples\": 4"),
+    Rule("several samples have one layer", "UG0409", &RESOLVED, "\"samples\": 4", "\"samples\": 4, \"layers\": 2"),
+    Rule("attachments can be rendered to", "UG0323", &SHOWN, "\"picture\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"picture\": { \"texture\": { \"format\": \"rgb9e5ufloat\""),
+    Rule("attachments have at most 32 bytes a texel", "UG0409", &WIDE, "\"d\": { \"texture\": { \"format\": \"rgba16float\"", "\"d\": { \"texture\": { \"format\": \"rgba32float\""),
+    Rule("what is blended by alpha has an alpha", "UG0405", &BY_ALPHA, "vec4<f32> { return vec4<f32>(covered.uv, 0.0, 1.0)", "vec2<f32> { return covered.uv"),
+    Rule("the least and the greatest have factors of one", "UG0405", &BLENDED, "\"blend\": \"add\"", "\"blend\": { \"color\": { \"operation\": \"min\", \"src_factor\": \"src-alpha\", \"dst_factor\": \"one\" } }"),
+    Rule("strides are multiples of 4", "UG0409", &DRAWN, "\"buffer\": \"points\",", "\"buffer\": \"points\", \"stride\": 10,"),
+    Rule("strides are at most 2,048", "UG0409", &DRAWN, "\"buffer\": \"points\",", "\"buffer\": \"points\", \"stride\": 2052,"),
+    Rule("depth is of a format with depth", "UG0323", &DEPTHS, "\"depth\": { \"texture\": { \"format\": \"depth32float\"", "\"depth\": { \"texture\": { \"format\": \"r32float\""),
+    Rule("stencil is of a format with stencil", "UG0323", &DEPTHS, "\"write\": true }", "\"write\": true }, \"stencil\": { \"to\": \"depth\", \"clear\": 0 }"),
     // Buffers
     Rule("buffers have at most 256 MiB", "UG0321", &COUNTED, "\"counts\": { \"buffer\": { \"size\": 1024", "\"counts\": { \"buffer\": { \"size\": 268435460"),
     // Passes
@@ -240,16 +314,24 @@ const RULES: &[Rule] = &[
     Rule("a usage scope reads no buffer that it writes", "UG0404", &COUNTED, "\"words\": \"words\", \"counts\": \"counts\"", "\"words\": { \"buffer\": { \"name\": \"words\", \"offset\": 0, \"size\": 256 } }, \"counts\": { \"buffer\": { \"name\": \"words\", \"offset\": 256, \"size\": 256 } }"),
     Rule("resolving changes no format", "UG0409", &RESOLVED, "\"samples\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"samples\": { \"texture\": { \"format\": \"bgra8unorm\""),
     Rule("resolving begins with several samples", "UG0409", &RESOLVED, ", \"samples\": 4", ""),
+    Rule("attachments are others", "UG0404", &WIDE, "{ \"to\": \"d\" }", "{ \"to\": \"c\" }"),
+    Rule("depth is cleared to 0 to 1", "UG0108", &DEPTHS, "\"clear\": 1,", "\"clear\": 2,"),
     // Copies
     Rule("copies change no format", "UG0409", &COPIED, "\"one\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"one\": { \"texture\": { \"format\": \"r32float\""),
     Rule("copies stay within", "UG0409", &COPIED, "\"from\": { \"name\": \"one\" }, \"to\": { \"name\": \"target\" }", "\"from\": { \"name\": \"one\", \"origin\": [1, 0] }, \"to\": { \"name\": \"target\" }, \"extent\": [64, 64]"),
     Rule("rows of a copy fit the buffer", "UG0409", &COPIED, "\"size\": \"64 * 256\"", "\"size\": \"63 * 256\""),
     Rule("depth is copied whole", "UG0409", &DEPTHS, "\"from\": { \"name\": \"depth\" }, \"to\": { \"name\": \"other\" }", "\"from\": { \"name\": \"depth\" }, \"to\": { \"name\": \"other\" }, \"extent\": [32, 32]"),
+    Rule("no texture is copied onto itself", "UG0404", &COPIED, "\"to\": { \"name\": \"target\" }", "\"to\": { \"name\": \"one\" }"),
+    Rule("copies keep the number of samples", "UG0409", &COPIED, "\"one\": { \"texture\": { \"format\": \"rgba8unorm\",", "\"one\": { \"texture\": { \"format\": \"rgba8unorm\", \"samples\": 4,"),
+    Rule("copied bytes begin with a texel", "UG0409", &COPIED, "\"to\": { \"name\": \"rows\" }", "\"to\": { \"name\": \"rows\", \"offset\": 2, \"size\": 8192 }, \"extent\": [64, 16]"),
+    Rule("depth24plus is copied to no buffer", "UG0409", &DEPTH_ROWS, "depth32float", "depth24plus"),
+    Rule("cleared bytes are multiples of 4", "UG0409", &COUNTED, "\"no_words\": { \"clear\": { \"buffer\": \"words\"", "\"no_words\": { \"clear\": { \"buffer\": \"words\", \"offset\": 2, \"size\": 4"),
     // Dispatches and draws
     Rule("at most 65,535 workgroups are dispatched each way", "UG0406", &COUNTED, "[4, 1, 1]", "[65536, 1, 1]"),
     Rule("vertex buffers hold what is drawn", "UG0409", &DRAWN, "\"count\": 6", "\"count\": 7"),
     Rule("index buffers hold what is drawn", "UG0409", &DRAWN, "\"count\": 6", "\"count\": 6, \"indices\": { \"buffer\": \"indices\", \"format\": \"uint32\" }"),
     Rule("indirect offsets are multiples of 4", "UG0409", &COUNTED, "\"workgroups\": [4, 1, 1]", "\"indirect\": { \"buffer\": \"words\", \"offset\": 2 }"),
+    Rule("indirect words lie in their buffer", "UG0405", &COUNTED, "\"workgroups\": [4, 1, 1]", "\"indirect\": { \"buffer\": \"words\", \"offset\": 1016 }"),
 ];
 
 fn check(ground: &Ground, from: &str, to: &str) -> Outcome {

@@ -74,6 +74,7 @@ impl Planner<'_> {
         diagnostics: &mut Vec<Diagnostic>,
     ) {
         let program = self.pipeline.program(render.draw.bound().0);
+        let by_alpha = |at: usize| render.color.get(at).is_some_and(|color| blends_by_alpha(color.blend));
         let needs_second = render.color.iter().any(|color| blends_two_sources(color.blend));
         if needs_second && !self.pipeline.profile.features.contains(Features::DUAL_SOURCE_BLENDING) {
             let pass = self.pipeline.pass(handle);
@@ -143,6 +144,12 @@ impl Planner<'_> {
                             attachment.resource
                         )
                     }
+                    Some(output) if output.components < 4 && by_alpha(location) => {
+                        format!(
+                            "writes {} components to @location({location}), without the alpha by which \"{}\" is blended",
+                            output.components, attachment.resource
+                        )
+                    }
                     Some(_) => continue,
                 };
                 diagnostics.push(self.output_mismatch(handle, &program.template, &error));
@@ -167,6 +174,23 @@ impl Planner<'_> {
             .pointer(&pass.pointer)
             .help("the outputs of the fragment shader and the color attachments match one to one")
     }
+}
+
+/// Whether an equation multiplies colors by the alpha of what is drawn.
+fn blends_by_alpha(blend: Option<BlendState>) -> bool {
+    use wgpu_types::BlendFactor as Factor;
+    blend.is_some_and(|BlendState { color, .. }| {
+        [color.src_factor, color.dst_factor].iter().any(|factor| {
+            matches!(
+                factor,
+                Factor::SrcAlpha
+                    | Factor::OneMinusSrcAlpha
+                    | Factor::SrcAlphaSaturated
+                    | Factor::Src1Alpha
+                    | Factor::OneMinusSrc1Alpha
+            )
+        })
+    })
 }
 
 /// Whether an equation takes a second color of the fragment stage.

@@ -41,6 +41,11 @@ impl PassBuilder<'_> {
         self.named(reference).is_some_and(|handle| matches!(kind(handle), ResourceKind::Buffer(_)))
     }
 
+    /// Whether a reference names a texture.
+    pub fn is_texture(&self, reference: &str) -> bool {
+        self.named(reference).is_some_and(|handle| self.shared.resources[handle.index()].texture().is_some())
+    }
+
     /// The bytes of a buffer that a reference names, if its declaration has a number.
     pub fn declared_bytes(&self, reference: &str) -> Option<u64> {
         match &self.shared.resources[self.named(reference)?.index()].kind {

@@ -237,6 +237,11 @@ impl PassBuilder<'_> {
                         let (buffer, usage) = (self.buffer(name, here)?, buffer_usage(ty));
                         return Some(SlotSource::Buffer { buffer, usage });
                     }
+                    if self.is_texture(name) {
+                        let help = "bind the name of a buffer or of blackboard data, or { \"values\": { } }";
+                        let message = format!("{}, but \"{name}\" is a texture", wanted("a buffer"));
+                        return self.reject(codes::WRONG_RESOURCE, here, message, help);
+                    }
                     Some(SlotSource::Data { data: self.data(name, here)?, values: None })
                 }
                 Bind::Object(_) => {

@@ -23,8 +23,15 @@ pub(super) fn check_extension_points(document: &Document, diagnostics: &mut Diag
                 }
                 let message = format!("there is no pass \"{name}\"");
                 let pointer = pointer_join("/extension_points", &point.key);
-                let diagnostic = Diagnostic::error(codes::UNKNOWN_PASS, value.span, message)
+                let mut diagnostic = Diagnostic::error(codes::UNKNOWN_PASS, value.span, message)
                     .pointer(format!("{pointer}/{side}/{at}"));
+                if value.span.file != document.root.span.file {
+                    let with = format!(
+                        "where the pass was deleted, delete the point too: \"extension_points\": {{ \"{}\": null }}",
+                        point.key
+                    );
+                    diagnostic = diagnostic.related(point.key_span, with);
+                }
                 diagnostics.push(diagnostic.suggest(name, passes(), Some(value.span), |names| {
                     format!("the passes are {}", list_of(names.iter().copied()))
                 }));
