@@ -270,6 +270,7 @@ const RULES: &[Rule] = &[
     Rule("storage offsets are aligned", "UG0409", &COUNTED, "\"counts\": \"counts\" }", "\"counts\": { \"buffer\": { \"name\": \"counts\", \"offset\": 128, \"size\": 256 } } }"),
     Rule("a storage binding has at most 128 MiB", "UG0409", &COUNTED, "\"counts\": { \"buffer\": { \"size\": 1024", "\"counts\": { \"buffer\": { \"size\": 134217732"),
     Rule("cubes are square", "UG0321", &CUBED, "\"size\": [64, 64], \"layers\": 6", "\"size\": [64, 32], \"layers\": 6"),
+    Rule("buffers are bound where a shader has buffers", "UG0302", &COUNTED, "\"words\": \"words\", \"counts\"", "\"words\": \"target\", \"counts\""),
     // Samplers
     Rule("anisotropic samplers are linear", "UG0302", &SHOWN, "\"filter\": \"linear\"", "\"filter\": \"nearest\", \"max_anisotropy\": 4"),
     Rule("levels of detail are in order", "UG0108", &SHOWN, "\"filter\": \"linear\"", "\"filter\": \"linear\", \"lod_min_clamp\": 4, \"lod_max_clamp\": 1"),
