@@ -28,12 +28,16 @@ const ELSEWHERE: &[(&str, &[&str])] = &[
     ("graph/shaders/src/tests/exploring.rs", &["UG0511"]),
     (
         "scene/tests/scenes/bad_input.rs",
+        &["UG0700", "UG0701", "UG0702", "UG0703", "UG0704", "UG0706", "UG0707", "UG0722", "UG0725"],
+    ),
+    (
+        "scene/tests/scenes/bad_meshes.rs",
         &[
-            "UG0700", "UG0701", "UG0702", "UG0703", "UG0704", "UG0705", "UG0706", "UG0707", "UG0708",
-            "UG0709", "UG0710", "UG0711", "UG0712", "UG0713", "UG0714", "UG0716", "UG0717", "UG0718",
-            "UG0719", "UG0720", "UG0721", "UG0722", "UG0724", "UG0725", "UG0726",
+            "UG0705", "UG0708", "UG0709", "UG0710", "UG0711", "UG0712", "UG0713", "UG0720", "UG0721",
+            "UG0724", "UG0726",
         ],
     ),
+    ("scene/tests/scenes/bad_nodes.rs", &["UG0714", "UG0716", "UG0717", "UG0718", "UG0719"]),
     ("scene/tests/scenes/hostile_input.rs", &["UG0715"]),
     ("scene/tests/scenes/loading.rs", &["UG0723"]),
     ("tests/executing/hosts.rs", &["UG0803", "UG0805"]),

@@ -1,6 +1,8 @@
 //! Scenes from documents that the tests build themselves.
 
 mod bad_input;
+mod bad_meshes;
+mod bad_nodes;
 mod document;
 mod hostile_input;
 mod loading;

@@ -1,16 +1,19 @@
 //! The checker of plans finds every violation that is planted in a right plan, and none where there is none.
 
+mod copies;
+mod histories;
+
 use std::sync::Arc;
 
 use umbragraph::compiler::{
-    Assembly, CullReason, KeepReason, Objective, Physical, Plan, PlanOptions, PlannedCopy, PlannedPass,
-    StoreOperation, TexelOrigin, TexelRows, Violation, ViolationKind, build, plan, verify,
+    Assembly, CullReason, KeepReason, Objective, Physical, Plan, PlanOptions, PlannedPass, StoreOperation,
+    Violation, ViolationKind, build, plan, verify,
 };
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
-use umbragraph::pipeline::{Aspect, IndexRange, Pipeline, SubresourceRange, Usage, Version};
+use umbragraph::language::{Expr, FormatCandidates, Lifetime};
+use umbragraph::pipeline::{Pipeline, SubresourceRange, Usage, Version};
 use umbragraph::wgpu_types::{TextureFormat, TextureUsages};
-use umbragraph::work::{BufferRegion, LoadOperation, TextureRegion, TransferEnd, Work};
+use umbragraph::work::{LoadOperation, Work};
 
 const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
 
@@ -454,161 +457,6 @@ fn a_resource_in_a_buffer_of_its_class_that_is_too_small_is_caught() {
     assert_eq!(violations[0].message, format!("\"b2\" is not of the class of buffer {index}, or larger"));
 }
 
-/// A plan that copies two mips of two layers, the stencil of a texture to rows of a buffer, and bytes.
-fn copies() -> Plan {
-    let mut assembly = Assembly::new("copies");
-    let layered = |texture: &mut TextureDeclaration| {
-        texture.size = Expr(serde_json::json!([64, 64]));
-        texture.layers = Some(Expr::from(4.0));
-        texture.mips = Some(Expr::from(3.0));
-    };
-    let [from, to] = ["from", "to"].map(|name| assembly.texture_with(name, layered));
-    let mask = assembly.texture_with("mask", |texture| {
-        texture.format = FormatCandidates::One("depth24plus-stencil8".to_owned());
-        texture.size = Expr(serde_json::json!([64, 64]));
-    });
-    let [rows, bytes] =
-        ["rows", "bytes"].map(|name| assembly.buffer(name, 64 * 256 + 512, Lifetime::Transient));
-    let texture = |assembly: &Assembly, resource, range| {
-        let texture = assembly.subresource(resource, range);
-        TransferEnd::Texture(TextureRegion { texture, origin: None })
-    };
-    let texels = |assembly: &Assembly, resource, layer: u32| {
-        let (mip, layer) =
-            (Some(IndexRange { first: 1, count: 2 }), Some(IndexRange { first: layer, count: 2 }));
-        texture(assembly, resource, SubresourceRange { mip, layer, ..SubresourceRange::WHOLE })
-    };
-    let buffer = |assembly: &Assembly, resource, first: u64, count: u64| {
-        let buffer = assembly.subresource(resource, SubresourceRange::bytes(first, count));
-        TransferEnd::Buffer(BufferRegion { buffer, bytes_per_row: None, rows_per_image: None })
-    };
-    let whole = SubresourceRange { mip: Some(IndexRange::one(0)), ..SubresourceRange::WHOLE };
-    let _ = assembly.pass("fill").writes(from);
-    let _ = assembly
-        .pass("mark")
-        .accesses(mask, whole.aspect(Aspect::DepthOnly), Usage::DepthAttachment, Version::Newest)
-        .accesses(mask, whole.aspect(Aspect::StencilOnly), Usage::StencilAttachment, Version::Newest);
-    let (source, destination) = (texels(&assembly, from, 0), texels(&assembly, to, 2));
-    let _ = assembly.pass("move").copies(Some(source), destination, Usage::CopyDestination);
-    let stencil = texture(&assembly, mask, whole.aspect(Aspect::StencilOnly));
-    let destination = buffer(&assembly, rows, 512, 64 * 256);
-    let blank = buffer(&assembly, rows, 512, 64 * 256);
-    let _ = assembly.pass("blank").copies(None, blank, Usage::CopyDestination);
-    let _ = assembly.pass("rows").copies(Some(stencil), destination, Usage::CopyDestinationRows);
-    let destination = buffer(&assembly, bytes, 0, 256);
-    let _ = assembly.pass("zero").copies(None, destination, Usage::CopyDestination);
-    let (moved, destination) = (buffer(&assembly, rows, 512, 256), buffer(&assembly, bytes, 256, 256));
-    let _ = assembly.pass("bytes").copies(Some(moved), destination, Usage::CopyDestination);
-    let range = |first| SubresourceRange {
-        mip: Some(IndexRange { first: 1, count: 2 }),
-        ..SubresourceRange::of(None, Some(first))
-    };
-    let end = assembly.pass("end").side_effect().reads_range(to, range(3));
-    let _ = end.accesses(bytes, SubresourceRange::bytes(0, 512), Usage::StorageRead, Version::Newest);
-    planned(assembly)
-}
-
-#[track_caller]
-fn caught_in_a_copy(plant: impl FnOnce(&mut Plan)) {
-    let mut plan = copies();
-    assert_eq!(verify(&plan, &options()), Vec::new(), "before anything is planted");
-    plant(&mut plan);
-    let violations = verify(&plan, &options());
-    assert!(kinds(&violations).contains(&ViolationKind::CopyWrong), "{violations:#?}");
-}
-
-/// The subresource range that a transfer says that it reads, or writes.
-fn range_of<'a>(plan: &'a mut Plan, name: &str, written: bool) -> &'a mut SubresourceRange {
-    let handle = plan.pipeline.find_pass(name).expect("a pass").index();
-    let accesses = pipeline(plan).passes[handle].tamper().1;
-    &mut accesses.iter_mut().find(|one| one.usage.writes() == written).expect("an access").range
-}
-
-#[test]
-fn a_copy_of_other_mips_than_its_access_is_caught() {
-    caught_in_a_copy(|plan| range_of(plan, "move", false).mip = Some(IndexRange { first: 0, count: 3 }));
-}
-
-#[test]
-fn a_copy_to_other_layers_than_its_access_is_caught() {
-    caught_in_a_copy(|plan| range_of(plan, "move", true).layer = Some(IndexRange { first: 0, count: 4 }));
-}
-
-#[test]
-fn a_copy_of_another_aspect_than_its_access_is_caught() {
-    caught_in_a_copy(|plan| range_of(plan, "rows", false).aspect = Aspect::All);
-}
-
-#[test]
-fn a_copy_to_more_bytes_than_its_access_is_caught() {
-    caught_in_a_copy(|plan| {
-        range_of(plan, "bytes", true).bytes = Some(IndexRange { first: 384, count: 128 });
-    });
-}
-
-#[test]
-fn a_copy_whose_access_is_forgotten_is_caught() {
-    caught_in_a_copy(|plan| {
-        let handle = plan.pipeline.find_pass("bytes").expect("a pass").index();
-        pipeline(plan).passes[handle].tamper().1.remove(0);
-    });
-}
-
-#[test]
-fn a_planned_copy_of_another_mip_layer_or_box_is_caught() {
-    let plants: [fn(&mut PlannedCopy); 4] = [
-        |copy| edit(copy, |from, _| from.mip = 0),
-        |copy| edit(copy, |from, _| from.at[2] = 1),
-        |copy| edit(copy, |_, extent| extent[0] = 16),
-        |copy| edit(copy, |_, extent| extent[2] = 1),
-    ];
-    for plant in plants {
-        caught_in_a_copy(|plan| plant(&mut pass(plan, "move").copies[0]));
-    }
-}
-
-fn edit(copy: &mut PlannedCopy, change: impl FnOnce(&mut TexelOrigin, &mut [u32; 3])) {
-    match copy {
-        PlannedCopy::Texels { from, extent, .. } | PlannedCopy::Download { from, extent, .. } => {
-            change(from, extent);
-        }
-        _ => panic!("no texels"),
-    }
-}
-
-#[test]
-fn a_planned_copy_left_out_or_made_twice_is_caught() {
-    caught_in_a_copy(|plan| {
-        pass(plan, "move").copies.pop();
-    });
-    caught_in_a_copy(|plan| {
-        let again = pass(plan, "zero").copies[0];
-        pass(plan, "zero").copies.push(again);
-    });
-}
-
-#[test]
-fn planned_rows_of_texels_at_other_bytes_are_caught() {
-    let plants: [fn(&mut TexelRows); 3] =
-        [|rows| rows.offset = 0, |rows| rows.bytes_per_row = 512, |rows| rows.rows_per_image = 8];
-    for plant in plants {
-        caught_in_a_copy(|plan| match &mut pass(plan, "rows").copies[0] {
-            PlannedCopy::Download { to, .. } => plant(to),
-            _ => panic!("no rows"),
-        });
-    }
-    caught_in_a_copy(|plan| {
-        edit(&mut pass(plan, "rows").copies[0], |from, _| from.aspect = Aspect::DepthOnly);
-    });
-}
-
-#[test]
-fn a_planned_copy_of_other_bytes_is_caught() {
-    caught_in_a_copy(|plan| {
-        pass(plan, "bytes").copies[0] = PlannedCopy::Bytes { from: 0, to: 256, bytes: 256 };
-    });
-}
-
 #[test]
 fn a_missing_usage_is_caught() {
     caught(ViolationKind::UsageMissing, |plan| {
@@ -684,110 +532,4 @@ fn sizes_given_as_numbers_or_expressions_are_the_same_to_the_checker() {
     let plan = plan(&pipeline, &graph, &options(), &sources, &mut diagnostics).expect("a plan");
     assert_eq!(plan.bytes, 32 * 32 * 4);
     assert_eq!(verify(&plan, &options()), Vec::new());
-}
-
-fn place(plan: &Plan, name: &str, back: usize) -> Physical {
-    plan.histories[name].places[back]
-}
-
-fn places<'a>(plan: &'a mut Plan, name: &str) -> &'a mut Vec<Physical> {
-    &mut plan.histories.get_mut(name).expect("planned").places
-}
-
-#[test]
-fn a_history_that_is_forgotten_is_caught() {
-    caught(ViolationKind::HistoryWrong, |plan| {
-        plan.histories.remove("past");
-    });
-}
-
-#[test]
-fn a_history_with_too_few_copies_is_caught() {
-    caught(ViolationKind::HistoryWrong, |plan| {
-        places(plan, "past").pop();
-    });
-}
-
-#[test]
-fn two_frames_of_a_history_at_one_place_are_caught() {
-    caught(ViolationKind::HistoryWrong, |plan| {
-        let first = place(plan, "past", 0);
-        places(plan, "past")[1] = first;
-        plan.resources.get_mut("past@-1").expect("planned").physical = first;
-    });
-}
-
-#[test]
-fn a_frame_that_stands_elsewhere_than_its_turn_is_caught() {
-    caught(ViolationKind::HistoryWrong, |plan| places(plan, "past").swap(0, 1));
-}
-
-#[test]
-fn copies_that_cannot_be_cleared_are_caught() {
-    caught(ViolationKind::HistoryWrong, |plan| {
-        let at = texture_of(plan, "past@-2");
-        plan.textures[at].usages -= TextureUsages::RENDER_ATTACHMENT;
-    });
-}
-
-#[test]
-fn copies_of_different_formats_are_caught() {
-    caught(ViolationKind::HistoryWrong, |plan| {
-        let at = texture_of(plan, "past@-2");
-        plan.textures[at].format = TextureFormat::Rgba8Snorm;
-    });
-}
-
-#[test]
-fn an_initial_value_of_another_kind_is_caught() {
-    caught(ViolationKind::HistoryWrong, |plan| {
-        plan.histories.get_mut("past").expect("planned").initial =
-            umbragraph::compiler::InitialValue::Depth(1.0);
-    });
-}
-
-#[test]
-fn a_transient_resource_where_a_history_takes_turns_is_caught() {
-    caught(ViolationKind::SharedThoughLasting, |plan| {
-        let past = place(plan, "past", 2);
-        plan.resources.get_mut("w").expect("planned").physical = past;
-    });
-}
-
-#[test]
-fn a_culled_writer_of_a_history_that_is_read_back_is_caught() {
-    caught(ViolationKind::CulledButNeeded, |plan| {
-        let at = at(plan, "blend");
-        plan.passes.remove(at);
-        plan.culled.insert("blend".to_owned(), CullReason::NothingReads(vec!["past".to_owned()]));
-    });
-}
-
-#[test]
-fn a_history_that_nothing_live_reads_back_is_no_reason_to_keep_its_writer() {
-    caught(ViolationKind::KeptWithoutReason, |plan| {
-        // Without its reader the history leads nowhere any more.
-        let past = plan.resources["past@-1"].handle;
-        for pass in &mut pipeline(plan).passes {
-            if pass.name == "out" {
-                pass.tamper().1.retain(|one| one.resource != past);
-            }
-        }
-    });
-}
-
-#[test]
-fn a_reason_of_a_later_frame_that_does_not_hold_is_caught() {
-    caught(ViolationKind::WrongReason, |plan| {
-        let past = plan.resources["past@-1"].handle;
-        let reader = plan.passes[at(plan, "probe")].handle;
-        pass(plan, "blend").reason = KeepReason::ReadLater(reader, past);
-    });
-}
-
-#[test]
-fn a_history_that_is_not_stored_is_caught() {
-    caught(ViolationKind::OutputDropped, |plan| {
-        pass(plan, "blend").color[0].store = StoreOperation::Discard;
-    });
 }
