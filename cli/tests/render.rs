@@ -225,12 +225,12 @@ fn a_part_of_a_capture_and_floats_as_exr() {
     let folder = ScratchFolder::new("render-capture-part");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     let captures =
-        [format!("layers:0,2={}", file("layer.png")), format!("cubes@point_casters={}", file("all.exr"))];
-    let arguments = ["--out", &file("x.png"), "--set", "cube_side=64", "--set", "cascade_side=32"];
+        [format!("cubes:0,2={}", file("layer.png")), format!("cubes@point_casters={}", file("all.exr"))];
+    let arguments = ["--out", &file("x.png"), "--set", "cube_side=64"];
     let arguments: Vec<&str> =
         arguments.into_iter().chain(captures.iter().flat_map(|one| ["--capture", one.as_str()])).collect();
     fine(&render("pipelines/awsm.json", "examples/scenes/interior.glb", &arguments));
-    assert_eq!(png(&folder.join("layer.png")).0, 32);
+    assert_eq!(png(&folder.join("layer.png")).0, 64);
     let exr = std::fs::read(folder.join("all.exr")).unwrap();
     assert_eq!(exr[..4], [0x76, 0x2f, 0x31, 0x01]);
     let faces = ["+x", "-x", "+y", "-y", "+z", "-z"];
