@@ -6,7 +6,7 @@
 //! Key frames are finite, but what a spline or a chain of scales makes of them need not be: a node that an animation
 //! takes farther than a million kilometres, or makes as large, stays with its parent at that time.
 
-use glam::{DMat4, DVec3, Mat4};
+use glam::{DMat4, DVec3};
 use umbragraph_pipeline::frame::Bounds;
 
 use crate::animation::Property;
@@ -129,11 +129,6 @@ impl Scene {
         skin.into_iter()
             .flat_map(|skin| skin.joints.iter().zip(&skin.inverse_bind))
             .map(|(joint, inverse_bind)| pose.world(*joint) * *inverse_bind)
-    }
-
-    /// As [`Scene::joint_transforms`], as the GPU wants them.
-    pub fn joint_matrices<'a>(&'a self, node: NodeId, pose: &'a Pose) -> impl Iterator<Item = Mat4> + 'a {
-        self.joint_transforms(node, pose).map(|transform| transform.as_mat4())
     }
 
     /// The world box around a draw in a pose. For a skinned draw it is the box around what each of the joints could

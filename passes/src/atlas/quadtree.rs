@@ -59,11 +59,6 @@ impl TileAllocator {
         self.used_area
     }
 
-    /// The number of texels that are not in allocated tiles.
-    pub fn free_area(&self) -> u64 {
-        u64::from(self.side) * u64::from(self.side) - self.used_area
-    }
-
     /// Makes the atlas larger or smaller; tiles stay where they are. `side` is rounded down to a power of two, 0 below
     /// the smallest tile, and kept within the largest side. Rejected, with nothing changed, where a tile lies beyond.
     #[must_use]

@@ -67,7 +67,7 @@ fn exercise(scene: &Scene) {
         if let Some(texture) = scene.material(draw).base_color_texture {
             assert!(scene.textures[texture].image < scene.images.len());
         }
-        let _ = scene.joint_matrices(draw.node, &scene.rest_pose()).count();
+        let _ = scene.joint_transforms(draw.node, &scene.rest_pose()).count();
     }
 }
 

@@ -58,11 +58,6 @@ impl Reflection {
     pub fn entry_point(&self, name: &str) -> Option<&EntryPoint> {
         self.entry_points.iter().find(|entry_point| entry_point.name == name)
     }
-
-    /// The first entry point of a stage.
-    pub fn entry_point_of(&self, stage: Stage) -> Option<&EntryPoint> {
-        self.entry_points.iter().find(|entry_point| entry_point.stage == stage)
-    }
 }
 
 /// Reflects a validated module. `workgroup_sizes` are those after overrides have their values.

@@ -125,7 +125,8 @@ fn blocks_have_the_offsets_of_wgsl() {
 fn entry_points_list_inputs_outputs_and_bindings() {
     let fixture = Fixture::sound(&[("main.wgsl.jinja", TEXT)]);
     let reflection = fixture.compile("main.wgsl.jinja", &[]).reflection;
-    let vertex = reflection.entry_point_of(Stage::Vertex).unwrap();
+    let vertex =
+        reflection.entry_points.iter().find(|entry_point| entry_point.stage == Stage::Vertex).unwrap();
     let inputs: Vec<_> =
         vertex.inputs.iter().map(|input| (input.name.as_str(), input.location, input.format)).collect();
     assert_eq!(
