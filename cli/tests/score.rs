@@ -77,6 +77,21 @@ fn what_a_pipeline_does_not_shadow_is_said_and_counts() {
 }
 
 #[test]
+fn a_light_without_shadows_in_one_frame_is_none_without_any() {
+    if !adapter() {
+        return;
+    }
+    let near = ["--camera", "random:3", "--set", "far=[6,9,12]", "--frames"];
+    let of_frames = |frames: &str| {
+        let output =
+            score("pipelines/caracal.json", "examples/scenes/courtyard.glb", &[&near[..], &[frames]].concat());
+        assert_eq!(output.status.code(), Some(0));
+        String::from_utf8_lossy(&output.stderr).contains("no shadows at all")
+    };
+    assert_eq!(["1", "3"].map(of_frames), [true, false]);
+}
+
+#[test]
 fn limits_decide_the_exit_status() {
     if gpu::device().is_none() {
         return;
