@@ -55,6 +55,26 @@ fn defaults_agree_with_ray_traced_shadows() {
     }
 }
 
+/// Where edges of hard shadows run between texels, nine of them say better where than four.
+#[test]
+fn smooth_edges_are_nearer_to_those_of_rays() {
+    const SIZE: [u32; 2] = [320, 180];
+    let Some(gpu) = gpu::device() else { return };
+    let scene = courtyard();
+    let input = scene.frame_input(16.0 / 9.0, 0.0);
+    let rays = Rays::new(&scene, &scene.pose(0.0));
+    let truth = Truth::new(&rays, &input.camera, SIZE);
+    let light = truth.light(&input.lights[0]).expect("a usable light");
+    let [stepped, smooth] = ["false", "true"].map(|smooth| {
+        let outcome = umbra(&[("smooth_edges", smooth)], &[("light_filter", "\"hard\"")], SIZE);
+        let picture = Host::new(&gpu, &outcome, &scene).picture(&input);
+        let scores = Scores::of(&truth, &light, Rendered::new(picture.bytes()));
+        scores.band(0).leaking + scores.band(0).acne
+    });
+    println!("{stepped} pixels differ from rays, {smooth} with smooth edges");
+    assert!(smooth * 20 < stepped * 19, "{stepped} and {smooth} pixels differ from rays");
+}
+
 /// Lit in the shader of every material, or in one pass over what was drawn of surfaces: shadows lie in the same pixels.
 #[test]
 fn deferred_and_forward_shading_show_the_same() {

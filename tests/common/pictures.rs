@@ -124,6 +124,7 @@ pub const VARIANTS: &[Variant] = &[
         &[("whole_range", "true")],
     ),
     variant(["umbra", "courtyard", "whole_range"], &[], &[("whole_range", "true")]),
+    variant(["umbra", "interior", "hard"], &[], &[("light_filter", "\"hard\"")]),
     variant(["umbra", "interior", "deferred"], &[], &[("deferred", "true")]),
     variant(["umbra", "figure", "spheres"], &[("fit", "\"sphere\"")], &[("msaa", "true")]),
     variant(
