@@ -341,23 +341,26 @@ pub fn of_lessons() -> Vec<Case> {
     LESSONS.iter().map(of).collect()
 }
 
-/// What extends a system by something that it has on its list, a scene that shows it, and the number of frames drawn.
-const EXTENDED: &[(&str, &str, &str, u64)] = &[
-    ("lore_pcss", "lore", "courtyard", 1),
-    ("lore_evsm", "lore", "courtyard", 1),
-    ("lore_vsm", "lore", "courtyard", 1),
-    ("lore_lamps", "lore", "interior", 1),
-    ("lore_temporal", "lore", "courtyard", 8),
-    ("awsm_deferred", "awsm", "interior", 1),
+/// What extends a system by something that it has on its list, a scene that shows it, the number of frames drawn, and parameters.
+const EXTENDED: &[(&str, &str, &str, u64, Settings)] = &[
+    ("lore_pcss", "lore", "courtyard", 1, &[("resolutions", "[1024,1024,512,512]")]),
+    ("lore_evsm", "lore", "courtyard", 1, &[]),
+    ("lore_vsm", "lore", "courtyard", 1, &[]),
+    ("lore_lamps", "lore", "interior", 1, &[]),
+    ("lore_temporal", "lore", "courtyard", 8, &[]),
+    ("awsm_deferred", "awsm", "interior", 1, &[]),
 ];
 
 /// The pictures of pipelines that extend a system.
 pub fn of_extended() -> Vec<Case> {
-    let of = |(name, system, scene, frames): &(&str, &'static str, &'static str, u64)| Case {
-        pipeline: format!("pipelines/extended/{name}.json"),
-        frames: *frames,
-        ..case(&format!("extended_{name}"), system, scene, "off", &[], &[])
-    };
+    let of =
+        |(name, system, scene, frames, parameters): &(&str, &'static str, &'static str, u64, Settings)| {
+            Case {
+                pipeline: format!("pipelines/extended/{name}.json"),
+                frames: *frames,
+                ..case(&format!("extended_{name}"), system, scene, "off", parameters, &[])
+            }
+        };
     EXTENDED.iter().map(of).collect()
 }
 
