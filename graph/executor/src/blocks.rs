@@ -137,11 +137,7 @@ impl Blocks {
                 let Some(place) = place else { continue };
                 let count = match &slot.source {
                     SlotSource::View => {
-                        let views = work
-                            .scene()
-                            .map(|scene| scene.views.resource)
-                            .and_then(of)
-                            .map(BlackboardData::views);
+                        let views = scene_views(work).and_then(of).map(BlackboardData::views);
                         views.map_or(1, |views| views.len().max(1) as u64)
                     }
                     _ => 1,
@@ -161,12 +157,8 @@ impl Blocks {
                         }
                     }
                     SlotSource::View => {
-                        let views = work
-                            .scene()
-                            .map(|scene| scene.views.resource)
-                            .and_then(of)
-                            .map(BlackboardData::views)
-                            .unwrap_or_default();
+                        let views =
+                            scene_views(work).and_then(of).map(BlackboardData::views).unwrap_or_default();
                         for (at, view) in views.iter().enumerate() {
                             view.publish(&mut self.view);
                             let offset = place.offset + place.stride * at as u64;
@@ -205,9 +197,13 @@ pub(super) fn program(work: &Work) -> Option<ProgramHandle> {
     }
 }
 
+/// The data whose views a pass draws.
+fn scene_views(work: &Work) -> Option<ResourceHandle> {
+    work.scene().map(|scene| scene.views.resource)
+}
+
 fn max_views(plan: &Plan, work: &Work) -> u64 {
-    let views =
-        work.scene().map(|scene| scene.views.resource).map(|views| &plan.pipeline.resource(views).kind);
+    let views = scene_views(work).map(|views| &plan.pipeline.resource(views).kind);
     match views {
         Some(ResourceKind::Data(Some(shape))) => u64::from(shape.max_views).max(1),
         _ => 1,

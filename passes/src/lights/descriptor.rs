@@ -128,7 +128,6 @@ pub(crate) fn count(data: &BlackboardData) -> u32 {
 
 #[cfg(test)]
 mod tests {
-
     use super::*;
 
     #[test]
