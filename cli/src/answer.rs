@@ -21,7 +21,7 @@ pub(crate) fn answer<A: Answer>(
     format: AnswerFormat,
     work: impl FnOnce(&mut Session, &mut Progress) -> Result<Option<A>, Diagnostics>,
 ) -> bool {
-    let mut session = Session::new(choices.templates.as_deref(), &choices.root);
+    let mut session = Session::new(&choices.files);
     let mut progress = Progress::new();
     let result = work(&mut session, &mut progress);
     progress.finish();

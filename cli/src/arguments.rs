@@ -1,5 +1,8 @@
 //! The command line.
 
+#[cfg(feature = "gpu")]
+mod drawing;
+
 use std::path::{Path, PathBuf};
 
 use clap::error::ErrorKind;
@@ -11,9 +14,7 @@ use umbragraph::shader::TargetLanguage;
 use crate::validator::ExternalValidator;
 
 #[cfg(feature = "gpu")]
-use crate::render::{camera::CameraArgument, capture::CaptureArgument};
-#[cfg(feature = "gpu")]
-use crate::tune::space::Over;
+pub(crate) use drawing::{Measure, RenderArguments, ScoreArguments, Shot, TuneArguments};
 
 /// Checks, inspects and renders pipelines of umbragraph.
 #[derive(Parser)]
@@ -111,15 +112,9 @@ impl Settings {
     }
 }
 
-/// What every command can be told of a pipeline.
+/// The files that a pipeline is made of besides its own.
 #[derive(Args, Clone)]
-pub(crate) struct Choices {
-    #[command(flatten)]
-    pub(crate) settings: Settings,
-    /// The target profile; without it `check` holds the pipeline to each that it claims, and what shows one plan or one
-    /// shader takes the first. A pipeline that claims none is held to webgpu.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) profile: Option<String>,
+pub(crate) struct Files {
     /// Puts the passes of an extension file at the pipeline's extension points. Several run in the order given.
     #[arg(long, value_name = "FILE")]
     pub(crate) extension: Vec<PathBuf>,
@@ -129,6 +124,19 @@ pub(crate) struct Choices {
     /// A further folder below which pipelines and scenes may name files, beside the working folder and their own.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) root: Vec<PathBuf>,
+}
+
+/// What every command can be told of a pipeline.
+#[derive(Args, Clone)]
+pub(crate) struct Choices {
+    #[command(flatten)]
+    pub(crate) settings: Settings,
+    /// The target profile; without it `check` holds the pipeline to each that it claims, and what shows one plan or one
+    /// shader takes the first. A pipeline that claims none is held to webgpu.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) profile: Option<String>,
+    #[command(flatten)]
+    pub(crate) files: Files,
     /// Width and height of the picture.
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     pub(crate) size: [u32; 2],
@@ -197,15 +205,8 @@ pub(crate) struct PermutationsArguments {
     /// The form of the diagnostics: human, json, github or sarif.
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: DiagnosticsFormat,
-    /// Puts the passes of an extension file at the pipeline's extension points. Several run in the order given.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) extension: Vec<PathBuf>,
-    /// A folder with templates that replace or join those that come with the command.
-    #[arg(long, value_name = "FOLDER")]
-    pub(crate) templates: Option<PathBuf>,
-    /// A further folder below which pipelines and scenes may name files, beside the working folder and their own.
-    #[arg(long, value_name = "FOLDER")]
-    pub(crate) root: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: Files,
 }
 
 /// The form of diagnostics.
@@ -416,165 +417,6 @@ pub(crate) struct ReferenceArguments {
     /// Writes the whole reference as Markdown files into a folder.
     #[arg(long, value_name = "FOLDER", conflicts_with = "name")]
     pub(crate) write: Option<PathBuf>,
-}
-
-#[cfg(feature = "gpu")]
-#[derive(Args)]
-pub(crate) struct RenderArguments {
-    /// The pipeline.
-    pub(crate) pipeline: PathBuf,
-    /// The glTF scene (.gltf or .glb).
-    #[arg(long, value_name = "FILE")]
-    pub(crate) scene: PathBuf,
-    /// Where the picture goes: a .png; for several frames a .png with # where the number goes, an .apng or a .gif.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) out: PathBuf,
-    /// Renders so many frames, in which what earlier ones left lives on; the scene's animations play.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub(crate) frames: Option<u32>,
-    /// Frames a second.
-    #[arg(long, value_name = "F", default_value_t = 30.0, value_parser = parse_rate)]
-    pub(crate) fps: f64,
-    /// Seconds since the start of the scene's animations, of the first frame.
-    #[arg(long, alias = "time", value_name = "SECONDS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_seconds)]
-    pub(crate) at: f64,
-    /// How the camera moves: orbit, walk, random (elsewhere in every frame; random:SEED), or a file with its keys. Without it
-    /// the scene's own camera.
-    #[arg(long, value_name = "orbit|walk|random|FILE", value_parser = CameraArgument::parse)]
-    pub(crate) camera: Option<CameraArgument>,
-    /// Writes what a texture holds after the last frame (with @PASS the version that the pass wrote, with a mip level, a
-    /// layer and a face those alone) to a .png, or as numbers to an .exr.
-    #[arg(long, value_name = "RESOURCE[@PASS][:MIP,LAYER,FACE]=FILE", value_parser = CaptureArgument::parse)]
-    pub(crate) capture: Vec<CaptureArgument>,
-    /// Writes what every texture holds after the last frame to a folder.
-    #[arg(long, value_name = "FOLDER")]
-    pub(crate) capture_all: Option<PathBuf>,
-    /// Prints how long the processor and the GPU work on each pass: the mean of all frames but the first.
-    #[arg(long)]
-    pub(crate) timings: bool,
-    /// Writes when the processor and the GPU work on each pass of each frame, as a trace for ui.perfetto.dev.
-    #[arg(long, value_name = "FILE.json")]
-    pub(crate) trace: Option<PathBuf>,
-    /// Compresses PNG files less, in a fraction of the time.
-    #[arg(long)]
-    pub(crate) fast: bool,
-    /// Switches a toggle; without a value it is switched on. Toggles change nothing about the plan.
-    #[arg(long = "toggle", value_name = "NAME[=on|off]", value_parser = parse_toggle)]
-    pub(crate) toggles: Vec<(String, bool)>,
-    #[command(flatten)]
-    pub(crate) choices: Choices,
-}
-
-/// From where and when a scene is scored.
-#[cfg(feature = "gpu")]
-#[derive(Args)]
-pub(crate) struct Shots {
-    /// Scores so many frames, which are drawn one after the other; the scene's animations play. Of several, `score` says
-    /// how many points that two in a row see have another shadow term, though rays say the same.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    pub(crate) frames: u32,
-    /// Frames a second.
-    #[arg(long, value_name = "F", default_value_t = 30.0, value_parser = parse_rate)]
-    pub(crate) fps: f64,
-    /// Seconds since the start of the scene's animations, of the first frame.
-    #[arg(long, alias = "time", value_name = "SECONDS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_seconds)]
-    pub(crate) at: f64,
-    /// How the camera moves: orbit, walk, random (elsewhere in every frame; random:SEED), or a file with its keys. Without it
-    /// the scene's own camera.
-    #[arg(long, value_name = "orbit|walk|random|FILE", value_parser = CameraArgument::parse)]
-    pub(crate) camera: Option<CameraArgument>,
-}
-
-#[cfg(feature = "gpu")]
-#[derive(Args)]
-pub(crate) struct TuneArguments {
-    /// The pipeline; its shadow term is what it makes where the parameter "debug_view" is "shadow_term".
-    pub(crate) pipeline: PathBuf,
-    /// The glTF scenes (.gltf or .glb); all count alike.
-    #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
-    pub(crate) scene: Vec<PathBuf>,
-    /// The parameters whose values are searched, within their ranges or narrower ones: numbers, lists of them, booleans.
-    #[arg(long, value_name = "NAME[=MIN..MAX]", required = true, value_delimiter = ',', value_parser = Over::parse)]
-    pub(crate) over: Vec<Over>,
-    /// The parameter file that is written: the values of the command line, and over them those that were found.
-    #[arg(long, value_name = "FILE.json")]
-    pub(crate) out: PathBuf,
-    /// How many sets of values are tried.
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
-    pub(crate) budget: u32,
-    /// Where the search begins to roll its dice: the same seed finds the same values.
-    #[arg(long, value_name = "S", default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// What is made better: iou, the intersection over union of hard masks, or mean-error, against lights with an extent.
-    #[arg(long = "score", value_enum, value_name = "NAME", default_value_t)]
-    pub(crate) measure: Measure,
-    #[command(flatten)]
-    pub(crate) shots: Shots,
-    /// The form of what is said of the search: human or json.
-    #[arg(long, value_enum, value_name = "NAME", default_value_t)]
-    pub(crate) format: AnswerFormat,
-    #[command(flatten)]
-    pub(crate) choices: Choices,
-}
-
-/// A score that is made better.
-#[cfg(feature = "gpu")]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Measure {
-    /// Intersection over union of shadowed pixels.
-    #[default]
-    Iou,
-    /// The mean error of grey against the visible part of lights.
-    MeanError,
-}
-
-#[cfg(feature = "gpu")]
-#[derive(Args)]
-pub(crate) struct ScoreArguments {
-    /// The pipeline; its shadow term is what it makes where the parameter "debug_view" is "shadow_term".
-    pub(crate) pipeline: PathBuf,
-    /// The glTF scene (.gltf or .glb).
-    #[arg(long, value_name = "FILE")]
-    pub(crate) scene: PathBuf,
-    #[command(flatten)]
-    pub(crate) shots: Shots,
-    /// Writes where and how the last frame differs, one light below the other: red leaks, blue is acne.
-    #[arg(long, value_name = "FILE.png")]
-    pub(crate) out: Option<PathBuf>,
-    /// Limits on the scores of all lights together; exits with 1 if one is not met.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) limits: Option<PathBuf>,
-    /// The form of the scores: human or json.
-    #[arg(long, value_enum, value_name = "NAME", default_value_t)]
-    pub(crate) format: AnswerFormat,
-    #[command(flatten)]
-    pub(crate) choices: Choices,
-}
-
-#[cfg(feature = "gpu")]
-fn parse_seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if seconds.is_finite() => Ok(seconds),
-        _ => Err(format!("\"{text}\" is no number of seconds")),
-    }
-}
-
-#[cfg(feature = "gpu")]
-fn parse_rate(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(rate) if (0.001..=1000.0).contains(&rate) => Ok(rate),
-        _ => Err(format!("\"{text}\" is no number of frames a second between 0.001 and 1000")),
-    }
-}
-
-#[cfg(feature = "gpu")]
-fn parse_toggle(text: &str) -> Result<(String, bool), String> {
-    let (name, state) = text.split_once('=').unwrap_or((text, "on"));
-    match state {
-        "on" | "true" => Ok((name.to_owned(), true)),
-        "off" | "false" => Ok((name.to_owned(), false)),
-        _ => Err(format!("a toggle is on or off, not \"{state}\"")),
-    }
 }
 
 fn parse_objective(text: &str) -> Result<Objective, String> {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use umbragraph::shader::{AxisMode, TemplateSet};
 
 /// The axes of these templates for people: values, default, what they are for, and the constraints.
-pub(crate) fn human(templates: &TemplateSet, names: &[String]) -> String {
+pub(crate) fn human<'n>(templates: &TemplateSet, names: impl IntoIterator<Item = &'n String>) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     for name in names {
@@ -30,7 +30,10 @@ pub(crate) fn human(templates: &TemplateSet, names: &[String]) -> String {
 }
 
 /// The same as data.
-pub(crate) fn json(templates: &TemplateSet, names: &[String]) -> serde_json::Value {
+pub(crate) fn json<'n>(
+    templates: &TemplateSet,
+    names: impl IntoIterator<Item = &'n String>,
+) -> serde_json::Value {
     let template = |name: &String| {
         let axes = templates.axes(name)?;
         let list: Vec<serde_json::Value> = axes
@@ -51,5 +54,5 @@ pub(crate) fn json(templates: &TemplateSet, names: &[String]) -> serde_json::Val
         let constraints: Vec<String> = axes.constraints().iter().map(ToString::to_string).collect();
         Some(serde_json::json!({ "template": name, "axes": list, "constraints": constraints }))
     };
-    names.iter().filter_map(template).collect()
+    names.into_iter().filter_map(template).collect()
 }

@@ -3,20 +3,20 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use umbragraph::diagnostic::{counted, render};
+use umbragraph::diagnostic::counted;
 use umbragraph::pipeline::{Cover, MAX_CONFIGURATIONS};
 use umbragraph::shader::permutations::Count;
 
-use crate::arguments::{CheckArguments, DiagnosticsFormat};
+use crate::arguments::CheckArguments;
 use crate::mend::mend;
 use crate::parts;
 use crate::remarks;
 use crate::session::{Covered, Session};
-use crate::streams::{complain, print, print_json};
+use crate::streams::{complain, print};
 
 /// Checks pipelines, mends them first where that is asked; whether there were no errors.
 pub(crate) fn run(arguments: &CheckArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
+    let mut session = Session::new(&arguments.choices.files);
     let mut has_mended = true;
     if arguments.fix {
         let mended = mend(arguments);
@@ -56,7 +56,9 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
             print(&remarks::lines(path, &covered));
         }
     }
-    report(&mut session, arguments.format, pipelines) && is_sound
+    session.report_as(arguments.format, String::new, |diagnostics| {
+        format!("{:#}", serde_json::json!({ "diagnostics": diagnostics, "pipelines": pipelines }))
+    }) && is_sound
 }
 
 /// What was covered of a pipeline, as data.
@@ -124,33 +126,4 @@ fn summary(path: &Path, covered: &Covered, verified: bool) -> String {
         if verified { ", plans verified" } else { "" },
         covered.profiles.join(", ")
     )
-}
-
-fn report(session: &mut Session, format: DiagnosticsFormat, pipelines: Vec<serde_json::Value>) -> bool {
-    match format {
-        DiagnosticsFormat::Human => return session.report(),
-        DiagnosticsFormat::Json => {
-            session.arrange();
-            let diagnostics: Vec<_> = session
-                .diagnostics
-                .iter()
-                .map(|diagnostic| render::json(diagnostic, &session.sources))
-                .collect();
-            print_json(&format!(
-                "{:#}\n",
-                serde_json::json!({ "diagnostics": diagnostics, "pipelines": pipelines })
-            ));
-        }
-        DiagnosticsFormat::Sarif => {
-            session.arrange();
-            print_json(&format!("{:#}\n", render::sarif(&session.diagnostics, &session.sources)));
-        }
-        DiagnosticsFormat::Github => {
-            session.arrange();
-            for diagnostic in &session.diagnostics {
-                print(&render::github(diagnostic, &session.sources));
-            }
-        }
-    }
-    !session.diagnostics.has_errors()
 }

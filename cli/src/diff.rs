@@ -16,7 +16,7 @@ use crate::streams::print;
 
 /// Says what differs between two plans; whether there were no errors.
 pub(crate) fn run(arguments: &DiffArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
+    let mut session = Session::new(&arguments.choices.files);
     let after = arguments.after.as_ref().unwrap_or(&arguments.before);
     let before = side(&mut session, &arguments.before, &arguments.choices);
     let after = side(&mut session, after, &arguments.after_choices());

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use umbragraph::diagnostic::render::human_all;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph::diagnostic::{Diagnostic, Place, codes};
 use umbragraph::report::{GraphFormat, Report, diff, draw, page};
 
 use crate::arguments::{Choices, GraphArguments};
@@ -14,7 +13,7 @@ use crate::streams::{complain, print_contents, print_json};
 
 /// Draws a graph; whether there were no errors. Of a pipeline with errors it is the graph of what is sound.
 pub(crate) fn run(arguments: &GraphArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
+    let mut session = Session::new(&arguments.choices.files);
     let report = report(&mut session, &arguments.pipeline, &arguments.choices);
     let other =
         arguments.compare.as_ref().and_then(|path| self::report(&mut session, path, &arguments.choices));
@@ -24,18 +23,12 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
     let comparison = other.map(|other| diff(&report, &other));
     let format = match format(arguments) {
         Ok(format) => format,
-        Err(diagnostic) => {
-            complain(&human_all(&Diagnostics::from_iter([diagnostic]), &session.sources));
-            return false;
-        }
+        Err(diagnostic) => return session.fail(diagnostic),
     };
     let text = match format {
         GraphFormat::Html => match observed(arguments.captures.as_deref(), arguments.timings.as_deref()) {
             Ok(observed) => page(&report, comparison.as_deref(), &observed),
-            Err(diagnostic) => {
-                complain(&human_all(&Diagnostics::from_iter([diagnostic]), &session.sources));
-                return false;
-            }
+            Err(diagnostic) => return session.fail(diagnostic),
         },
         format => draw(&report, format, comparison.as_deref()),
     };
@@ -49,8 +42,7 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
         }
         Some(path) => {
             if let Err(error) = replace(path, text) {
-                complain(&human_all(&Diagnostics::from_iter([unwritable(path, &error)]), &session.sources));
-                return false;
+                return session.fail(unwritable(path, &error));
             }
             if format == GraphFormat::Html {
                 complain(&format!("open {} in a browser; it needs no network\n", path.display()));

@@ -17,6 +17,7 @@ mod fmt;
 mod graph;
 mod mend;
 mod observed;
+mod overrides;
 mod parts;
 mod permutations;
 mod plan;

@@ -35,7 +35,7 @@ pub(crate) fn mend(arguments: &CheckArguments) -> Mended {
     // Texts that were there before: no fix leads back to one.
     let mut seen = BTreeSet::new();
     for _ in 0..MAX_ROUNDS {
-        let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
+        let mut session = Session::new(&arguments.choices.files);
         session.texts.clone_from(&mended.texts);
         for path in &arguments.pipelines {
             session.check_all(path, &arguments.choices, arguments.config, false);

@@ -11,13 +11,13 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use umbragraph::CheckOptions;
 use umbragraph::compiler::PlanOptions;
-use umbragraph::diagnostic::{Diagnostics, Place, render};
+use umbragraph::diagnostic::{Diagnostics, Place};
 use umbragraph::pipeline::{self, Configured, Overrides};
 use umbragraph::shader::TargetProfile;
 use umbragraph::shader::permutations::{self, Options, Request, Validator};
-use umbragraph::source::{FileId, Span};
+use umbragraph::source::FileId;
 
-use crate::arguments::{DiagnosticsFormat, PermutationsArguments};
+use crate::arguments::{DiagnosticsFormat, PermutationsArguments, ValidatorCommand};
 use crate::axes;
 use crate::session::{Session, dry_run, profiles};
 use crate::streams::{print, print_json};
@@ -26,7 +26,7 @@ use crate::variants::{Outcome, ReachedConfigurations, write};
 
 /// Proves variants; whether there were no errors.
 pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
-    let mut session = Session::new(arguments.templates.as_deref(), &arguments.root);
+    let mut session = Session::new(&arguments.files);
     let mut outcome = Outcome::default();
     if let Some((requests, reached)) = requests(arguments, &mut session) {
         outcome.reached = reached;
@@ -44,26 +44,7 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
             session.diagnostics.push(diagnostic);
         }
     }
-    session.diagnostics.sort();
-    session.diagnostics.merge();
-    match arguments.format {
-        DiagnosticsFormat::Human => {
-            print(&outcome.human());
-            session.report()
-        }
-        DiagnosticsFormat::Json => {
-            print_json(&(outcome.json(&session.diagnostics, &session.sources) + "\n"));
-            !session.diagnostics.has_errors()
-        }
-        DiagnosticsFormat::Sarif => {
-            print_json(&format!("{:#}\n", render::sarif(&session.diagnostics, &session.sources)));
-            !session.diagnostics.has_errors()
-        }
-        DiagnosticsFormat::Github => {
-            print(&(outcome.annotations(&session.diagnostics, &session.sources) + &outcome.human()));
-            !session.diagnostics.has_errors()
-        }
-    }
+    session.report_as(arguments.format, || outcome.human(), |diagnostics| outcome.json(diagnostics))
 }
 
 /// What is to be proven; `None` where the command line names something that does not exist.
@@ -71,14 +52,13 @@ fn requests(
     arguments: &PermutationsArguments,
     session: &mut Session,
 ) -> Option<(Vec<Request>, Vec<ReachedConfigurations>)> {
-    let asked = session.profiles_named(&arguments.profiles);
-    let asked = asked?;
+    let asked = session.profiles_named(&arguments.profiles)?;
     let is_one = arguments.config || !arguments.settings.is_empty();
     let mut requests = Vec::new();
     let mut counts = Vec::new();
     let mut claimed: Vec<TargetProfile> = asked.clone();
     for path in &arguments.pipelines {
-        let Some(document) = session.open(path, &arguments.extension) else { continue };
+        let Some(document) = session.open(path, &arguments.files.extension) else { continue };
         let overrides = session.overrides(&arguments.settings, &document);
         let configured = if is_one { Configured::One(&overrides) } else { Configured::All };
         let profiles = profiles(&document, asked.clone());
@@ -190,22 +170,18 @@ fn shared(session: &Session, names: &BTreeSet<String>) -> BTreeSet<FileId> {
 
 fn list_axes(arguments: &PermutationsArguments, session: &Session, requests: &[Request]) {
     let names: BTreeSet<&String> = requests.iter().map(|request| &request.template).collect();
-    let names: Vec<String> = names.into_iter().cloned().collect();
     match arguments.format {
-        DiagnosticsFormat::Json => print_json(&format!("{:#}\n", axes::json(&session.templates, &names))),
-        DiagnosticsFormat::Human | DiagnosticsFormat::Github | DiagnosticsFormat::Sarif => {
-            print(&axes::human(&session.templates, &names));
-        }
+        DiagnosticsFormat::Json => print_json(&format!("{:#}\n", axes::json(&session.templates, names))),
+        _ => print(&axes::human(&session.templates, names)),
     }
 }
 
 /// The further validators, each with its place on the command line.
 fn validators(arguments: &PermutationsArguments, session: &mut Session) -> Vec<ExternalValidator> {
     let limit = Duration::from_secs(arguments.also_time_limit);
-    let mut placed = |command: &crate::arguments::ValidatorCommand| {
-        let file = session.sources.add("<command line>", command.text.as_str());
-        let place = Place::Span(Span::new(file, 0..command.text.len()));
-        command.validator.clone().with_time_limit(limit).with_place(place)
+    let mut placed = |command: &ValidatorCommand| {
+        let place = Place::Span(session.on_command_line(&command.text));
+        ExternalValidator { time_limit: limit, place, ..command.validator.clone() }
     };
     arguments.also.iter().map(&mut placed).collect()
 }

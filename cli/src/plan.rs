@@ -8,7 +8,7 @@ use crate::streams::{complain, print_json};
 
 /// Prints a plan; whether there were no errors, and no violations where they are looked for.
 pub(crate) fn run(arguments: &PlanArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
+    let mut session = Session::new(&arguments.choices.files);
     let checked = session.check(&arguments.pipeline, &arguments.choices);
     let fine = session.report();
     // Of a pipeline with errors, the plan is that of the passes that are sound.

@@ -7,11 +7,11 @@ use std::sync::Arc;
 use umbragraph::compiler::{Plan, PlanOptions};
 use umbragraph::compose::{Composed, Disk, Files as _, Named, Roots};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
-use umbragraph::document::{self, Document, Value};
+use umbragraph::document::{self, Document};
 #[cfg(feature = "gpu")]
 use umbragraph::executor::DryRun;
 use umbragraph::node::Registry;
-use umbragraph::pipeline::{self, Configurations, FileKind, Overrides, ParameterFile, Setting};
+use umbragraph::pipeline::{self, Configurations, FileKind, Overrides};
 #[cfg(feature = "gpu")]
 use umbragraph::scene::Scene;
 use umbragraph::scene::interface;
@@ -20,11 +20,11 @@ use umbragraph::shader::{AxisValues, TEMPLATE_ENDS, TargetProfile, TemplateSet};
 use umbragraph::source::{FileId, Sources, Span};
 use umbragraph::{Bundled, CheckOptions, CheckReport, Coverage, compose};
 
-use crate::arguments::{Choices, Settings};
+use crate::arguments::{Choices, DiagnosticsFormat, Files};
 #[cfg(feature = "gpu")]
 use crate::device::Graphics;
 use crate::parts;
-use crate::streams::complain;
+use crate::streams::{complain, print, print_json};
 
 /// Sources, diagnostics and templates of one run of the command.
 pub(crate) struct Session {
@@ -92,7 +92,8 @@ pub(crate) struct Covered {
 
 impl Session {
     /// A session with the embedded templates, and those of a folder.
-    pub(crate) fn new(folder: Option<&Path>, roots: &[PathBuf]) -> Self {
+    pub(crate) fn new(files: &Files) -> Self {
+        let roots = &files.root;
         let mut sources = Sources::new();
         let mut diagnostics = Diagnostics::new();
         diagnostics.extend(roots.iter().filter(|root| !root.is_dir()).map(|root| {
@@ -101,7 +102,7 @@ impl Session {
             Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message).help("--root names a folder")
         }));
         let mut own_files = None;
-        let templates = match folder {
+        let templates = match &files.templates {
             None => umbragraph::templates(&mut sources, &mut diagnostics),
             Some(folder) => {
                 let files = compose::files_below(folder, &TEMPLATE_ENDS);
@@ -129,7 +130,7 @@ impl Session {
             registry,
             texts: BTreeMap::new(),
             files: BTreeSet::new(),
-            roots: roots.to_vec(),
+            roots: roots.clone(),
             included: None,
         }
     }
@@ -151,6 +152,12 @@ impl Session {
         checked.plan.is_some() && !self.diagnostics.has_errors()
     }
 
+    /// The place of a text that is on the command line.
+    pub(crate) fn on_command_line(&mut self, text: &str) -> Span {
+        let file = self.sources.add("<command line>", text);
+        Span::new(file, 0..text.len())
+    }
+
     /// What a document may read.
     pub(crate) fn roots(&self, document: &Path) -> Roots {
         with_roots(Roots::of(document), &self.roots)
@@ -163,14 +170,19 @@ impl Session {
 
     /// A file that is no pipeline, as it is written, and its kind; `None` for a pipeline and for what cannot be read.
     pub(crate) fn part(&mut self, path: &Path) -> Option<(Document, FileKind)> {
-        let mut files = Overlaid { texts: &self.texts, files: &mut self.files, disk: None };
-        let file = files.read(path, &mut self.sources).ok()?;
-        let document = document::parse(&self.sources, file).ok()?;
+        let document = self.read(path).ok()?;
         let kind = parts::kind_of(&document)?;
         Some((document, kind))
     }
 
-    /// The same, with what its files replaced of one another.
+    /// A document as it is written.
+    pub(crate) fn read(&mut self, path: &Path) -> Result<Document, Diagnostics> {
+        let mut files = Overlaid { texts: &self.texts, files: &mut self.files, disk: None };
+        let file = files.read(path, &mut self.sources)?;
+        document::parse(&self.sources, file)
+    }
+
+    /// The document of a pipeline, with what its files replaced of one another.
     fn compose(&mut self, path: &Path, extensions: &[PathBuf]) -> Option<Composed> {
         let mut composed = self.composed(path)?;
         for extension in extensions {
@@ -320,15 +332,15 @@ impl Session {
     fn configured(&mut self, path: &Path, choices: &Choices) -> Option<Configured> {
         let asked: Vec<String> = choices.profile.iter().cloned().collect();
         let asked = self.profiles_named(&asked)?;
-        let composed = self.compose(path, &choices.extension)?;
+        let composed = self.compose(path, &choices.files.extension)?;
         let overrides = self.overrides(&choices.settings, &composed.document);
         let profiles = profiles(&composed.document, asked);
         let max = profiles.first().map_or(u32::MAX, |profile| profile.limits.max_texture_dimension_2d);
         if choices.size.iter().any(|side| *side > max) {
-            let text = format!("--size {}x{}", choices.size[0], choices.size[1]);
-            let at = self.sources.add("<command line>", text.as_str());
-            let message = format!("a picture of {} by {} is too large", choices.size[0], choices.size[1]);
-            let place = Span::new(at, "--size ".len()..text.len());
+            let [width, height] = choices.size;
+            let text = format!("--size {width}x{height}");
+            let place = self.on_command_line(&text).inside("--size ".len()..text.len());
+            let message = format!("a picture of {width} by {height} is too large");
             self.diagnostics.push(
                 Diagnostic::error(codes::SIZE_LIMIT, place, message)
                     .help(format!("textures have at most {max} texels in each direction")),
@@ -370,96 +382,47 @@ impl Session {
     /// Prints the diagnostics to standard error; whether there was no error among them.
     pub(crate) fn report(&mut self) -> bool {
         self.arrange();
+        self.complain()
+    }
+
+    fn complain(&self) -> bool {
         complain(&render::human_all(&self.diagnostics, &self.sources));
         !self.diagnostics.has_errors()
     }
 
-    /// What the preset, the parameter files and the command line give values to, the last over the first.
-    pub(crate) fn overrides(&mut self, settings: &Settings, document: &Document) -> Overrides {
-        let files: Vec<ParameterFile> =
-            settings.params.iter().filter_map(|path| self.parameter_file(path)).collect();
-        let preset = match &settings.preset {
-            Some(name) => {
-                let at = self.sources.add("<command line>", name.as_str());
-                Some((name.clone(), Span::new(at, 0..name.len())))
+    /// Prints the diagnostics in a form, with what a command has found besides: as a text for people, and as JSON to be
+    /// made of the diagnostics. Whether there was no error among them.
+    pub(crate) fn report_as(
+        &mut self,
+        format: DiagnosticsFormat,
+        text: impl FnOnce() -> String,
+        json: impl FnOnce(Vec<serde_json::Value>) -> String,
+    ) -> bool {
+        self.arrange();
+        let Self { diagnostics, sources, .. } = &*self;
+        match format {
+            DiagnosticsFormat::Human => {
+                print(&text());
+                return self.complain();
             }
-            None => files.iter().rev().find_map(|file| file.preset.clone()),
-        };
-        let preset =
-            preset.map(|(name, place)| pipeline::of_preset(document, &name, place, &mut self.diagnostics));
-        let below =
-            files.into_iter().fold(preset.unwrap_or_default(), |below, file| below.under(file.overrides));
-        let mut given = |texts: &[String], without_value, section| {
-            let settings = texts.iter().filter_map(|text| self.setting(text, without_value));
-            let settings: Vec<Setting> = settings.collect();
-            settings.into_iter().filter_map(|one| self.switched(one, section, document)).collect()
-        };
-        let parameters = given(&settings.set, None, "parameters");
-        let features = given(&settings.feature, Some("true"), "features");
-        below.under(Overrides { parameters, features })
-    }
-
-    /// A setting of the command line with `on` and `off` as the booleans that they are where one is declared.
-    fn switched(&mut self, mut setting: Setting, section: &str, document: &Document) -> Option<Setting> {
-        let declared = document.root.get(section).and_then(Value::entries).unwrap_or_default();
-        let entry = declared.iter().find(|entry| entry.key == setting.name);
-        let Some(entry) = entry.filter(|one| one.value.get("type").and_then(Value::text) == Some("bool"))
-        else {
-            return Some(setting);
-        };
-        setting.value.kind = match (&setting.value.kind, setting.value.text()) {
-            (document::Kind::Bool(on), _) => document::Kind::Bool(*on),
-            (_, Some("on")) => document::Kind::Bool(true),
-            (_, Some("off")) => document::Kind::Bool(false),
-            _ => {
-                let (name, what) = (&setting.name, section.trim_end_matches('s'));
-                let message = format!("the {what} \"{name}\" is a boolean: on, off, true or false");
-                let diagnostic = Diagnostic::error(codes::SETTING_TYPE, setting.place, message)
-                    .related(entry.key_span, format!("the {what} is declared here"))
-                    .help(format!("write {name}=on or {name}=off; true and false say the same"));
-                self.diagnostics.push(diagnostic);
-                return None;
+            DiagnosticsFormat::Json => {
+                let diagnostics = diagnostics.iter().map(|diagnostic| render::json(diagnostic, sources));
+                print_json(&(json(diagnostics.collect()) + "\n"));
             }
-        };
-        Some(setting)
-    }
-
-    fn parameter_file(&mut self, path: &Path) -> Option<ParameterFile> {
-        let document = Overlaid { texts: &self.texts, files: &mut self.files, disk: None }
-            .read(path, &mut self.sources)
-            .map_err(Diagnostics::from)
-            .and_then(|file| document::parse(&self.sources, file));
-        match document {
-            Ok(document) => Some(ParameterFile::read(&document, &mut self.diagnostics)),
-            Err(diagnostics) => {
-                self.diagnostics.extend(diagnostics);
-                None
+            DiagnosticsFormat::Sarif => print_json(&format!("{:#}\n", render::sarif(diagnostics, sources))),
+            DiagnosticsFormat::Github => {
+                let lines: String =
+                    diagnostics.iter().map(|diagnostic| render::github(diagnostic, sources)).collect();
+                print(&(lines + &text()));
             }
         }
+        !diagnostics.has_errors()
     }
 
-    /// `NAME=VALUE`; the value is JSON, or else a word.
-    fn setting(&mut self, text: &str, without_value: Option<&str>) -> Option<Setting> {
-        let file = self.sources.add("<command line>", text);
-        let whole = Span::new(file, 0..text.len());
-        let (name, value) = match (text.split_once('='), without_value) {
-            (Some((name, value)), _) => (name, value),
-            (None, Some(value)) => (text, value),
-            (None, None) => {
-                let diagnostic =
-                    Diagnostic::error(codes::SETTING_FORM, whole, format!("\"{text}\" gives no value"));
-                self.diagnostics.push(diagnostic.help("write NAME=VALUE, such as --set resolution=1024"));
-                return None;
-            }
-        };
-        let mut scratch = Sources::new();
-        let scratch_file = scratch.add("", value);
-        let place = whole.inside(name.len() + 1..text.len());
-        let value = match document::parse(&scratch, scratch_file) {
-            Ok(document) => relocate(document.root, place),
-            Err(_) => Value { span: place, kind: document::Kind::Text(value.to_owned()) },
-        };
-        Some(Setting { name: name.to_owned(), value, place: whole })
+    /// Prints a diagnostic to standard error; `false`.
+    pub(crate) fn fail(&self, diagnostic: Diagnostic) -> bool {
+        complain(&render::human_all([&diagnostic], &self.sources));
+        false
     }
 
     /// The profiles of names on the command line; `None` with a diagnostic for each name that no profile has.
@@ -467,8 +430,7 @@ impl Session {
         let mut profiles = Vec::new();
         let mut fine = true;
         for name in names {
-            let file = self.sources.add("<command line>", name.as_str());
-            match pipeline::profile_named(name, Span::new(file, 0..name.len())) {
+            match pipeline::profile_named(name, self.on_command_line(name)) {
                 Ok(profile) if profiles.contains(&profile) => {}
                 Ok(profile) => profiles.push(profile),
                 Err(diagnostic) => {
@@ -488,28 +450,6 @@ fn with_roots(roots: Roots, further: &[PathBuf]) -> Roots {
 /// The profiles asked for, or else those that a document claims; unknown claims are diagnostics of its load.
 pub(crate) fn profiles(document: &Document, asked: Vec<TargetProfile>) -> Vec<TargetProfile> {
     if asked.is_empty() { pipeline::claimed_profiles(document, &mut Diagnostics::new()) } else { asked }
-}
-
-/// The same value, standing at a place of another text.
-fn relocate(value: Value, place: Span) -> Value {
-    let span = place.inside(value.span.range());
-    let kind = match value.kind {
-        document::Kind::Array(elements) => {
-            document::Kind::Array(elements.into_iter().map(|element| relocate(element, place)).collect())
-        }
-        document::Kind::Object(entries) => document::Kind::Object(
-            entries
-                .into_iter()
-                .map(|entry| document::Entry {
-                    key_span: place.inside(entry.key_span.range()),
-                    key: entry.key,
-                    value: relocate(entry.value, place),
-                })
-                .collect(),
-        ),
-        other => other,
-    };
-    Value { span, kind }
 }
 
 /// What wgpu says of a plan on a device with a profile's limits and features.

@@ -19,10 +19,12 @@ use umbragraph::shader::permutations::{Opinion, Validator};
 /// The command of an external validator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ExternalValidator {
-    program: String,
-    arguments: Vec<String>,
-    time_limit: Duration,
-    place: Place,
+    pub(crate) program: String,
+    pub(crate) arguments: Vec<String>,
+    /// For one text.
+    pub(crate) time_limit: Duration,
+    /// Where the command is written, for diagnostics about the command itself.
+    pub(crate) place: Place,
 }
 
 impl ExternalValidator {
@@ -57,18 +59,6 @@ impl ExternalValidator {
             return Err("the command does not say where the file goes: write {} there");
         }
         Ok(Self { program, arguments: words, time_limit: Duration::from_secs(10), place: Place::Nowhere })
-    }
-
-    /// The same validator with another time limit than 10 seconds for one text.
-    #[must_use]
-    pub(crate) fn with_time_limit(self, time_limit: Duration) -> Self {
-        Self { time_limit, ..self }
-    }
-
-    /// The same validator, with the place where its command is written, for diagnostics about the command itself.
-    #[must_use]
-    pub(crate) fn with_place(self, place: impl Into<Place>) -> Self {
-        Self { place: place.into(), ..self }
     }
 
     fn run(&self, wgsl: &str, file: &Path, folder: &Path) -> io::Result<Option<ExitStatus>> {
@@ -218,7 +208,8 @@ mod tests {
     fn a_missing_a_crashing_and_a_hanging_validator_are_told_apart() {
         let judge = |line: &str| {
             let validator = ExternalValidator::parse(line).unwrap();
-            validator.with_time_limit(Duration::from_millis(300)).judge("fn f() {}\nlet\n")
+            ExternalValidator { time_limit: Duration::from_millis(300), ..validator }
+                .judge("fn f() {}\nlet\n")
         };
         assert_eq!(judge("true {}"), Opinion::Accepts);
         assert!(matches!(judge("/nonexistent/validator {}"), Opinion::Unavailable(_)));
@@ -236,7 +227,8 @@ mod tests {
         let folder = TemporaryFolder::new().unwrap();
         let number = folder.path.join("number");
         let line = format!("sh -c 'sleep 1000 & echo $! > {}; wait' {{}}", number.display());
-        let validator = ExternalValidator::parse(&line).unwrap().with_time_limit(Duration::from_secs(1));
+        let time_limit = Duration::from_secs(1);
+        let validator = ExternalValidator { time_limit, ..ExternalValidator::parse(&line).unwrap() };
         assert_eq!(validator.judge(""), Opinion::TimedOut);
         let number: i32 = fs::read_to_string(number).unwrap().trim().parse().unwrap();
         let process = rustix::process::Pid::from_raw(number).unwrap();

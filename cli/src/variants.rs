@@ -5,10 +5,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde::Serialize;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, counted, render};
+use umbragraph::diagnostic::{Diagnostic, counted};
 use umbragraph::shader::TemplateSet;
 use umbragraph::shader::permutations::{Count, Permutations, TemplateReport};
-use umbragraph::source::Sources;
 
 use crate::replace::{replace, unwritable};
 
@@ -60,8 +59,7 @@ impl Outcome {
         // Writing to a string cannot fail.
         for reached in &self.reached {
             let ReachedConfigurations { pipeline, configurations, loaded, rejected } = reached;
-            let plural = if configurations.number == 1 { "" } else { "s" };
-            let _ = write!(text, "{pipeline}: {configurations} configuration{plural}");
+            let _ = write!(text, "{pipeline}: {}", plural(*configurations, "configuration"));
             if configurations.number != *loaded as u128 {
                 let states = if configurations.exact { "every pass in all its states in " } else { "" };
                 let verb = if configurations.exact { "" } else { " loaded" };
@@ -103,26 +101,25 @@ impl Outcome {
             let _ = write!(
                 text,
                 "{name}{of}: {}, {}, {bytes} bytes, largest {max}, for {}",
-                combinations(summary.covered),
+                plural(summary.covered, "combination"),
                 counted(summary.texts.len(), "distinct text"),
                 summary.profiles.join(", "),
             );
-            let dead: Vec<&str> = summary.dead.iter().copied().collect();
-            let _ = if dead.is_empty() {
-                writeln!(text)
-            } else {
-                writeln!(text, "; without effect: {}", dead.join(", "))
-            };
+            if !summary.dead.is_empty() {
+                let dead: Vec<&str> = summary.dead.iter().copied().collect();
+                let _ = write!(text, "; without effect: {}", dead.join(", "));
+            }
+            text.push('\n');
         }
         let proven = counted(self.permutations.proven, "distinct text");
-        let _ = writeln!(text, "{} covered by {proven}", combinations(self.combinations()));
+        let _ = writeln!(text, "{} covered by {proven}", plural(self.combinations(), "combination"));
         text
     }
 
     /// Everything as JSON.
-    pub(crate) fn json(&self, diagnostics: &Diagnostics, sources: &Sources) -> String {
+    pub(crate) fn json(&self, diagnostics: Vec<serde_json::Value>) -> String {
         let document = Document {
-            diagnostics: diagnostics.iter().map(|diagnostic| render::json(diagnostic, sources)).collect(),
+            diagnostics,
             pipelines: &self.reached,
             templates: &self.permutations.templates,
             combinations: self.combinations(),
@@ -130,15 +127,10 @@ impl Outcome {
         };
         serde_json::to_string_pretty(&document).unwrap_or_default()
     }
-
-    /// The diagnostics as annotations.
-    pub(crate) fn annotations(&self, diagnostics: &Diagnostics, sources: &Sources) -> String {
-        diagnostics.iter().map(|diagnostic| render::github(diagnostic, sources)).collect()
-    }
 }
 
-fn combinations(count: Count) -> String {
-    format!("{count} combination{}", if count.number == 1 { "" } else { "s" })
+fn plural(count: Count, what: &str) -> String {
+    format!("{count} {what}{}", if count.number == 1 { "" } else { "s" })
 }
 
 /// Writes every distinct text to a folder.

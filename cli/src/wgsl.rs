@@ -3,8 +3,7 @@
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph::pipeline::{Pass, Pipeline, ProgramVariant};
 use umbragraph::shader::{self, Emitted, ShaderModule, TargetLanguage};
-use umbragraph::source::Span;
-use umbragraph::work::{ProgramHandle, Work};
+use umbragraph::work::ProgramHandle;
 
 use crate::arguments::WgslArguments;
 use crate::session::Session;
@@ -12,7 +11,7 @@ use crate::streams::print_contents;
 
 /// Prints the shaders of a pipeline, or of one of its passes; whether there were no errors.
 pub(crate) fn run(arguments: &WgslArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
+    let mut session = Session::new(&arguments.choices.files);
     let checked = session.check(&arguments.pipeline, &arguments.choices);
     let Some(pipeline) = checked.pipeline else { return session.report() };
     let is_meant = |pass: &Pass| arguments.pass.as_ref().is_none_or(|name| is_in(&pass.name, name));
@@ -36,7 +35,7 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
     session.diagnostics = Diagnostics::new();
     let mut output = Vec::new();
     for pass in pipeline.passes.iter().filter(|pass| is_meant(pass)) {
-        let Some(program) = program_of(pass.work()) else { continue };
+        let Some(program) = pass.work().program() else { continue };
         let template = &pipeline.program(program).template;
         for module in modules(&pipeline, program, arguments) {
             if arguments.target != TargetLanguage::Spirv {
@@ -74,21 +73,12 @@ fn is_in(pass: &str, name: &str) -> bool {
 }
 
 fn unknown_name(session: &mut Session, what: &str, name: &str, names: &[&str]) {
-    let file = session.sources.add("<command line>", name);
-    let place = Span::new(file, 0..name.len());
+    let place = session.on_command_line(name);
     let diagnostic = Diagnostic::error(codes::UNKNOWN_PASS, place, format!("there is no {what} \"{name}\""));
     session.diagnostics.push(diagnostic.suggest(name, names.iter().copied(), None, |names| match names {
         [] => format!("this pipeline has no {what}"),
         names => format!("there are {}", names.join(", ")),
     }));
-}
-
-fn program_of(work: &Work) -> Option<ProgramHandle> {
-    match work {
-        Work::Render(render) => Some(render.draw.bound().0),
-        Work::Compute(compute) => Some(compute.program),
-        Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => None,
-    }
 }
 
 /// The distinct modules that are wanted. Of a binary there is one only.

@@ -1,7 +1,6 @@
 //! `umbragraph why`
 
 use serde_json::json;
-use umbragraph::source::Span;
 use umbragraph::why::{Subject, human, why, why_memory};
 
 use crate::arguments::{AnswerFormat, WhyArguments};
@@ -10,16 +9,12 @@ use crate::streams::{print, print_json};
 
 /// Tells of a name, or of the memory of two; whether there is such a name, and no error in the pipeline.
 pub(crate) fn run(arguments: &WhyArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
+    let mut session = Session::new(&arguments.choices.files);
     let Some((composed, overrides, checked)) = session.trace(&arguments.pipeline, &arguments.choices) else {
         return session.report();
     };
-    let mut asked = |name: &str| {
-        let file = session.sources.add("<command line>", name);
-        Span::new(file, 0..name.len())
-    };
-    let place = asked(&arguments.name);
-    let other = arguments.other.as_deref().map(|other| (other, asked(other)));
+    let place = session.on_command_line(&arguments.name);
+    let other = arguments.other.as_deref().map(|other| (other, session.on_command_line(other)));
     let subject =
         Subject { composed: &composed, overrides: &overrides, checked: &checked, sources: &session.sources };
     let answer = match other {

@@ -12,7 +12,7 @@ mod templates;
 use std::path::Path;
 
 use umbragraph::diagnostic::render::human_all;
-use umbragraph::diagnostic::{Diagnostics, suggested_name};
+use umbragraph::diagnostic::suggested_name;
 use umbragraph::source::Sources;
 
 use crate::arguments::ReferenceArguments;
@@ -139,7 +139,7 @@ fn write(pages: &[Page], folder: &Path) -> bool {
     for (name, text) in files {
         let path = folder.join(format!("{name}.md"));
         if let Err(error) = replace(&path, text) {
-            complain(&human_all(&Diagnostics::from_iter([unwritable(&path, &error)]), &Sources::new()));
+            complain(&human_all([&unwritable(&path, &error)], &Sources::new()));
             return false;
         }
     }

@@ -125,17 +125,11 @@ impl Sheet {
                 if !content.is_unorm8 {
                     shown[..3].iter_mut().for_each(|one| *one = encoded(*one));
                 }
-                match self.channels {
-                    1 => [shown[0]; 3]
-                        .map(byte)
-                        .into_iter()
-                        .chain([255])
-                        .collect::<Vec<u8>>()
-                        .try_into()
-                        .unwrap_or([0; 4]),
-                    // The picture of a texture is opaque: what is invisible would not be looked at.
-                    _ => [byte(shown[0]), byte(shown[1]), byte(shown[2]), 255],
+                if self.channels == 1 {
+                    shown = [shown[0]; 4];
                 }
+                // The picture of a texture is opaque: what is invisible would not be looked at.
+                [byte(shown[0]), byte(shown[1]), byte(shown[2]), 255]
             })
             .collect()
     }

@@ -23,7 +23,7 @@ use umbragraph::source::Sources;
 use self::camera::CameraPath;
 use self::files::{Animation, Compression, Format};
 use self::timings::Timings;
-use crate::arguments::RenderArguments;
+use crate::arguments::{RenderArguments, Shot};
 use crate::device::{self, Graphics};
 use crate::progress::Progress;
 use crate::session::Session;
@@ -31,7 +31,7 @@ use crate::streams::print;
 
 /// Renders what the arguments ask for; whether there were no errors.
 pub(crate) fn run(arguments: &RenderArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
+    let mut session = Session::new(&arguments.choices.files);
     let mut progress = Progress::new();
     let result = render(arguments, &mut session, &mut progress);
     progress.finish();
@@ -57,7 +57,7 @@ fn render(
     progress: &mut Progress,
 ) -> Result<Option<String>, Diagnostics> {
     let output = Output::of(arguments)?;
-    let path = CameraPath::of(arguments.camera.as_ref())?;
+    let path = CameraPath::of(arguments.film.camera.as_ref())?;
     let choices = &arguments.choices;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, choices));
     let scene = progress.stage("load scene", || session.scene(&arguments.scene))?;
@@ -90,19 +90,17 @@ fn render(
             format,
             arguments.choices.size,
             output.frames,
-            arguments.fps,
+            arguments.film.fps,
             output.compression,
         )?),
         _ => None,
     };
     progress.begin("draw", u64::from(output.frames));
-    for at in 0..output.frames {
-        let time = arguments.at + f64::from(at) / arguments.fps;
-        let part = f64::from(at) / f64::from(output.frames);
-        let input = drawing.input(&path, u64::from(at), time, part);
+    for shot in arguments.film.shots(output.frames) {
+        let input = drawing.input(&path, shot);
         drawing.frame(&input)?;
         if let Some(animation) = &mut animation {
-            animation.frame(at, &mut drawing.picture()?)?;
+            animation.frame(shot.index, &mut drawing.picture()?)?;
         }
         progress.advance();
     }
@@ -218,7 +216,9 @@ impl<'a> Drawing<'a> {
     }
 
     /// What a frame sees at a time, with the camera where its path says; meshes are placed.
-    pub(crate) fn input(&mut self, path: &CameraPath, index: u64, time: f64, part: f64) -> FrameInput {
+    pub(crate) fn input(&mut self, path: &CameraPath, shot: Shot) -> FrameInput {
+        let Shot { index, time, part } = shot;
+        let index = u64::from(index);
         self.place(time);
         let [width, height] = self.options.viewport;
         let aspect = f64::from(width) / f64::from(height);

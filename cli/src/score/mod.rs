@@ -55,9 +55,9 @@ fn score(
     if let Some(out) = &arguments.out {
         files::check("--out", out, &[(".png", Format::Png)])?;
     }
-    let path = CameraPath::of(arguments.shots.camera.as_ref())?;
+    let path = CameraPath::of(arguments.shots.film.camera.as_ref())?;
     let choices = shadow_term::choices(&arguments.choices);
-    let Some(document) = session.open(&arguments.pipeline, &choices.extension) else { return Ok(None) };
+    let Some(document) = session.open(&arguments.pipeline, &choices.files.extension) else { return Ok(None) };
     shadow_term::required(&document.root)?;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, &choices));
     let scene = progress.stage("load scene", || session.scene(&arguments.scene))?;
@@ -77,10 +77,8 @@ fn score(
     let (mut triangles, mut bytes) = (0, 0);
     let mut shadowed = BTreeSet::new();
     let mut before: BTreeMap<usize, Seen> = BTreeMap::new();
-    for frame in 0..arguments.shots.frames {
-        let time = arguments.shots.at + f64::from(frame) / arguments.shots.fps;
-        let part = f64::from(frame) / f64::from(arguments.shots.frames);
-        let input = drawing.input(&path, u64::from(frame), time, part);
+    for shot in arguments.shots.all() {
+        let input = drawing.input(&path, shot);
         let pose = drawing.pose().clone();
         let rays = progress.stage("boxes around triangles", || Rays::new(&scene, &pose));
         (triangles, bytes) = (rays.count(), rays.bytes());
@@ -110,7 +108,7 @@ fn score(
             }
         }
         before = seen;
-        frames.push((frame, together));
+        frames.push((shot.index, together));
     }
     if frames.is_empty() {
         return Err(nothing("the camera sees no surface", "move it, or give another with --camera").into());

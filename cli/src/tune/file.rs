@@ -66,7 +66,7 @@ fn comment(found: &Found, arguments: &TuneArguments) -> String {
     let name = |path: &std::path::Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let [width, height] = arguments.choices.size;
     let over: Vec<&str> = arguments.over.iter().map(|over| over.name.as_str()).collect();
-    let shots = match (&arguments.shots.camera, arguments.shots.frames) {
+    let shots = match (&arguments.shots.film.camera, arguments.shots.frames) {
         (None, 1) => String::new(),
         (None, frames) => format!(", {frames} frames"),
         (Some(camera), frames) => {

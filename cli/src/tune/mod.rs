@@ -25,7 +25,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use cmaes::{CMAESOptions, DVector};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph::expression::Value;
-use umbragraph::source::Span;
 use umbragraph_score::Rays;
 
 use self::space::Tuned;
@@ -62,16 +61,15 @@ fn tune(
 ) -> Result<Option<Found>, Diagnostics> {
     files::check_folder(&arguments.out)?;
     let is_stopped = stopped_by_the_user();
-    let path = CameraPath::of(arguments.shots.camera.as_ref())?;
+    let path = CameraPath::of(arguments.shots.film.camera.as_ref())?;
     let choices = shadow_term::choices(&arguments.choices);
-    let Some(document) = session.open(&arguments.pipeline, &choices.extension) else { return Ok(None) };
+    let Some(document) = session.open(&arguments.pipeline, &choices.files.extension) else { return Ok(None) };
     shadow_term::required(&document.root)?;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, &choices));
     let mut tuned = Vec::new();
     if let Some(pipeline) = &checked.pipeline {
         for over in &arguments.over {
-            let place = session.sources.add("<command line>", over.name.as_str());
-            match Tuned::of(over, pipeline, Span::new(place, 0..over.name.len())) {
+            match Tuned::of(over, pipeline, session.on_command_line(&over.name)) {
                 Ok(one) => tuned.push(one),
                 Err(diagnostic) => session.diagnostics.push(diagnostic),
             }
@@ -94,10 +92,8 @@ fn tune(
     for (at, scene) in scenes.iter().enumerate() {
         let options = Session::options(&choices);
         let mut drawing = Drawing::new(&graphics, scene, checked.clone(), options, session, Vec::new())?;
-        for frame in 0..arguments.shots.frames {
-            let time = arguments.shots.at + f64::from(frame) / arguments.shots.fps;
-            let part = f64::from(frame) / f64::from(arguments.shots.frames);
-            let input = drawing.input(&path, u64::from(frame), time, part);
+        for shot in arguments.shots.all() {
+            let input = drawing.input(&path, shot);
             shots.push((at, input, drawing.pose().clone()));
         }
         drawings.push(drawing);

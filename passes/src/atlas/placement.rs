@@ -8,12 +8,15 @@
 //! full that one of its tiles stands where a larger one has to be. Two placements that were given the same requests in
 //! any orders grant the same.
 
+mod slots;
+mod tiles;
+
 use std::collections::HashMap;
 
 use super::decide::{Candidate, decide};
 use super::follow::Follower;
 use super::quadtree::TileAllocator;
-use super::request::{Eviction, Fate, Grant, Key, POOLS, Pool, PoolCounts, Request};
+use super::request::{Fate, Grant, Key, POOLS, PoolCounts, Request};
 use super::settle;
 use super::slots::{MAX_SLOTS, SlotAllocator};
 use super::tile::Tile;
@@ -354,21 +357,6 @@ impl Placement {
         self.fates_changed = true;
     }
 
-    fn release_tiles(&mut self, at: usize) {
-        for tile in &mut self.tiles[at] {
-            self.atlas.release(*tile);
-            *tile = Tile::NONE;
-        }
-        self.entries[at].held_tiles = 0;
-    }
-
-    fn release_slots(&mut self, at: usize, pool: usize) {
-        let entry = &mut self.entries[at];
-        self.pools[pool].release(entry.first_slots[pool], entry.held_slots[pool]);
-        entry.held_slots[pool] = 0;
-        entry.first_slots[pool] = 0;
-    }
-
     /// Decides on fates and sizes, and on what would be enough for all.
     fn decide(&mut self, capacity: &Capacity) {
         let Self { scratch, entries, .. } = self;
@@ -430,190 +418,6 @@ impl Placement {
         self.wanted.side = self.side_follower.follow(self.need.side, patience);
         for pool in 0..POOLS {
             self.wanted.pools[pool] = self.pool_followers[pool].follow(self.need.pools[pool], patience);
-        }
-    }
-
-    /// Gives each light the tiles that were decided for it.
-    fn place_tiles(&mut self, side: u32) {
-        let mut scratch = std::mem::take(&mut self.scratch);
-        scratch.pending.iter_mut().for_each(Vec::clear);
-        for candidate in &scratch.candidates {
-            let (at, count) = (candidate.entry as usize, candidate.tiles as u8);
-            let entry = &self.entries[at];
-            let Ok(class) = candidate.verdict else {
-                self.release_tiles(at);
-                continue;
-            };
-            if entry.held_tiles != count || (count > 0 && entry.held_class != class) {
-                self.release_tiles(at);
-                self.entries[at].held_tiles = count;
-                self.entries[at].held_class = class;
-            }
-            for position in 0..count {
-                let tile = &mut self.tiles[at][usize::from(position)];
-                if tile.size != 0 && tile.x.max(tile.y) >= side {
-                    self.atlas.release(*tile);
-                    *tile = Tile::NONE;
-                }
-                if tile.size == 0 {
-                    scratch.pending[usize::from(class)].push((candidate.entry, position));
-                    self.entries[at].moved = true;
-                    self.any_moved = true;
-                }
-            }
-        }
-        let resized = self.atlas.set_side(side);
-        debug_assert!(resized, "no tile lies beyond the side");
-        for class in (0..scratch.pending.len()).rev() {
-            self.place_class(class, &mut scratch);
-        }
-        self.scratch = scratch;
-    }
-
-    /// Places all pending tiles of one size; what has to make room for them becomes pending in a smaller one.
-    fn place_class(&mut self, class: usize, scratch: &mut Scratch) {
-        let size = self.settings.min_tile << class;
-        let pending = std::mem::take(&mut scratch.pending[class]);
-        let mut next_block = None;
-        for (entry, position) in &pending {
-            let (at, position) = (*entry as usize, usize::from(*position));
-            // A tile of a light that found no room before.
-            if position >= usize::from(self.entries[at].held_tiles) {
-                continue;
-            }
-            let tile = self.atlas.allocate(size).or_else(|| {
-                let block = next_block.unwrap_or_else(|| {
-                    self.find_blocks(class, scratch);
-                    0
-                });
-                next_block = Some(block + 1);
-                self.clear_block(block, scratch);
-                self.atlas.allocate(size)
-            });
-            match tile {
-                Some(tile) => self.tiles[at][position] = tile,
-                // The areas that were decided on fit, so that this is for safety only.
-                None => {
-                    debug_assert!(false, "a tile of {size} texels does not fit");
-                    self.release_tiles(at);
-                    self.entries[at].fate = Fate::Evicted(Eviction::AtlasFull);
-                    self.fates_changed = true;
-                }
-            }
-        }
-        scratch.pending[class] = pending;
-    }
-
-    /// Lists the blocks of one size that hold smaller tiles only, those with the least in them first.
-    fn find_blocks(&self, class: usize, scratch: &mut Scratch) {
-        let Scratch { movable, blocks, .. } = scratch;
-        movable.clear();
-        for (at, entry) in self.entries.iter().enumerate() {
-            let held = usize::from(entry.held_class);
-            if entry.seen == 0 || held >= class {
-                continue;
-            }
-            for (position, tile) in self.tiles[at][..usize::from(entry.held_tiles)].iter().enumerate() {
-                if tile.size != 0 {
-                    let number = tile.number();
-                    movable.push((
-                        number >> (2 * (class - held)),
-                        number << (2 * held),
-                        at as u32,
-                        position as u8,
-                    ));
-                }
-            }
-        }
-        movable.sort_unstable();
-        blocks.clear();
-        let mut start = 0;
-        for part in movable.chunk_by(|a, b| a.0 == b.0) {
-            let area = part
-                .iter()
-                .map(|(_, _, at, position)| self.tiles[*at as usize][usize::from(*position)].area());
-            blocks.push((area.sum(), part[0].0, start, start + part.len()));
-            start += part.len();
-        }
-        blocks.sort_unstable();
-    }
-
-    /// Takes all tiles out of a block of the list.
-    fn clear_block(&mut self, block: usize, scratch: &mut Scratch) {
-        let Some((_, _, start, end)) = scratch.blocks.get(block).copied() else { return };
-        for (_, _, entry, position) in &scratch.movable[start..end] {
-            let at = *entry as usize;
-            let tile = &mut self.tiles[at][usize::from(*position)];
-            self.atlas.release(*tile);
-            *tile = Tile::NONE;
-            self.entries[at].moved = true;
-            self.any_moved = true;
-            scratch.pending[usize::from(self.entries[at].held_class)].push((*entry, *position));
-        }
-    }
-
-    /// Gives each light the slots that were decided for it.
-    fn place_slots(&mut self, capacity: &PoolCounts) {
-        let mut scratch = std::mem::take(&mut self.scratch);
-        for pool in Pool::ALL.map(|pool| pool as usize) {
-            let limit = capacity[pool];
-            for candidate in &scratch.candidates {
-                let at = candidate.entry as usize;
-                let count = if candidate.verdict.is_ok() { candidate.slots[pool] } else { 0 };
-                let entry = &self.entries[at];
-                let held = entry.held_slots[pool];
-                if held != count || (held > 0 && entry.first_slots[pool] + held > limit) {
-                    self.release_slots(at, pool);
-                }
-            }
-            self.pools[pool].set_capacity(limit);
-            for at in 0..scratch.candidates.len() {
-                let Candidate { entry, slots, verdict, .. } = scratch.candidates[at];
-                let (at, count) = (entry as usize, slots[pool]);
-                if verdict.is_err() || self.entries[at].held_slots[pool] == count {
-                    continue;
-                }
-                match self.pools[pool].allocate(count) {
-                    Some(first) => self.hold_slots(at, pool, first, count),
-                    None => {
-                        self.close_gaps(pool, &mut scratch);
-                        if let Some(first) = self.pools[pool].allocate(count) {
-                            self.hold_slots(at, pool, first, count);
-                        }
-                    }
-                }
-            }
-        }
-        self.scratch = scratch;
-    }
-
-    fn hold_slots(&mut self, at: usize, pool: usize, first: u32, count: u32) {
-        let entry = &mut self.entries[at];
-        entry.first_slots[pool] = first;
-        entry.held_slots[pool] = count;
-        entry.moved = true;
-        self.any_moved = true;
-    }
-
-    /// Moves all runs of a pool down, in their order, so that what is free is in one piece.
-    fn close_gaps(&mut self, pool: usize, scratch: &mut Scratch) {
-        scratch.runs.clear();
-        scratch.runs.extend(self.entries.iter().enumerate().filter_map(|(at, entry)| {
-            (entry.seen != 0 && entry.held_slots[pool] > 0).then_some((
-                entry.first_slots[pool],
-                entry.key,
-                at as u32,
-            ))
-        }));
-        scratch.runs.sort_unstable();
-        self.pools[pool].clear();
-        for (before, _, entry) in &scratch.runs {
-            let (at, count) = (*entry as usize, self.entries[*entry as usize].held_slots[pool]);
-            if let Some(first) = self.pools[pool].allocate(count)
-                && first != *before
-            {
-                self.hold_slots(at, pool, first, count);
-            }
         }
     }
 }
