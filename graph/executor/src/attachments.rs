@@ -10,6 +10,7 @@
 //!
 //! Discarding on load is recorded as clearing to zero: what is cheap on tiling devices, and nothing is left undefined.
 
+use wgpu::RenderPassDepthStencilAttachment as DepthStencil;
 use wgpu_profiler::GpuProfilerQuery;
 
 use super::creation::Creation;
@@ -62,6 +63,30 @@ impl<V: Copy> Attachment<V> {
     fn operations(&self, is_first: bool) -> wgpu::Operations<V> {
         wgpu::Operations { load: if is_first { self.load } else { wgpu::LoadOp::Load }, store: self.store }
     }
+
+    /// What clears a layer, of an attachment that begins cleared.
+    fn cleared<'a>(
+        &'a self,
+        position: usize,
+        resources: &'a Resources,
+    ) -> Option<(&'a wgpu::TextureView, wgpu::Operations<V>)> {
+        let begins_cleared = matches!(self.load, wgpu::LoadOp::Clear(_));
+        let view = self.layers.get(position).filter(|_| begins_cleared)?.get(resources)?;
+        Some((view, self.operations(true)))
+    }
+}
+
+impl Attachment<wgpu::Color> {
+    fn of_color<'a>(
+        &'a self,
+        view: &'a wgpu::TextureView,
+        position: usize,
+        resources: &'a Resources,
+        ops: wgpu::Operations<wgpu::Color>,
+    ) -> wgpu::RenderPassColorAttachment<'a> {
+        let resolve_target = self.resolved(position, resources);
+        wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target, ops }
+    }
 }
 
 /// The layers of attachments that a pass has drawn into so far.
@@ -97,11 +122,7 @@ impl Attachments {
         };
         let mut color = Vec::with_capacity(render.color.len());
         for (attachment, planned) in render.color.iter().zip(&planned.color) {
-            let load = match attachment.load {
-                LoadOperation::Load => wgpu::LoadOp::Load,
-                LoadOperation::Clear([r, g, b, a]) => wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
-                LoadOperation::Discard => wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-            };
+            let load = load(attachment.load, |[r, g, b, a]| wgpu::Color { r, g, b, a });
             let layers = view_layers(resources, attachment.to.target(), attachment.format)?;
             let resolve = match &attachment.resolve {
                 Some(to) => view_layers(resources, to.target(), attachment.format)?,
@@ -112,11 +133,7 @@ impl Attachments {
         let depth = match render.depth.as_ref().zip(planned.depth.as_ref()) {
             None => None,
             Some((attachment, planned)) => {
-                let load = match attachment.load {
-                    LoadOperation::Load => wgpu::LoadOp::Load,
-                    LoadOperation::Clear(value) => wgpu::LoadOp::Clear((value as f32).clamp(0.0, 1.0)),
-                    LoadOperation::Discard => wgpu::LoadOp::Clear(0.0),
-                };
+                let load = load(attachment.load, |value| (value as f32).clamp(0.0, 1.0));
                 let layers = view_layers(resources, attachment.to.target(), None)?;
                 Some(Attachment { layers, resolve: Vec::new(), load, store: store(planned.store) })
             }
@@ -124,11 +141,7 @@ impl Attachments {
         let stencil = match render.stencil.as_ref().zip(planned.stencil.as_ref()) {
             None => None,
             Some((attachment, planned)) => {
-                let load = match attachment.load {
-                    LoadOperation::Load => wgpu::LoadOp::Load,
-                    LoadOperation::Clear(value) => wgpu::LoadOp::Clear(value),
-                    LoadOperation::Discard => wgpu::LoadOp::Clear(0),
-                };
+                let load = load(attachment.load, |value| value);
                 let layers = view_layers(resources, attachment.to.target(), None)?;
                 Some(Attachment { layers, resolve: Vec::new(), load, store: store(planned.store) })
             }
@@ -214,7 +227,7 @@ impl Attachments {
             let position = color.position(layer);
             let ops = color.operations(drawn.is_first(at * count + position));
             let view = color.layers.get(position)?.get(resources)?;
-            *slot = Some(color_attachment(view, color.resolved(position, resources), ops));
+            *slot = Some(color.of_color(view, position, resources, ops));
         }
         let mut view = None;
         let mut depth_ops = None;
@@ -231,7 +244,8 @@ impl Attachments {
             view = Some(stencil.layers.get(position)?.get(resources)?);
             stencil_ops = (!self.stencil_read_only).then_some(ops);
         }
-        let depth = view.map(|view| depth_attachment(view, depth_ops, stencil_ops));
+        // An aspect without operations is read-only.
+        let depth = view.map(|view| DepthStencil { view, depth_ops, stencil_ops });
         let timestamps = query.and_then(GpuProfilerQuery::render_pass_timestamp_writes);
         let colors = &colors[..self.color.len().min(MAX_COLORS)];
         Some(begin(encoder, (label, timestamps), colors, depth))
@@ -250,7 +264,7 @@ impl Attachments {
         let view = depth.layers.get(depth.position(layer))?.get(resources)?;
         let operations = wgpu::Operations { load, store: depth.store };
         let timestamps = query.and_then(GpuProfilerQuery::render_pass_timestamp_writes);
-        let depth = depth_attachment(view, Some(operations), None);
+        let depth = DepthStencil { view, depth_ops: Some(operations), stencil_ops: None };
         Some(begin(encoder, (label, timestamps), &[], Some(depth)))
     }
 
@@ -273,29 +287,20 @@ impl Attachments {
             let mut colors: [Option<wgpu::RenderPassColorAttachment<'_>>; MAX_COLORS] =
                 [const { None }; MAX_COLORS];
             for (at, (color, slot)) in self.color.iter().zip(&mut colors).enumerate() {
-                if matches!(color.load, wgpu::LoadOp::Clear(_))
-                    && !drawn.contains(at * count + position)
-                    && let Some(view) = color.layers.get(position).and_then(|view| view.get(resources))
+                if !drawn.contains(at * count + position)
+                    && let Some((view, ops)) = color.cleared(position, resources)
                 {
-                    let resolved = color.resolved(position, resources);
-                    *slot = Some(color_attachment(view, resolved, color.operations(true)));
+                    *slot = Some(color.of_color(view, position, resources, ops));
                 }
             }
-            let depth = self.depth.as_ref().and_then(|depth| {
-                let is_left = matches!(depth.load, wgpu::LoadOp::Clear(_))
-                    && !drawn.contains(self.color.len() * count + position);
-                let view = depth.layers.get(position).filter(|_| is_left)?.get(resources)?;
-                Some((view, depth.operations(true)))
-            });
-            let stencil = self.stencil.as_ref().and_then(|stencil| {
-                let is_left = matches!(stencil.load, wgpu::LoadOp::Clear(_))
-                    && !drawn.contains((self.color.len() + 1) * count + position);
-                let view = stencil.layers.get(position).filter(|_| is_left)?.get(resources)?;
-                Some((view, stencil.operations(true)))
-            });
-            let view = depth.as_ref().map(|(view, _)| *view).or(stencil.as_ref().map(|(view, _)| *view));
-            let depth = view
-                .map(|view| depth_attachment(view, depth.map(|(_, ops)| ops), stencil.map(|(_, ops)| ops)));
+            let is_left = |aspect: usize| !drawn.contains((self.color.len() + aspect) * count + position);
+            let depth = self.depth.as_ref().filter(|_| is_left(0));
+            let depth = depth.and_then(|depth| depth.cleared(position, resources)).unzip();
+            let stencil = self.stencil.as_ref().filter(|_| is_left(1));
+            let stencil = stencil.and_then(|stencil| stencil.cleared(position, resources)).unzip();
+            let (depth_ops, stencil_ops) = (depth.1, stencil.1);
+            let view = depth.0.or(stencil.0);
+            let depth = view.map(|view| DepthStencil { view, depth_ops, stencil_ops });
             if depth.is_some() || colors.iter().any(Option::is_some) {
                 drop(begin(encoder, (label, None), &colors[..self.color.len().min(MAX_COLORS)], depth));
             }
@@ -321,6 +326,15 @@ impl Drawn {
     }
 }
 
+/// What is discarded is cleared to nothing: wgpu has no such operation that needs no feature.
+fn load<T, V: Default>(operation: LoadOperation<T>, clear: impl FnOnce(T) -> V) -> wgpu::LoadOp<V> {
+    match operation {
+        LoadOperation::Load => wgpu::LoadOp::Load,
+        LoadOperation::Clear(value) => wgpu::LoadOp::Clear(clear(value)),
+        LoadOperation::Discard => wgpu::LoadOp::Clear(V::default()),
+    }
+}
+
 fn store(operation: StoreOperation) -> wgpu::StoreOp {
     match operation {
         StoreOperation::Store => wgpu::StoreOp::Store,
@@ -328,28 +342,11 @@ fn store(operation: StoreOperation) -> wgpu::StoreOp {
     }
 }
 
-fn color_attachment<'a>(
-    view: &'a wgpu::TextureView,
-    resolve_target: Option<&'a wgpu::TextureView>,
-    ops: wgpu::Operations<wgpu::Color>,
-) -> wgpu::RenderPassColorAttachment<'a> {
-    wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target, ops }
-}
-
-/// An aspect without operations is read-only.
-fn depth_attachment(
-    view: &wgpu::TextureView,
-    depth_ops: Option<wgpu::Operations<f32>>,
-    stencil_ops: Option<wgpu::Operations<u32>>,
-) -> wgpu::RenderPassDepthStencilAttachment<'_> {
-    wgpu::RenderPassDepthStencilAttachment { view, depth_ops, stencil_ops }
-}
-
 fn begin(
     encoder: &mut wgpu::CommandEncoder,
     (label, timestamp_writes): (&str, Option<wgpu::RenderPassTimestampWrites<'_>>),
     color_attachments: &[Option<wgpu::RenderPassColorAttachment<'_>>],
-    depth_stencil_attachment: Option<wgpu::RenderPassDepthStencilAttachment<'_>>,
+    depth_stencil_attachment: Option<DepthStencil<'_>>,
 ) -> wgpu::RenderPass<'static> {
     let descriptor = wgpu::RenderPassDescriptor {
         label: Some(label),

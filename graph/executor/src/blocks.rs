@@ -17,7 +17,7 @@ use crate::compiler::{PackedBlock, Plan, PlannedPass};
 use crate::data::{BlackboardData, View};
 use crate::diagnostic::{Diagnostic, Place as DiagnosticPlace, codes};
 use crate::pipeline::ResourceKind;
-use crate::work::{BlockLayout, BoundSlot, ProgramHandle, ResourceHandle, SlotSource, Work};
+use crate::work::{BlockLayout, BoundSlot, ResourceHandle, SlotSource, Work};
 
 /// A block in the buffer; for a block `view` the first of several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,7 +77,7 @@ impl Blocks {
         let places: Vec<_> = plan.passes.iter().map(place_of).collect();
         let layouts = plan.passes.iter().map(|planned| {
             let work = plan.pipeline.pass(planned.handle).work();
-            let program = program(work).map(|program| plan.pipeline.program(program));
+            let program = work.program().map(|program| plan.pipeline.program(program));
             slots(work).iter().map(|slot| plan.pipeline.block_layout(program?, slot)).collect()
         });
         let allowed = limits.max_buffer_size.min(u64::from(u32::MAX));
@@ -188,15 +188,6 @@ pub(super) fn slots(work: &Work) -> &[BoundSlot] {
     }
 }
 
-/// The program that a pass runs.
-pub(super) fn program(work: &Work) -> Option<ProgramHandle> {
-    match work {
-        Work::Render(render) => Some(render.draw.bound().0),
-        Work::Compute(compute) => Some(compute.program),
-        Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => None,
-    }
-}
-
 /// The data whose views a pass draws.
 fn scene_views(work: &Work) -> Option<ResourceHandle> {
     work.scene().map(|scene| scene.views.resource)
@@ -218,7 +209,7 @@ fn constants<'a>(planned: &'a PlannedPass, slot: &BoundSlot) -> Option<&'a [u8]>
 
 /// The bytes that are bound for a slot, if the module fills it.
 fn block_bytes(plan: &Plan, work: &Work, slot: &BoundSlot) -> Option<u64> {
-    let program = plan.pipeline.program(program(work)?);
+    let program = plan.pipeline.program(work.program()?);
     let binding = program.binding_at(slot.group, slot.binding);
     let bytes = u64::from(plan.pipeline.block_bytes(program, slot)?);
     Some(match binding.map(|binding| binding.entry.ty) {

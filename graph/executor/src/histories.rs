@@ -173,13 +173,11 @@ impl Histories {
         for clear in self.clears.drain(..) {
             match clear {
                 Clear::Color(view, depth_slice, color) => {
-                    let ops =
-                        wgpu::Operations { load: wgpu::LoadOp::Clear(color), store: wgpu::StoreOp::Store };
                     let attachment = wgpu::RenderPassColorAttachment {
                         view: &view,
                         depth_slice,
                         resolve_target: None,
-                        ops,
+                        ops: cleared_to(color),
                     };
                     drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                         label: Some("initial value of a history"),
@@ -189,15 +187,12 @@ impl Histories {
                 }
                 Clear::Depth(view, depth) => {
                     let format = view.texture().format();
-                    let zero = wgpu::Operations { load: wgpu::LoadOp::Clear(0), store: wgpu::StoreOp::Store };
-                    let ops =
-                        wgpu::Operations { load: wgpu::LoadOp::Clear(depth), store: wgpu::StoreOp::Store };
                     drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                         label: Some("initial value of a history"),
                         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                             view: &view,
-                            depth_ops: format.has_depth_aspect().then_some(ops),
-                            stencil_ops: format.has_stencil_aspect().then_some(zero),
+                            depth_ops: format.has_depth_aspect().then_some(cleared_to(depth)),
+                            stencil_ops: format.has_stencil_aspect().then_some(cleared_to(0)),
                         }),
                         ..wgpu::RenderPassDescriptor::default()
                     }));
@@ -210,6 +205,10 @@ impl Histories {
             history.is_fresh = false;
         }
     }
+}
+
+fn cleared_to<V>(value: V) -> wgpu::Operations<V> {
+    wgpu::Operations { load: wgpu::LoadOp::Clear(value), store: wgpu::StoreOp::Store }
 }
 
 /// The live passes that write a resource.

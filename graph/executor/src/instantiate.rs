@@ -197,7 +197,7 @@ impl Instantiated {
         let plan = self.plan.clone();
         let pass = plan.pipeline.pass(planned.handle);
         creation.begin_pass(pass);
-        let instantiated = match (pass.work(), blocks::program(pass.work())) {
+        let instantiated = match (pass.work(), pass.work().program()) {
             (Work::Nothing | Work::Cpu(_), _) => Some((InstantiatedWork::Cpu, Vec::new())),
             (Work::Transfer(work), _) => {
                 let transfer = Transfer::new(&self.resources, &plan, planned, work);

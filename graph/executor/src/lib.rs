@@ -283,11 +283,8 @@ impl Executor {
     pub fn import_buffer(&mut self, name: &str, buffer: &wgpu::Buffer) -> Result<(), Error> {
         let plan = &self.instantiated.plan;
         if let Some(message) = inputs::buffer_error(plan, name, buffer) {
-            let place = plan.resources.get(name).map(|one| plan.pipeline.resource(one.handle).place);
-            let place = place.map_or(Place::Nowhere, Place::from);
-            let diagnostic = Diagnostic::error(codes::IMPORT, place, message);
             let help = "create the buffer as the plan was made for it, or plan again";
-            return Err(self.error(diagnostic.help(help).into()));
+            return Err(self.import_error(name, message, help));
         }
         if let Some(handle) = plan.resources.get(name).map(|one| one.handle) {
             let imports = &mut self.instantiated.resources.imports;
@@ -310,17 +307,20 @@ impl Executor {
     pub fn import_part(&mut self, name: &str, part: Option<ImportPart>) -> Result<(), Error> {
         let plan = &self.instantiated.plan;
         if let Some(message) = inputs::part_error(plan, name) {
-            let place = plan.resources.get(name).map(|one| plan.pipeline.resource(one.handle).place);
-            let diagnostic =
-                Diagnostic::error(codes::IMPORT, place.map_or(Place::Nowhere, Place::from), message);
-            return Err(
-                self.error(diagnostic.help("draw into the part, or give a texture of its own").into())
-            );
+            let help = "draw into the part, or give a texture of its own";
+            return Err(self.import_error(name, message, help));
         }
         if let Some(handle) = plan.resources.get(name).map(|one| one.handle) {
             self.instantiated.resources.imports.set_part(handle, part);
         }
         Ok(())
+    }
+
+    fn import_error(&self, name: &str, message: String, help: &str) -> Error {
+        let plan = &self.instantiated.plan;
+        let place = plan.resources.get(name).map(|one| plan.pipeline.resource(one.handle).place);
+        let place = place.map_or(Place::Nowhere, Place::from);
+        self.error(Diagnostic::error(codes::IMPORT, place, message).help(help).into())
     }
 
     fn error(&self, found: Diagnostics) -> Error {

@@ -83,20 +83,13 @@ pub(super) fn prepare(
     histories.advance(&instantiated.plan, instantiated.cpu_passes.switches());
     histories.prepare(creation, queue, textures);
     instantiated.resources.imports.set(creation, queue, frame.imports, record)?;
-    let resources = &instantiated.resources;
+    let (resources, switches) = (&instantiated.resources, instantiated.cpu_passes.switches());
     for (planned, pass) in instantiated.plan.passes.iter().zip(&mut instantiated.passes) {
-        if !instantiated.cpu_passes.switches().runs(&instantiated.plan, planned.handle) {
+        if !switches.runs(&instantiated.plan, planned.handle) {
             continue;
         }
         for group in &mut pass.groups {
-            group.prepare(
-                creation,
-                &planned.name,
-                blocks,
-                resources,
-                instantiated.cpu_passes.switches(),
-                record,
-            );
+            group.prepare(creation, &planned.name, blocks, resources, switches, record);
         }
     }
     if let Some(source) = frame.draws {

@@ -55,12 +55,8 @@ impl DeviceCheck<'_> {
                 );
                 diagnostics.push(lacks(message, "make it smaller"));
             }
-            self.feature(
-                label,
-                texture.format.required_features(),
-                format!("in {:?}", texture.format),
-                diagnostics,
-            );
+            let what = format!("in {:?}", texture.format);
+            self.feature(label, texture.format.required_features(), what, diagnostics);
         }
         for buffer in &self.plan.buffers {
             let allowed = self.limits.max_buffer_size;
@@ -82,7 +78,7 @@ impl DeviceCheck<'_> {
 
     /// Groups, blocks and textures that the shader binds.
     fn bindings(&self, pass: &Pass, diagnostics: &mut Diagnostics) {
-        let Some(program) = super::blocks::program(pass.work()) else { return };
+        let Some(program) = pass.work().program() else { return };
         let program = self.plan.pipeline.program(program);
         let groups = program.bindings.iter().map(|binding| binding.group + 1).max().unwrap_or(0);
         if groups > self.limits.max_bind_groups {

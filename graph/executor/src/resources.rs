@@ -14,29 +14,22 @@ pub(super) struct Resources {
     pub(super) histories: Histories,
 }
 
-/// A view of a texture of the plan, or of the one that the host gives with each frame.
-pub(super) enum Viewed {
-    Own(wgpu::TextureView),
-    Imported(ImportedView),
-    /// A view of each copy of a history.
-    Turning(Turn, Vec<wgpu::TextureView>),
+/// What stands for a resource: an object of the plan, or of the host's, given with each frame.
+pub(super) enum Standing<T, I = ImportedTexture> {
+    Own(T),
+    Imported(I),
+    /// The object of each copy of a history.
+    Turning(Turn, Vec<T>),
 }
+
+/// A view of a texture of the plan, or of the one that the host gives with each frame.
+pub(super) type Viewed = Standing<wgpu::TextureView, ImportedView>;
 
 /// A texture of the plan, or the one that the host gives with each frame.
-pub(super) enum Texture {
-    Own(wgpu::Texture),
-    Imported(ImportedTexture),
-    /// Each copy of a history.
-    Turning(Turn, Vec<wgpu::Texture>),
-}
+pub(super) type Texture = Standing<wgpu::Texture>;
 
 /// A buffer of the plan, or one of the host's.
-pub(super) enum Buffer {
-    Own(wgpu::Buffer),
-    Imported(ImportedTexture),
-    /// Each copy of a history.
-    Turning(Turn, Vec<wgpu::Buffer>),
-}
+pub(super) type Buffer = Standing<wgpu::Buffer>;
 
 impl Resources {
     /// A view of a texture.
@@ -47,53 +40,31 @@ impl Resources {
         view: TextureView,
     ) -> Option<Viewed> {
         let label = &plan.pipeline.resource(view.resource).name;
-        if let Some(turn) = self.histories.turn(plan, view.resource) {
-            let (textures, places) = (&mut self.textures, self.histories.places(turn));
-            let views = places.iter().map(|place| match place {
-                Physical::Texture(index) => textures.view(creation, label, *index, view),
-                _ => None,
-            });
-            return Some(Viewed::Turning(turn, views.collect::<Option<_>>()?));
-        }
-        match plan.resource(view.resource)?.physical {
-            Physical::Texture(index) => self.textures.view(creation, label, index, view).map(Viewed::Own),
-            Physical::Imported => self.imports.want(view).map(Viewed::Imported),
+        let Self { textures, imports, histories } = self;
+        let own = |place| match place {
+            Physical::Texture(index) => textures.view(creation, label, index, view),
             _ => None,
-        }
+        };
+        standing(histories, plan, view.resource, own, || imports.want(view))
     }
 
     /// A texture.
     pub(super) fn texture(&self, plan: &Plan, resource: ResourceHandle) -> Option<Texture> {
-        if let Some(turn) = self.histories.turn(plan, resource) {
-            let copies = self.histories.places(turn).iter().map(|place| match place {
-                Physical::Texture(index) => self.textures.texture(*index).cloned(),
-                _ => None,
-            });
-            return Some(Texture::Turning(turn, copies.collect::<Option<_>>()?));
-        }
-        match plan.resource(resource)?.physical {
-            Physical::Texture(index) => self.textures.texture(index).cloned().map(Texture::Own),
-            Physical::Imported if plan.resource(resource)?.format.is_some() => {
-                self.imports.find(resource).map(Texture::Imported)
-            }
+        let own = |place| match place {
+            Physical::Texture(index) => self.textures.texture(index).cloned(),
             _ => None,
-        }
+        };
+        let is_texture = plan.resource(resource).is_some_and(|planned| planned.format.is_some());
+        standing(&self.histories, plan, resource, own, || self.imports.find(resource).filter(|_| is_texture))
     }
 
     /// A buffer.
     pub(super) fn buffer(&self, plan: &Plan, resource: ResourceHandle) -> Option<Buffer> {
-        if let Some(turn) = self.histories.turn(plan, resource) {
-            let copies = self.histories.places(turn).iter().map(|place| match place {
-                Physical::Buffer(index) => self.textures.buffer(*index).cloned(),
-                _ => None,
-            });
-            return Some(Buffer::Turning(turn, copies.collect::<Option<_>>()?));
-        }
-        match plan.resource(resource)?.physical {
-            Physical::Buffer(index) => self.textures.buffer(index).cloned().map(Buffer::Own),
-            Physical::Imported => self.imports.find(resource).map(Buffer::Imported),
+        let own = |place| match place {
+            Physical::Buffer(index) => self.textures.buffer(index).cloned(),
             _ => None,
-        }
+        };
+        standing(&self.histories, plan, resource, own, || self.imports.find(resource))
     }
 
     /// The object on the device that held a resource in the last record.
@@ -106,43 +77,63 @@ impl Resources {
     }
 }
 
-impl Viewed {
-    /// The view in this frame.
-    pub(super) fn get<'a>(&'a self, resources: &'a Resources) -> Option<&'a wgpu::TextureView> {
-        match self {
-            Viewed::Own(view) => Some(view),
-            Viewed::Imported(view) => resources.imports.view(*view),
-            Viewed::Turning(turn, views) => views.get(resources.histories.position(*turn)),
-        }
+/// What stands for a resource, from what stands at a place of the plan or for an import.
+fn standing<T, I>(
+    histories: &Histories,
+    plan: &Plan,
+    resource: ResourceHandle,
+    mut own: impl FnMut(Physical) -> Option<T>,
+    imported: impl FnOnce() -> Option<I>,
+) -> Option<Standing<T, I>> {
+    if let Some(turn) = histories.turn(plan, resource) {
+        let copies = histories.places(turn).iter().map(|place| own(*place));
+        return Some(Standing::Turning(turn, copies.collect::<Option<_>>()?));
+    }
+    match plan.resource(resource)?.physical {
+        Physical::Imported => imported().map(Standing::Imported),
+        place => own(place).map(Standing::Own),
     }
 }
 
-impl Texture {
-    /// The texture in this frame.
-    pub(super) fn get<'a>(&'a self, resources: &'a Resources) -> Option<&'a wgpu::Texture> {
+impl<T, I: Copy> Standing<T, I> {
+    fn in_frame<'a>(
+        &'a self,
+        resources: &'a Resources,
+        imported: impl FnOnce(&'a Imports, I) -> Option<&'a T>,
+    ) -> Option<&'a T> {
         match self {
-            Texture::Own(texture) => Some(texture),
-            Texture::Imported(texture) => resources.imports.texture(*texture),
-            Texture::Turning(turn, copies) => copies.get(resources.histories.position(*turn)),
-        }
-    }
-}
-
-impl Buffer {
-    /// The buffer in this frame.
-    pub(super) fn get<'a>(&'a self, resources: &'a Resources) -> Option<&'a wgpu::Buffer> {
-        match self {
-            Buffer::Own(buffer) => Some(buffer),
-            Buffer::Imported(buffer) => resources.imports.buffer(*buffer),
-            Buffer::Turning(turn, copies) => copies.get(resources.histories.position(*turn)),
+            Self::Own(object) => Some(object),
+            Self::Imported(import) => imported(&resources.imports, *import),
+            Self::Turning(turn, copies) => copies.get(resources.histories.position(*turn)),
         }
     }
 
     /// The frame of a history that it stands for.
     pub(super) fn turn(&self) -> Option<Turn> {
         match self {
-            Buffer::Own(_) | Buffer::Imported(_) => None,
-            Buffer::Turning(turn, _) => Some(*turn),
+            Self::Own(_) | Self::Imported(_) => None,
+            Self::Turning(turn, _) => Some(*turn),
         }
+    }
+}
+
+impl Viewed {
+    /// The view in this frame.
+    pub(super) fn get<'a>(&'a self, resources: &'a Resources) -> Option<&'a wgpu::TextureView> {
+        self.in_frame(resources, Imports::view)
+    }
+}
+
+impl Texture {
+    /// The texture in this frame.
+    pub(super) fn get<'a>(&'a self, resources: &'a Resources) -> Option<&'a wgpu::Texture> {
+        self.in_frame(resources, Imports::texture)
+    }
+}
+
+impl Buffer {
+    /// The buffer in this frame.
+    pub(super) fn get<'a>(&'a self, resources: &'a Resources) -> Option<&'a wgpu::Buffer> {
+        self.in_frame(resources, Imports::buffer)
     }
 }

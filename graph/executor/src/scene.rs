@@ -55,32 +55,21 @@ impl Scene<'_> {
         offsets: &mut Vec<u32>,
     ) -> Result<PassCounts, String> {
         let [x, y, width, height] = self.texels(view);
-        let none = Ok(PassCounts::default());
-        let Some((_, pipeline)) = self.pipelines.first().filter(|_| width > 0 && height > 0) else {
-            return none;
-        };
-        let material = match self.materials {
-            Some(materials) => match materials.get(0) {
-                Some(group) => Some(group),
-                None => return none,
-            },
-            None => None,
-        };
-        let object = match self.objects {
-            Some(objects) => match objects.get(0, offsets) {
-                Some(group) => Some(group),
-                None => return none,
-            },
-            None => None,
+        let pipeline = self.pipelines.first().filter(|_| width > 0 && height > 0);
+        let material = self.materials.map(|materials| materials.get(0));
+        let object = self.objects.map(|objects| objects.get(0, offsets));
+        let (Some((_, pipeline)), None | Some(Some(_)), None | Some(Some(_))) = (pipeline, material, object)
+        else {
+            return Ok(PassCounts::default());
         };
         pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
         pass.set_scissor_rect(texels[0], texels[1], texels[2], texels[3]);
         pass.set_pipeline(pipeline);
         groups::bind_render(self.groups, pass, position);
-        if let Some(group) = material {
+        if let Some(group) = material.flatten() {
             pass.set_bind_group(MATERIAL_GROUP, group, &[]);
         }
-        if let Some(group) = object {
+        if let Some(group) = object.flatten() {
             pass.set_bind_group(OBJECT_GROUP, group, offsets);
         }
         let detail = self.detail.get(position).or(self.detail.last()).copied().unwrap_or(0);
@@ -164,13 +153,8 @@ impl DrawPass for ScenePass<'_> {
     }
 
     fn set_properties(&mut self, properties: PropertySet) -> bool {
-        match self.scene.pipelines.iter().find(|(set, _)| *set == properties) {
-            Some((_, pipeline)) => {
-                self.pass.set_pipeline(pipeline);
-                true
-            }
-            None => false,
-        }
+        let found = self.scene.pipelines.iter().find(|(set, _)| *set == properties);
+        found.map(|(_, pipeline)| self.pass.set_pipeline(pipeline)).is_some()
     }
 
     fn set_material(&mut self, material: u32) {
