@@ -9,14 +9,17 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use umbragraph::compiler::{Assembly, Plan, PlanOptions, build, plan, verify};
+use umbragraph::compiler::{self, Plan, PlanOptions, build, verify};
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::pipeline::{Pipeline, SubresourceRange};
+use umbragraph::pipeline::Pipeline;
 use umbragraph::source::Sources;
 
+#[path = "measure.rs"]
+mod measure;
 #[path = "shapes.rs"]
 mod shapes;
-use shapes::{Graph, SHAPES};
+use measure::slope;
+use shapes::{Graph, SHAPES, pipeline};
 
 /// The argument that makes this program compile one graph and print its peak memory.
 const MEMORY: &str = "--memory-of";
@@ -63,40 +66,24 @@ fn main() {
     }
 }
 
-/// The pipeline of a graph.
-fn pipeline(graph: &Graph) -> (Arc<Pipeline>, Sources) {
-    let mut assembly = Assembly::new("bench");
-    let textures: Vec<_> = graph
-        .resources
-        .iter()
-        .enumerate()
-        .map(|(at, [width, height])| assembly.sized_texture(&format!("r{at}"), *width, *height))
-        .collect();
-    for (at, pass) in graph.passes.iter().enumerate() {
-        let mut new = assembly.pass(&format!("p{at}"));
-        for resource in &pass.reads {
-            new = new.reads_range(textures[*resource], SubresourceRange::WHOLE);
-        }
-        for resource in &pass.writes {
-            new = new.writes(textures[*resource]);
-        }
-        for resource in &pass.updates {
-            new = new.updates(textures[*resource]);
-        }
-        if let Some(previous) = new.previous().filter(|_| pass.after_previous) {
-            new = new.after(previous);
-        }
-        if pass.output {
-            let _ = new.side_effect();
-        }
-    }
-    assembly.finish()
+const SIZE: [u32; 2] = [64, 64];
+
+fn built(pipeline: &Arc<Pipeline>) -> compiler::Graph {
+    build(pipeline, &mut Diagnostics::new()).expect("a graph")
+}
+
+fn plan(
+    pipeline: &Arc<Pipeline>,
+    graph: &compiler::Graph,
+    [width, height]: [u32; 2],
+    sources: &Sources,
+) -> Plan {
+    let options = PlanOptions::new(width, height);
+    compiler::plan(pipeline, graph, &options, sources, &mut Diagnostics::new()).expect("a plan")
 }
 
 fn compile(pipeline: &Arc<Pipeline>, sources: &Sources) -> usize {
-    let mut diagnostics = Diagnostics::new();
-    let graph = build(pipeline, &mut diagnostics).expect("a graph");
-    let plan = plan(pipeline, &graph, &PlanOptions::new(64, 64), sources, &mut diagnostics).expect("a plan");
+    let plan = plan(pipeline, &built(pipeline), SIZE, sources);
     std::hint::black_box(plan.passes.len())
 }
 
@@ -112,14 +99,9 @@ fn min_time(pipeline: &Arc<Pipeline>, sources: &Sources, runs: usize) -> Duratio
 /// The time of planning for another size divided by that of planning from scratch, both without building the graph.
 fn resize_ratio(graph: &Graph) -> f64 {
     let (pipeline, sources) = pipeline(graph);
-    let (mut diagnostics, options) = (Diagnostics::new(), PlanOptions::new(64, 64));
-    let graph = build(&pipeline, &mut diagnostics).expect("a graph");
-    let other = PlanOptions::new(65, 64);
-    let scratch = || {
-        let mut diagnostics = Diagnostics::new();
-        plan(&pipeline, &graph, &other, &sources, &mut diagnostics).expect("a plan")
-    };
-    let first = plan(&pipeline, &graph, &options, &sources, &mut diagnostics).expect("a plan");
+    let (graph, other) = (built(&pipeline), [65, 64]);
+    let scratch = || plan(&pipeline, &graph, other, &sources);
+    let first = plan(&pipeline, &graph, SIZE, &sources);
     let time = |run: &dyn Fn() -> Plan| {
         let start = Instant::now();
         let made = std::hint::black_box(run());
@@ -127,7 +109,8 @@ fn resize_ratio(graph: &Graph) -> f64 {
         drop(made);
         time.as_secs_f64()
     };
-    let resize = || first.resized(&graph, &other, &sources).expect("a plan");
+    let options = PlanOptions::new(other[0], other[1]);
+    let resize = || first.resized(&graph, &options, &sources).expect("a plan");
     let (mut resized, mut full) = (f64::INFINITY, f64::INFINITY);
     for _ in 0..25 {
         resized = resized.min(time(&resize));
@@ -138,23 +121,11 @@ fn resize_ratio(graph: &Graph) -> f64 {
 
 fn verify_time(graph: &Graph) -> Duration {
     let (pipeline, sources) = pipeline(graph);
-    let (mut diagnostics, options) = (Diagnostics::new(), PlanOptions::new(64, 64));
-    let graph = build(&pipeline, &mut diagnostics).expect("a graph");
-    let plan = plan(&pipeline, &graph, &options, &sources, &mut diagnostics).expect("a plan");
+    let plan = plan(&pipeline, &built(&pipeline), SIZE, &sources);
     let start = Instant::now();
-    let violations = verify(&plan, &options);
+    let violations = verify(&plan, &PlanOptions::new(SIZE[0], SIZE[1]));
     assert!(violations.is_empty(), "{:#?}", &violations[..violations.len().min(5)]);
     start.elapsed()
-}
-
-/// The slope of a line through the points, by least squares.
-fn slope(points: &[(f64, f64)]) -> f64 {
-    let count = points.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
-    let (x, y) = (mean(|point| point.0), mean(|point| point.1));
-    let up: f64 = points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum();
-    let across: f64 = points.iter().map(|point| (point.0 - x).powi(2)).sum();
-    up / across
 }
 
 fn memory(shape: &str) -> Option<u64> {

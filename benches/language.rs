@@ -23,6 +23,8 @@ use umbragraph::source::Sources;
 
 #[path = "hopeless.rs"]
 mod hopeless;
+#[path = "measure.rs"]
+mod measure;
 
 const SIZES: [usize; 4] = [10, 100, 1_000, 10_000];
 
@@ -87,7 +89,7 @@ impl Bench {
                 tree(&files.text).as_secs_f64() * 1e3
             );
         }
-        slope(&points)
+        measure::slope(&points)
     }
 
     fn min_time(&self, files: &Files, passes: usize, runs: usize) -> Duration {
@@ -213,13 +215,4 @@ fn pipeline_text(before: &str, resources: &str, passes: &str) -> Files {
     Files::from(format!(
         "{{\n  \"format\": 1, \"name\": \"bench\",\n{before}  \"resources\": {{\n{resources}    {TARGET}\n  }},\n  \"passes\": {{\n{passes}\n  }}\n}}\n"
     ))
-}
-
-/// The slope of a line through the points, by least squares.
-fn slope(points: &[(f64, f64)]) -> f64 {
-    let count = points.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
-    let (x, y) = (mean(|point| point.0), mean(|point| point.1));
-    let up: f64 = points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum();
-    up / points.iter().map(|point| (point.0 - x).powi(2)).sum::<f64>()
 }

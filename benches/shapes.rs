@@ -1,5 +1,11 @@
 //! The shapes of graphs that the compiler and its rivals are measured on; made from a fixed seed.
 
+use std::sync::Arc;
+
+use umbragraph::compiler::Assembly;
+use umbragraph::pipeline::{Pipeline, SubresourceRange};
+use umbragraph::source::Sources;
+
 /// A graph by numbers.
 #[derive(Default)]
 pub(crate) struct Graph {
@@ -36,6 +42,36 @@ pub(crate) const SHAPES: [(&str, Shape); 6] = [
     ("sizes", sizes),
     ("shared", shared),
 ];
+
+/// The pipeline of a graph.
+pub(crate) fn pipeline(graph: &Graph) -> (Arc<Pipeline>, Sources) {
+    let mut assembly = Assembly::new("bench");
+    let textures: Vec<_> = graph
+        .resources
+        .iter()
+        .enumerate()
+        .map(|(at, [width, height])| assembly.sized_texture(&format!("r{at}"), *width, *height))
+        .collect();
+    for (at, pass) in graph.passes.iter().enumerate() {
+        let mut new = assembly.pass(&format!("p{at}"));
+        for resource in &pass.reads {
+            new = new.reads_range(textures[*resource], SubresourceRange::WHOLE);
+        }
+        for resource in &pass.writes {
+            new = new.writes(textures[*resource]);
+        }
+        for resource in &pass.updates {
+            new = new.updates(textures[*resource]);
+        }
+        if let Some(previous) = new.previous().filter(|_| pass.after_previous) {
+            new = new.after(previous);
+        }
+        if pass.output {
+            let _ = new.side_effect();
+        }
+    }
+    assembly.finish()
+}
 
 const SAME: [u32; 2] = [64, 64];
 

@@ -2,7 +2,7 @@
 //! passes alone. The frame by hand is that of `benches/record`; both run the same CPU passes and draw the same meshes.
 
 mod common;
-#[path = "../benches/record/hand.rs"]
+#[path = "../benches/record/hand/mod.rs"]
 mod hand;
 
 use allocation_counter::measure;
@@ -53,7 +53,7 @@ fn steady_frames_of_scenes_allocate_no_more_than_by_hand() {
             });
             gpu.queue.submit([encoder.finish()]);
             gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
-            let mut encoder = by_hand.device().create_command_encoder(&descriptor);
+            let mut encoder = gpu.device.create_command_encoder(&descriptor);
             let theirs = measure(|| by_hand.record(&mut encoder, &input, &source));
             gpu.queue.submit([encoder.finish()]);
             gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");

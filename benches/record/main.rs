@@ -1,4 +1,4 @@
-//! What a frame costs on the CPU beside the same frame by hand in plain wgpu (`hand.rs`).
+//! What a frame costs on the CPU beside the same frame by hand in plain wgpu (`hand`).
 //!
 //! `awsm` on the courtyard, the interior, and floors of boxes with 10 to 10,000 draws in each view: the medians of 31 pairs
 //! of a record, taken in turn. Both run the same CPU passes, fill the same blocks and call the same draw source; their
@@ -82,17 +82,10 @@ fn compare(
     let targets = [(), ()].map(|()| common::gpu::import(gpu, &plan, "target"));
     let mut executor = Executor::new(&gpu.device, &gpu.queue, plan.clone(), Some(source))
         .unwrap_or_else(|error| panic!("{error}"));
-    let descriptor = wgpu::CommandEncoderDescriptor::default();
     let ours = |executor: &mut Executor| {
-        let mut encoder = gpu.device.create_command_encoder(&descriptor);
-        let start = Instant::now();
-        executor
-            .record(&mut encoder, &Frame::new(input).draws(source).imports(&[("target", &targets[0])]))
-            .unwrap_or_else(|error| panic!("{error}"));
-        let took = start.elapsed();
-        gpu.queue.submit([encoder.finish()]);
-        gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
-        took
+        let imports = &[("target", &targets[0])];
+        let frame = Frame::new(input).draws(source).imports(imports);
+        timed(gpu, |encoder| executor.record(encoder, &frame).unwrap_or_else(|error| panic!("{error}")))
     };
     // Until all sizes are as they are wanted.
     for _ in 0..16 {
@@ -106,15 +99,7 @@ fn compare(
     let made = Executor::new(&gpu.device, &gpu.queue, plan.clone(), Some(source));
     let mut executor = made.unwrap_or_else(|error| panic!("{error}"));
     let mut by_hand = ByHand::new(gpu, &plan, source, &targets[1]);
-    let theirs = |by_hand: &mut ByHand| {
-        let mut encoder = by_hand.device().create_command_encoder(&descriptor);
-        let start = Instant::now();
-        by_hand.record(&mut encoder, input, source);
-        let took = start.elapsed();
-        gpu.queue.submit([encoder.finish()]);
-        gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
-        took
-    };
+    let theirs = |by_hand: &mut ByHand| timed(gpu, |encoder| by_hand.record(encoder, input, source));
     for _ in 0..3 {
         ours(&mut executor);
         theirs(&mut by_hand);
@@ -126,10 +111,6 @@ fn compare(
     let mut ratios: Vec<f64> =
         pairs.iter().map(|(ours, theirs)| ours.as_secs_f64() / theirs.as_secs_f64()).collect();
     ratios.sort_by(f64::total_cmp);
-    let median = |mut times: Vec<Duration>| {
-        times.sort_unstable();
-        times[times.len() / 2]
-    };
     let (ours, theirs) = pairs.into_iter().unzip();
     let drawn: u64 = executor.pass_counts().map(|(_, counts)| counts.draws).sum();
     let Counts { passes, draws, pipelines, groups } = by_hand.counts;
@@ -139,6 +120,22 @@ fn compare(
         median(theirs)
     );
     println!("ratio record/{name} {:.3}", ratios[ratios.len() / 2]);
+}
+
+/// The time to record a frame, which is drawn then.
+fn timed(gpu: &Gpu, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> Duration {
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let start = Instant::now();
+    record(&mut encoder);
+    let took = start.elapsed();
+    gpu.queue.submit([encoder.finish()]);
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
+    took
+}
+
+fn median(mut times: Vec<Duration>) -> Duration {
+    times.sort_unstable();
+    times[times.len() / 2]
 }
 
 /// Pipelines of passes that do next to nothing.
@@ -159,21 +156,13 @@ fn passes(gpu: &Gpu) {
         let mut executor =
             Executor::new(&gpu.device, &gpu.queue, plan, None).unwrap_or_else(|error| panic!("{error}"));
         let input = FrameInput::new(Camera::look_at([1.0; 3], [0.0; 3], 1.0, 1.0));
-        let mut times: Vec<Duration> = (0..PAIRS)
-            .map(|_| {
-                let mut encoder =
-                    gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-                let start = Instant::now();
-                executor.record(&mut encoder, &Frame::new(&input)).unwrap_or_else(|error| panic!("{error}"));
-                let took = start.elapsed();
-                gpu.queue.submit([encoder.finish()]);
-                gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
-                took
-            })
-            .collect();
-        times.sort_unstable();
-        println!("{count} passes: {:?} a record", times[PAIRS / 2]);
-        points.push((count as f64, times[PAIRS / 2].as_secs_f64()));
+        let frame = Frame::new(&input);
+        let mut record = |encoder: &mut wgpu::CommandEncoder| {
+            executor.record(encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+        };
+        let time = median((0..PAIRS).map(|_| timed(gpu, &mut record)).collect());
+        println!("{count} passes: {time:?} a record");
+        points.push((count as f64, time.as_secs_f64()));
     }
     let slope = (points[2].1 / points[0].1).log10() / (points[2].0 / points[0].0).log10();
     println!("ratio passes/slope {slope:.3}");
@@ -196,14 +185,7 @@ impl Boxes {
             gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
         };
         let (mut positions, mut normals) = (Vec::new(), Vec::new());
-        for normal in [
-            glam::Vec3::X,
-            glam::Vec3::NEG_X,
-            glam::Vec3::Y,
-            glam::Vec3::NEG_Y,
-            glam::Vec3::Z,
-            glam::Vec3::NEG_Z,
-        ] {
+        for normal in glam::Vec3::AXES.into_iter().flat_map(|axis| [axis, -axis]) {
             let right = normal.any_orthonormal_vector();
             let up = normal.cross(right);
             for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {

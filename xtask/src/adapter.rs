@@ -25,6 +25,15 @@ pub(crate) fn ensure() -> bool {
     }
 }
 
+/// The same for a command that goes on without one.
+pub(crate) fn ensure_if_possible() {
+    if !ensure() {
+        eprintln!(
+            "going on all the same: the search for a driver goes by file names and may have missed one"
+        );
+    }
+}
+
 fn ensure_on_linux() -> bool {
     let result = search();
     if let SearchResult::Driver(manifest) = &result {
@@ -141,11 +150,7 @@ fn apt(prefix: &[&str], arguments: &[&str]) -> Result<(), String> {
     let Some((name, rest)) = words.split_first() else {
         return Err("there is nothing to run".to_owned());
     };
-    match process::program(name).args(rest).status() {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(format!("{shown} failed ({status})")),
-        Err(error) => Err(format!("{shown} could not be started: {error}")),
-    }
+    process::run(process::program(name).args(rest), &shown)
 }
 
 /// The variable is set through `env`, since sudo does not pass variables on.

@@ -6,16 +6,12 @@ use crate::{adapter, process};
 
 /// Runs the command.
 pub(crate) fn run() -> ExitCode {
-    if !adapter::ensure() {
-        eprintln!(
-            "going on all the same: the search for a driver goes by file names and may have missed one"
-        );
-    }
-    match process::program("cargo").args(["run", "--quiet", "--example", "gallery"]).status() {
-        Ok(status) if status.success() => ExitCode::SUCCESS,
-        Ok(_) => ExitCode::from(1),
-        Err(error) => {
-            eprintln!("cargo could not be started: {error}");
+    adapter::ensure_if_possible();
+    let mut command = process::program("cargo");
+    match process::run(command.args(["run", "--quiet", "--example", "gallery"]), "cargo") {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(reason) => {
+            eprintln!("{reason}");
             ExitCode::from(1)
         }
     }

@@ -44,11 +44,8 @@ pub(crate) fn run(only: Option<&str>) -> ExitCode {
         if !integration.sources.is_empty() {
             println!("examples/{}: {}", integration.name, lines(&folder, integration.sources));
         }
-        match test(integration, &folder).status() {
-            Ok(status) if status.success() => {}
-            Ok(status) => failed.push(format!("{}: {status}", integration.name)),
-            Err(error) => failed.push(format!("{}: cargo could not be started: {error}", integration.name)),
-        }
+        let tested = process::run(&mut test(integration, &folder), "cargo");
+        failed.extend(tested.err().map(|reason| format!("{}: {reason}", integration.name)));
     }
     failed.iter().for_each(|line| eprintln!("{line}"));
     if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) }

@@ -34,6 +34,18 @@ pub(crate) fn program(name: &str) -> Command {
     command
 }
 
+/// Runs a command, which is called `shown`.
+///
+/// # Errors
+/// It could not be started, or fails.
+pub(crate) fn run(command: &mut Command, shown: &str) -> Result<(), String> {
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{shown} failed ({status})")),
+        Err(error) => Err(format!("{shown} could not be started: {error}")),
+    }
+}
+
 /// What a program prints, if it succeeds.
 pub(crate) fn output(name: &str, arguments: &[&str]) -> Option<String> {
     let output = program(name).args(arguments).output().ok()?;

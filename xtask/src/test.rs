@@ -39,11 +39,7 @@ fn run_step(step: &Step, variables: &[(OsString, OsString)]) -> Outcome {
         let mut command = process::program("cargo");
         command.args(&step.arguments).envs(step.environment.iter().copied());
         command.envs(variables.iter().map(|(name, value)| (name, value)));
-        match command.status() {
-            Ok(status) if status.success() => None,
-            Ok(status) => Some(status.to_string()),
-            Err(error) => Some(format!("cargo could not be started: {error}")),
-        }
+        process::run(&mut command, "cargo").err()
     });
     let elapsed = start.elapsed();
     match &failure {

@@ -14,9 +14,8 @@ use std::time::{Duration, Instant};
 use myth_render::graph::core::{
     ExecuteContext, FrameArena, GraphStorage, PassNode, RenderGraph, TextureDesc, TransientPool,
 };
-use umbragraph::compiler::{Assembly, PlanOptions, build, plan};
+use umbragraph::compiler::{PlanOptions, build, plan};
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::pipeline::SubresourceRange;
 
 #[path = "../../shapes.rs"]
 mod shapes;
@@ -70,28 +69,7 @@ fn min_time(runs: usize, mut run: impl FnMut() -> Duration) -> Duration {
 }
 
 fn ours(graph: &Graph) -> Duration {
-    let mut assembly = Assembly::new("bench");
-    let textures: Vec<_> =
-        graph.resources.iter().enumerate().map(|(at, [width, height])| assembly.sized_texture(&format!("r{at}"), *width, *height)).collect();
-    for (at, pass) in graph.passes.iter().enumerate() {
-        let mut new = assembly.pass(&format!("p{at}"));
-        for resource in &pass.reads {
-            new = new.reads_range(textures[*resource], SubresourceRange::WHOLE);
-        }
-        for resource in &pass.writes {
-            new = new.writes(textures[*resource]);
-        }
-        for resource in &pass.updates {
-            new = new.updates(textures[*resource]);
-        }
-        if let Some(previous) = new.previous().filter(|_| pass.after_previous) {
-            new = new.after(previous);
-        }
-        if pass.output {
-            let _ = new.side_effect();
-        }
-    }
-    let (pipeline, sources) = assembly.finish();
+    let (pipeline, sources) = shapes::pipeline(graph);
     let start = Instant::now();
     let mut diagnostics = Diagnostics::new();
     let built = build(&pipeline, &mut diagnostics).expect("a graph");

@@ -326,7 +326,7 @@ impl Drawn {
     }
 }
 
-/// What is discarded is cleared to nothing: wgpu has no such operation that needs no feature.
+/// What is discarded is cleared to nothing: to leave it undefined is unsafe.
 fn load<T, V: Default>(operation: LoadOperation<T>, clear: impl FnOnce(T) -> V) -> wgpu::LoadOp<V> {
     match operation {
         LoadOperation::Load => wgpu::LoadOp::Load,
