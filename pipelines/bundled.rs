@@ -58,8 +58,8 @@ impl<F: Files> Files for Bundled<F> {
                 let exact = known.iter().map(String::as_str).find(|known| *known == name);
                 let meant = exact.or(suggested_name(&name, known.iter().map(String::as_str)));
                 let at = meant.and_then(|meant| known.iter().position(|known| known == meant));
-                let is_told = diagnostic.help.as_ref().is_some_and(|help| help.starts_with("did you mean"));
-                match at.filter(|_| !is_told && diagnostic.code == codes::FILE_UNREADABLE) {
+                let is_open = diagnostic.code == codes::FILE_UNREADABLE && !diagnostic.has_suggestion();
+                match at.filter(|_| is_open) {
                     Some(at) => diagnostic.help(format!("did you mean \"{SCHEME}{}\"?", PIPELINES[at].0)),
                     None => diagnostic,
                 }

@@ -21,7 +21,7 @@ fn figure() -> Scene {
     scene(&root().join("examples/scenes/figure.glb"))
 }
 
-fn pipeline(path: &str, parameters: &[(&str, &str)], features: &[(&str, &str)]) -> Outcome {
+fn pipeline(path: &str, parameters: Settings<'_>, features: Settings<'_>) -> Outcome {
     check_file(path, &With { parameters, features, size: Some(SIZES[0]), ..With::default() })
 }
 
@@ -89,25 +89,27 @@ fn static_casters<'a>(host: &'a Host<'_>) -> impl Iterator<Item = (&'a str, Pass
     host.executor.pass_counts().filter(|(name, _)| name.ends_with(".static"))
 }
 
-/// Plays the same frames cached and not; how many views of static casters were drawn, and of how many.
-fn compare(
-    gpu: &Gpu,
-    path: &str,
-    parameters: &[(&str, &str)],
-    more: &[(&str, &str)],
-    frames: u64,
-) -> [u64; 2] {
-    compare_with(gpu, path, "cached", (parameters, more), frames)
-}
-
 /// Names of parameters or features, with their values.
 type Settings<'a> = &'a [(&'a str, &'a str)];
 
-/// The same for another feature that keeps maps.
-fn compare_with(
+/// Two cascades, cubes and tiles of few texels.
+const SMALL_MAPS: Settings<'_> = &[
+    ("far", "[4, 40]"),
+    ("cascade_side", "128"),
+    ("cube_side", "64"),
+    ("atlas_min_side", "128"),
+    ("atlas_max_side", "512"),
+    ("tile_max_side", "128"),
+    ("tile_min_side", "16"),
+];
+
+const HARD: Settings<'_> = &[("light_filter", "\"hard\"")];
+
+/// Plays the same frames with and without a feature that keeps maps; how many views of static casters were drawn, and of
+/// how many.
+fn compare(
     gpu: &Gpu,
-    path: &str,
-    feature: &str,
+    (path, feature): (&str, &str),
     (parameters, more): (Settings<'_>, Settings<'_>),
     frames: u64,
 ) -> [u64; 2] {
@@ -137,7 +139,7 @@ fn compare_with(
 fn cascades_in_layers_are_the_same_cached_over_120_frames() {
     let Some(gpu) = gpu::device() else { return };
     let parameters = [("far", "[4, 10, 40]"), ("resolution", "128"), ("fit", "\"sphere\"")];
-    let [drawn, all] = compare(&gpu, "pipelines/nebula.json", &parameters, &[], 120);
+    let [drawn, all] = compare(&gpu, ("pipelines/nebula.json", "cached"), (&parameters, &[]), 120);
     assert_eq!(all, 3 * 120);
     assert!(drawn * 10 < all * 8, "{drawn} of {all}");
 }
@@ -145,35 +147,14 @@ fn cascades_in_layers_are_the_same_cached_over_120_frames() {
 #[test]
 fn spots_cubes_and_cascades_are_the_same_cached_over_120_frames() {
     let Some(gpu) = gpu::device() else { return };
-    let parameters = [
-        ("far", "[4, 40]"),
-        ("cascade_side", "128"),
-        ("cube_side", "64"),
-        ("atlas_min_side", "128"),
-        ("atlas_max_side", "512"),
-        ("tile_max_side", "128"),
-        ("tile_min_side", "16"),
-    ];
-    let features = [("light_filter", "\"hard\"")];
-    let [drawn, all] = compare(&gpu, "pipelines/awsm.json", &parameters, &features, 120);
+    let [drawn, all] = compare(&gpu, ("pipelines/awsm.json", "cached"), (SMALL_MAPS, HARD), 120);
     assert!(drawn * 10 < all * 8, "{drawn} of {all}");
 }
 
 #[test]
 fn spots_and_cubes_are_kept_beside_fitted_cascades() {
     let Some(gpu) = gpu::device() else { return };
-    let parameters = [
-        ("far", "[4, 40]"),
-        ("cascade_side", "128"),
-        ("cube_side", "64"),
-        ("atlas_min_side", "128"),
-        ("atlas_max_side", "512"),
-        ("tile_max_side", "128"),
-        ("tile_min_side", "16"),
-    ];
-    let features = [("light_filter", "\"hard\"")];
-    let settings = (&parameters[..], &features[..]);
-    let [drawn, all] = compare_with(&gpu, "pipelines/umbra.json", "cached_lamps", settings, 60);
+    let [drawn, all] = compare(&gpu, ("pipelines/umbra.json", "cached_lamps"), (SMALL_MAPS, HARD), 60);
     assert!(drawn * 10 < all * 8, "{drawn} of {all}");
 }
 
@@ -184,7 +165,7 @@ fn maps_of_mixed_sizes_are_the_same_cached() {
     for map_array in ["false", "true"] {
         let features = [("map_array", map_array)];
         // The camera rests from frame 48 on: until then a tight fit is another in each frame.
-        let [drawn, all] = compare(&gpu, "pipelines/lore.json", &parameters, &features, 64);
+        let [drawn, all] = compare(&gpu, ("pipelines/lore.json", "cached"), (&parameters, &features), 64);
         assert!(drawn < all, "{drawn} of {all}");
     }
 }
@@ -344,12 +325,10 @@ fn maps_that_scroll_show_the_same_picture_but_for_rounding() {
 fn at_a_cadence_movers_wait_for_their_turn_and_views_that_move_do_not() {
     let Some(gpu) = gpu::device() else { return };
     let scene = figure();
-    let parameters = [("far", "[4, 10, 40]"), ("resolution", "128"), ("cadence", "[1, 2, 4]")];
-    let fit = [("fit", "\"sphere\"")];
-    let parameters = [&parameters[..], &fit].concat();
-    let cached = [("cached", "true")];
+    let sizes = [("far", "[4, 10, 40]"), ("resolution", "128"), ("cadence", "[1, 2, 4]")];
+    let parameters = [&sizes[..], &[("fit", "\"sphere\"")]].concat();
     let outcomes =
-        [&[][..], &cached].map(|features| pipeline("pipelines/nebula.json", &parameters, features));
+        ["false", "true"].map(|cached| pipeline("pipelines/nebula.json", &parameters, &[("cached", cached)]));
     let [mut plain, mut kept] = outcomes.each_ref().map(|outcome| Host::new(&gpu, outcome, &scene));
     let still = scene.frame_input(1.5, 0.0);
     let moving = |host: &Host<'_>| {
@@ -397,18 +376,8 @@ fn near_and_far(scene: &Scene, at: u64, aside: f64) -> FrameInput {
 fn maps_of_lights_that_matter_little_wait_longer_and_are_drawn_at_once_where_the_light_moves() {
     let Some(gpu) = gpu::device() else { return };
     let scene = figure();
-    let parameters = [
-        ("far", "[4, 40]"),
-        ("fit", "\"sphere\""),
-        ("cascade_side", "128"),
-        ("cube_side", "64"),
-        ("atlas_min_side", "128"),
-        ("atlas_max_side", "512"),
-        ("tile_max_side", "128"),
-        ("tile_min_side", "16"),
-        ("importance_cadence", "8"),
-    ];
-    let features = [("light_filter", "\"hard\""), ("cached", "true")];
+    let parameters = [SMALL_MAPS, &[("fit", "\"sphere\""), ("importance_cadence", "8")]].concat();
+    let features = [HARD, &[("cached", "true")]].concat();
     let outcome = pipeline("pipelines/awsm.json", &parameters, &features);
     let mut host = Host::new(&gpu, &outcome, &scene);
     let drawn = |host: &Host<'_>, what: &str| {

@@ -183,6 +183,9 @@ fn files_that_are_not_there_are_diagnostics() {
         &["nowhere.glb"],
     );
     assert!(!Path::new(out).exists());
+    let misspelt =
+        ["render", "pipelines/nebula.json", "--scene", "examples/scenes/courtyrd.glb", "--out", out];
+    rejected(&misspelt, 1, &["UG0700", "did you mean \"courtyard.glb\", which lies beside it?"]);
 }
 
 #[test]

@@ -37,7 +37,7 @@ mod skins;
 pub use resource::{Folder, NoFiles, ResolveError, Resolver};
 
 use std::path::{Path, PathBuf};
-use umbragraph_pipeline::compose::Roots;
+use umbragraph_pipeline::compose::{Roots, meant_beside};
 use umbragraph_pipeline::diagnostic::Diagnostics;
 
 use crate::codes;
@@ -66,12 +66,14 @@ pub fn load_below(path: &Path, roots: Roots) -> Result<Scene, Diagnostics> {
         }
         Err(error) => {
             let mut report = Report::new(&name);
+            let meant = || meant_beside(path, &[".glb", ".gltf"]);
             let (code, help) = match &error {
-                ResolveError::TooLarge(_) => (codes::TOO_LARGE, "at most 1 GiB is read"),
-                ResolveError::NotFound(_) => {
-                    (codes::SCENE_UNREADABLE, "paths are relative to the current folder")
-                }
-                _ => (codes::SCENE_UNREADABLE, "name a .glb or .gltf file that may be read"),
+                ResolveError::TooLarge(_) => (codes::TOO_LARGE, "at most 1 GiB is read".to_owned()),
+                ResolveError::NotFound(_) => (
+                    codes::SCENE_UNREADABLE,
+                    meant().unwrap_or_else(|| "paths are relative to the current folder".to_owned()),
+                ),
+                _ => (codes::SCENE_UNREADABLE, "name a .glb or .gltf file that may be read".to_owned()),
             };
             report.error(code, "", format!("the scene {error}"), help);
             Err(report.finish().err().unwrap_or_default())

@@ -3,12 +3,12 @@
 //! [`Disk`] reads what lies below its [`Roots`]. [`read_bytes`] is all that opens files: regular ones alone, since a pipe
 //! may wait for ever and a device never end, and no more of them than is wanted, whatever they say of their size.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use super::roots::{Roots, Unreachable};
-use crate::diagnostic::{Diagnostic, codes, suggested_name};
+use crate::diagnostic::{DID_YOU_MEAN, Diagnostic, codes, suggested_name};
 use crate::source::{FileId, MAX_FILE_BYTES, Sources, Span};
 
 /// Finds the texts that a document names.
@@ -35,15 +35,9 @@ impl Files for Disk {
         match self.0.find(path) {
             Ok(found) => read_as(&found, name, sources),
             Err(Unreachable::Failed(error)) => {
-                let diagnostic = unreadable(&name, &error);
-                let beside = self
-                    .0
-                    .find(path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new(".")));
-                let entries = beside.ok().and_then(|folder| std::fs::read_dir(folder).ok());
-                let names = entries.into_iter().flatten().take(MAX_BESIDE).flatten();
-                let names: Vec<String> =
-                    names.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-                Err(with_close(diagnostic, path, names.iter().map(String::as_str)))
+                let folder = self.0.find(folder_of(path)).ok();
+                let meant = folder.and_then(|folder| meant_in(&folder, path, &DOCUMENTS));
+                Err(with_meant(unreadable(&name, &error), meant))
             }
             Err(Unreachable::Outside) => {
                 let message = format!("the file \"{name}\" is outside of the folders that may be read");
@@ -123,7 +117,8 @@ impl Files for Memory {
             .help("paths are relative to the folder of the file that names them"))
             .map_err(|diagnostic| {
                 let beside = self.0.keys().map(Path::new).filter(|known| known.parent() == path.parent());
-                with_close(diagnostic, path, beside.filter_map(|known| known.file_name()?.to_str()))
+                let names = beside.filter_map(|known| known.file_name()?.to_str());
+                with_meant(diagnostic, meant_among(names, path, &DOCUMENTS))
             }),
         }
     }
@@ -132,18 +127,37 @@ impl Files for Memory {
 /// Of a folder so many files are compared with the name of one that is not there.
 const MAX_BESIDE: usize = 1000;
 
-/// A diagnostic about a file that is not there, with the JSON file beside it that was meant.
-fn with_close<'n>(diagnostic: Diagnostic, path: &Path, names: impl Iterator<Item = &'n str>) -> Diagnostic {
-    let Some(name) = path.file_name().and_then(|name| name.to_str()) else { return diagnostic };
-    let is_document = |name: &&str| name.ends_with(".json") || name.ends_with(".jsonc");
-    match suggested_name(name, names.filter(is_document).collect::<std::collections::BTreeSet<_>>()) {
-        Some(meant) => diagnostic.help(format!("{DID_YOU_MEAN} \"{meant}\", which lies beside it?")),
+/// How the names of documents end.
+const DOCUMENTS: [&str; 2] = [".json", ".jsonc"];
+
+/// The help for a file that is not there: the one beside it, of those whose names end in one of some ways, that was
+/// probably meant.
+pub fn meant_beside(path: &Path, ends: &[&str]) -> Option<String> {
+    meant_in(folder_of(path), path, ends)
+}
+
+fn meant_in(folder: &Path, path: &Path, ends: &[&str]) -> Option<String> {
+    let entries = std::fs::read_dir(folder).ok()?.take(MAX_BESIDE).flatten();
+    let names: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    meant_among(names.iter().map(String::as_str), path, ends)
+}
+
+fn meant_among<'n>(names: impl Iterator<Item = &'n str>, path: &Path, ends: &[&str]) -> Option<String> {
+    let names = names.filter(|name| ends.iter().any(|end| name.ends_with(end)));
+    let meant = suggested_name(path.file_name()?.to_str()?, names.collect::<BTreeSet<_>>())?;
+    Some(format!("{DID_YOU_MEAN} \"{meant}\", which lies beside it?"))
+}
+
+fn with_meant(diagnostic: Diagnostic, meant: Option<String>) -> Diagnostic {
+    match meant {
+        Some(meant) => diagnostic.help(meant),
         None => diagnostic,
     }
 }
 
-/// How the help begins that names a file which is there.
-pub(super) const DID_YOU_MEAN: &str = "did you mean";
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."))
+}
 
 /// Reads and registers a text file that the host names itself; diagnostics show it by the path as given.
 ///

@@ -22,7 +22,7 @@ mod roots;
 mod shared_settings;
 mod subgraphs;
 
-pub use files::{Disk, Files, Memory, Named, files_below, read_bytes, read_source};
+pub use files::{Disk, Files, Memory, Named, files_below, meant_beside, read_bytes, read_source};
 pub use insert::insert;
 pub use merge::SECTIONS;
 pub use roots::{Roots, Unreachable};
@@ -308,7 +308,7 @@ impl Composer<'_> {
             diagnostic.place = place.into();
             if diagnostic.code == codes::FILE_UNREADABLE
                 && path.to_str().and_then(|name| with_scheme(self.files, name)).is_none()
-                && !diagnostic.help.as_ref().is_some_and(|help| help.starts_with(files::DID_YOU_MEAN))
+                && !diagnostic.has_suggestion()
             {
                 diagnostic.help =
                     Some("paths are relative to the folder of the file that names them".to_owned());

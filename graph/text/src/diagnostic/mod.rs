@@ -15,6 +15,7 @@ mod values;
 
 pub use code::Code;
 pub use count::Count;
+pub(crate) use suggest::DID_YOU_MEAN;
 pub use suggest::{certain_suggestion, suggested_name};
 pub use values::{AxisValue, AxisValues, describe};
 

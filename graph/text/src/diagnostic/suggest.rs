@@ -10,10 +10,17 @@ use super::Diagnostic;
 use crate::source::Span;
 
 const MAX_NAME: usize = 64;
+/// How a help begins that names what was probably meant.
+pub(crate) const DID_YOU_MEAN: &str = "did you mean";
 /// Shorter names begin too many others by chance.
 const MIN_BEGUN: usize = 4;
 
 impl Diagnostic {
+    /// Whether the help names what was probably meant.
+    pub fn has_suggestion(&self) -> bool {
+        self.help.as_ref().is_some_and(|help| help.starts_with(DID_YOU_MEAN))
+    }
+
     /// Adds the way out of a `name` that is none of `known`: the one that was probably meant, else what `otherwise` says
     /// of the known ones.
     ///
@@ -47,7 +54,7 @@ impl Diagnostic {
                 None => otherwise(&known),
             });
         };
-        let diagnostic = self.help(format!("did you mean \"{suggested}\"?"));
+        let diagnostic = self.help(format!("{DID_YOU_MEAN} \"{suggested}\"?"));
         let replacement = written.and_then(|span| match span.range().len().checked_sub(name.len())? {
             0 => Some((span, suggested.to_owned())),
             2 => Some((span, format!("\"{suggested}\""))),

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{ViolationKind, Violations};
+use super::{ViolationKind as Kind, Violations};
 use crate::compiler::{Plan, PlannedAttachment, PlannedPass, StoreOperation};
 use crate::language::Lifetime;
 use crate::pipeline::Usage;
@@ -35,7 +35,7 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
             });
         if !same {
             violations.add(
-                ViolationKind::AttachmentsDiffer,
+                Kind::AttachmentsDiffer,
                 format!("the attachments of \"{}\" are not those that it declares", planned.name),
             );
             continue;
@@ -43,19 +43,19 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
         for (attachment, (_, load, discard)) in attachments.iter().zip(&declared) {
             if word(&attachment.load) != *load {
                 violations.add(
-                    ViolationKind::LoadDiffers,
+                    Kind::LoadDiffers,
                     format!("\"{}\" declares {load} for \"{}\"", planned.name, attachment.resource),
                 );
             }
             if *discard && attachment.store == StoreOperation::Store {
                 violations.add(
-                    ViolationKind::StoreDiffers,
+                    Kind::StoreDiffers,
                     format!("\"{}\" declares that \"{}\" is discarded", planned.name, attachment.resource),
                 );
             }
             if attachment.transient_attachment && !stays(plan, planned, attachment, at, &users) {
                 violations.add(
-                    ViolationKind::TransientAttachmentLeaves,
+                    Kind::TransientAttachmentLeaves,
                     format!("\"{}\" does not stay in \"{}\"", attachment.resource, planned.name),
                 );
             }
@@ -120,10 +120,8 @@ fn check_groups(plan: &Plan, violations: &mut Violations) {
             .find(|at| plan.passes[*at].group != first.group)
             .unwrap_or(plan.passes.len());
         if start > 0 && plan.passes[start - 1].group >= first.group {
-            violations.add(
-                ViolationKind::GroupBroken,
-                format!("the group of \"{}\" is not one run of passes", first.name),
-            );
+            violations
+                .add(Kind::GroupBroken, format!("the group of \"{}\" is not one run of passes", first.name));
         }
         let targets = |pass: &PlannedPass| {
             let color: Vec<AttachmentTarget> = pass.color.iter().map(|one| one.target).collect();
@@ -150,7 +148,7 @@ fn check_groups(plan: &Plan, violations: &mut Violations) {
             }
             if broken {
                 violations.add(
-                    ViolationKind::GroupBroken,
+                    Kind::GroupBroken,
                     format!("\"{}\" cannot join the render pass of \"{}\"", pass.name, first.name),
                 );
             }

@@ -22,7 +22,7 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::regions::{Event, Flow, Regions, covers, drops};
-use super::{Schedule, ViolationKind, Violations, back, uninitialised};
+use super::{Schedule, ViolationKind as Kind, Violations, back, uninitialised};
 use crate::compiler::Plan;
 use crate::language::Lifetime;
 use crate::pipeline::{Access, Usage, Version};
@@ -119,7 +119,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, violations: &mut Violation
             .map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.range) })
             .collect();
         uninitialised::check(plan, schedule, handle, &events, &regions, violations);
-        let mut known: HashSet<(ViolationKind, String)> = HashSet::new();
+        let mut known: HashSet<(Kind, String)> = HashSet::new();
         let single = has_single_first(plan, schedule, &events, &after);
         let (states, are_all) = states(plan, &events, regions.count());
         if !are_all {
@@ -281,7 +281,7 @@ impl Player<'_, '_> {
                     let (needed, resource) = self.names(needed);
                     let message =
                         format!("\"{resource}\" is read some frames later, but \"{needed}\" is culled");
-                    self.violations.add(ViolationKind::CulledButNeeded, message);
+                    self.violations.add(Kind::CulledButNeeded, message);
                 }
             }
         }
@@ -309,14 +309,14 @@ impl Player<'_, '_> {
             event.one.version == Version::Before || self.after.leads(self.schedule, event.pass, writer)
         };
         let mut written = lasting || event.one.usage.keeps_what_is_there();
-        let mut wrong: Option<(ViolationKind, String)> = None;
+        let mut wrong: Option<(Kind, String)> = None;
         for region in &event.regions {
             match content[*region] {
                 Content::Nothing => {}
                 Content::Dropped(by) => {
                     let (by, _) = self.names(by);
                     wrong = Some((
-                        ViolationKind::ContentsDropped,
+                        Kind::ContentsDropped,
                         format!("\"{name}\" needs \"{resource}\", which \"{by}\" does not store"),
                     ));
                 }
@@ -346,14 +346,14 @@ impl Player<'_, '_> {
                 }
                 if limit.is_none() {
                     wrong = Some((
-                        ViolationKind::CulledButNeeded,
+                        Kind::CulledButNeeded,
                         format!("\"{name}\" reads \"{resource}\" of a culled pass"),
                     ));
                 } else if writers[*region].iter().any(|(writer, _)| *writer == named)
                     && written != Some(named)
                 {
                     wrong = Some((
-                        ViolationKind::WrongVersion,
+                        Kind::WrongVersion,
                         format!("\"{name}\" reads another version of \"{resource}\" than it asks for"),
                     ));
                 }
@@ -369,14 +369,14 @@ impl Player<'_, '_> {
                 });
                 if event.one.version == Version::Before && written.is_some() {
                     wrong = Some((
-                        ViolationKind::WrongVersion,
+                        Kind::WrongVersion,
                         format!("\"{name}\" reads another version of \"{resource}\" than it asks for"),
                     ));
                 }
                 if let Some((late, _)) = late {
                     let (late, _) = self.names(*late);
                     wrong = Some((
-                        ViolationKind::ReadTooEarly,
+                        Kind::ReadTooEarly,
                         format!("\"{name}\" reads \"{resource}\" before \"{late}\" writes it"),
                     ));
                 }
@@ -387,7 +387,7 @@ impl Player<'_, '_> {
                 if let Some(needed) = needed_but_culled(&live, &culled, self.single) {
                     let (needed, _) = self.names(needed);
                     wrong = Some((
-                        ViolationKind::CulledButNeeded,
+                        Kind::CulledButNeeded,
                         format!("\"{name}\" reads \"{resource}\", but \"{needed}\" is culled"),
                     ));
                 }
@@ -403,16 +403,14 @@ impl Player<'_, '_> {
             {
                 let (needed, _) = self.names(needed);
                 wrong = Some((
-                    ViolationKind::CulledButNeeded,
+                    Kind::CulledButNeeded,
                     format!("\"{name}\" loads \"{resource}\", but \"{needed}\" is culled"),
                 ));
             }
         }
-        if !written
-            && !matches!(wrong, Some((ViolationKind::ContentsDropped | ViolationKind::CulledButNeeded, _)))
-        {
+        if !written && !matches!(wrong, Some((Kind::ContentsDropped | Kind::CulledButNeeded, _))) {
             self.violations.add(
-                ViolationKind::UninitialisedRead,
+                Kind::UninitialisedRead,
                 format!("\"{name}\" reads \"{resource}\", which nothing has written"),
             );
         }
@@ -455,7 +453,7 @@ impl Player<'_, '_> {
                     let (by, resource) = self.names(*by);
                     let message =
                         format!("\"{resource}\" outlives the frame, but \"{by}\" does not store it");
-                    self.violations.add(ViolationKind::OutputDropped, message);
+                    self.violations.add(Kind::OutputDropped, message);
                 }
                 // Storage and copies may leave texels as they were, and so may a draw to a layer for each view.
                 Content::Written(_) => {
@@ -574,7 +572,7 @@ fn explain(
         let (first, second) = (&plan.pipeline.pass(first).name, &plan.pipeline.pass(second).name);
         let resource = &plan.pipeline.resource(resource).name;
         violations.add(
-            ViolationKind::WritersUnordered,
+            Kind::WritersUnordered,
             format!("nothing says that \"{first}\" writes \"{resource}\" before \"{second}\""),
         );
     }

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use wgpu_types::{BufferUsages, TextureUsages};
 
-use super::{ViolationKind, Violations};
+use super::{ViolationKind as Kind, Violations};
 use crate::compiler::{InitialValue, Physical, Plan};
 use crate::pipeline::ResourceKind;
 use crate::work::ResourceHandle;
@@ -23,18 +23,15 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) -> BTreeSet<Physic
     for handle in &used {
         let name = &pipeline.resource(*handle).name;
         if plan.histories.get(name).is_none_or(|history| history.handle != *handle) {
-            violations
-                .add(ViolationKind::HistoryWrong, format!("the history \"{name}\" is used but not planned"));
+            violations.add(Kind::HistoryWrong, format!("the history \"{name}\" is used but not planned"));
         }
     }
     let mut owners: BTreeMap<Physical, &str> = BTreeMap::new();
     for (name, history) in &plan.histories {
         let declared = pipeline.resources.get(history.handle.index()).filter(|one| one.name == *name);
         let Some(declared) = declared.filter(|_| used.contains(&history.handle)) else {
-            violations.add(
-                ViolationKind::HistoryWrong,
-                format!("\"{name}\" is planned as a history, but is none in use"),
-            );
+            violations
+                .add(Kind::HistoryWrong, format!("\"{name}\" is planned as a history, but is none in use"));
             continue;
         };
         let frames = declared.history.map_or(0, |history| history.frames as usize);
@@ -43,24 +40,24 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) -> BTreeSet<Physic
                 "\"{name}\" keeps {frames} frames, but takes turns at {} places",
                 history.places.len()
             );
-            violations.add(ViolationKind::HistoryWrong, message);
+            violations.add(Kind::HistoryWrong, message);
         }
         for (back, place) in history.places.iter().enumerate() {
             if owners.insert(*place, name).is_some() {
                 let message =
                     format!("two frames of histories stand at {place:?}, one of them of \"{name}\"");
-                violations.add(ViolationKind::HistoryWrong, message);
+                violations.add(Kind::HistoryWrong, message);
             }
             let member = if back == 0 { name.clone() } else { format!("{name}@-{back}") };
             if plan.resources.get(&member).is_some_and(|planned| planned.physical != *place) {
                 let message =
                     format!("\"{member}\" does not stand where the frames of \"{name}\" take turns");
-                violations.add(ViolationKind::HistoryWrong, message);
+                violations.add(Kind::HistoryWrong, message);
             }
         }
         if !alike(plan, &history.places) {
             let message = format!("the frames of \"{name}\" differ, so that they cannot take turns");
-            violations.add(ViolationKind::HistoryWrong, message);
+            violations.add(Kind::HistoryWrong, message);
         }
         let fits = match (&declared.kind, history.initial, history.places.first()) {
             (ResourceKind::Texture(_), InitialValue::Color(_), Some(Physical::Texture(at))) => {
@@ -75,10 +72,7 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) -> BTreeSet<Physic
             _ => false,
         };
         if !fits {
-            violations.add(
-                ViolationKind::HistoryWrong,
-                format!("\"{name}\" cannot begin with {:?}", history.initial),
-            );
+            violations.add(Kind::HistoryWrong, format!("\"{name}\" cannot begin with {:?}", history.initial));
         }
     }
     for (name, planned) in &plan.resources {
@@ -87,7 +81,7 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) -> BTreeSet<Physic
             of.and_then(|history| pipeline.resources.get(history.of.index())).map(|one| one.name.as_str());
         if let Some(owner) = owners.get(&planned.physical).filter(|owner| own != Some(**owner)) {
             let message = format!("\"{name}\" stands where the frames of \"{owner}\" take turns");
-            violations.add(ViolationKind::SharedThoughLasting, message);
+            violations.add(Kind::SharedThoughLasting, message);
         }
     }
     let taken: BTreeSet<Physical> = plan.resources.values().map(|planned| planned.physical).collect();

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use wgpu_types::{BufferUsages, TextureUsages};
 
 use super::regions::extents;
-use super::{ViolationKind, Violations};
+use super::{ViolationKind as Kind, Violations};
 use crate::compiler::{Physical, PhysicalBuffer, Plan, PlanOptions, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::{IndexRange, ResourceKind, SubresourceRange, Usage};
@@ -38,7 +38,7 @@ pub(super) fn check(
     for handle in &handles {
         let name = &plan.pipeline.resource(**handle).name;
         if plan.resources.get(name).is_none_or(|planned| planned.handle != **handle) {
-            violations.add(ViolationKind::ResourceMissing, format!("\"{name}\" is used but not planned"));
+            violations.add(Kind::ResourceMissing, format!("\"{name}\" is used but not planned"));
         }
     }
     let mut aliases: BTreeMap<Physical, Vec<(usize, usize, &str)>> = BTreeMap::new();
@@ -46,20 +46,18 @@ pub(super) fn check(
         let known =
             plan.pipeline.resources.get(planned.handle.index()).filter(|resource| resource.name == *name);
         let (Some(resource), Some(used)) = (known, used.get(&planned.handle)) else {
-            violations
-                .add(ViolationKind::ResourceUnused, format!("\"{name}\" is planned, but no pass uses it"));
+            violations.add(Kind::ResourceUnused, format!("\"{name}\" is planned, but no pass uses it"));
             continue;
         };
         if resource.lifetime() != planned.lifetime {
-            violations
-                .add(ViolationKind::NameWrong, format!("\"{name}\" has another lifetime than the plan says"));
+            violations.add(Kind::NameWrong, format!("\"{name}\" has another lifetime than the plan says"));
         }
         if (planned.first, planned.last) != (used.first, used.last) {
             let message = format!(
                 "\"{name}\" is used from {} to {}, not from {} to {}",
                 used.first, used.last, planned.first, planned.last
             );
-            violations.add(ViolationKind::SpanWrong, message);
+            violations.add(Kind::SpanWrong, message);
         }
         check_place(plan, options, name, planned, used, violations);
         if matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_)) {
@@ -70,7 +68,7 @@ pub(super) fn check(
     for (name, planned) in &plan.resources {
         if planned.conditional != conditional.contains(&planned.handle) {
             let message = format!("the plan is wrong about whether a toggle leaves \"{name}\" unwritten");
-            violations.add(ViolationKind::ToggleWrong, message);
+            violations.add(Kind::ToggleWrong, message);
         }
     }
     let bound = check_sharing(plan, options, &conditional, &mut aliases, spare, violations);
@@ -147,28 +145,22 @@ fn check_place(
         _ => false,
     };
     if !right {
-        violations
-            .add(ViolationKind::PlaceWrong, format!("\"{name}\" cannot stand at {:?}", planned.physical));
+        violations.add(Kind::PlaceWrong, format!("\"{name}\" cannot stand at {:?}", planned.physical));
         return;
     }
     if let Some(size) = planned.size {
         let volume = matches!(kind, ResourceKind::Texture(texture) if texture.view == Some(TextureShape::D3));
         if used.highest_mip >= size.mips || (!volume && used.highest_layer >= size.layers) {
-            violations.add(
-                ViolationKind::SubresourceMissing,
-                format!("\"{name}\" is used beyond its mips or layers"),
-            );
+            violations.add(Kind::SubresourceMissing, format!("\"{name}\" is used beyond its mips or layers"));
         }
     }
     if matches!(kind, ResourceKind::Buffer(_)) && used.highest_byte > planned.bytes {
-        violations.add(ViolationKind::SubresourceMissing, format!("\"{name}\" is used beyond its bytes"));
+        violations.add(Kind::SubresourceMissing, format!("\"{name}\" is used beyond its bytes"));
     }
     match planned.physical {
         Physical::Texture(index) => match plan.textures.get(index) {
-            None => violations.add(
-                ViolationKind::PlaceMissing,
-                format!("\"{name}\" stands at texture {index}, which is not there"),
-            ),
+            None => violations
+                .add(Kind::PlaceMissing, format!("\"{name}\" stands at texture {index}, which is not there")),
             Some(texture) => {
                 let volume = matches!(kind, ResourceKind::Texture(declared) if declared.view == Some(TextureShape::D3));
                 if planned.format != Some(texture.format)
@@ -176,34 +168,32 @@ fn check_place(
                     || texture.volume != volume
                 {
                     violations.add(
-                        ViolationKind::CompatibilityMismatch,
+                        Kind::CompatibilityMismatch,
                         format!("\"{name}\" is not of the class of texture {index}"),
                     );
                 }
                 if !texture.usages.contains(used.textures) {
                     violations.add(
-                        ViolationKind::UsageMissing,
+                        Kind::UsageMissing,
                         format!("texture {index} lacks a usage that \"{name}\" needs"),
                     );
                 }
             }
         },
         Physical::Buffer(index) => match plan.buffers.get(index) {
-            None => violations.add(
-                ViolationKind::PlaceMissing,
-                format!("\"{name}\" stands at buffer {index}, which is not there"),
-            ),
+            None => violations
+                .add(Kind::PlaceMissing, format!("\"{name}\" stands at buffer {index}, which is not there")),
             Some(buffer) => {
                 let class = |bytes: u64| (0..64).find(|power| bytes <= 1u64 << power);
                 if planned.bytes > buffer.bytes || class(planned.bytes) != class(buffer.bytes) {
                     violations.add(
-                        ViolationKind::CompatibilityMismatch,
+                        Kind::CompatibilityMismatch,
                         format!("\"{name}\" is not of the class of buffer {index}, or larger"),
                     );
                 }
                 if !buffer.usages.contains(used.buffers) {
                     violations.add(
-                        ViolationKind::UsageMissing,
+                        Kind::UsageMissing,
                         format!("buffer {index} lacks a usage that \"{name}\" needs"),
                     );
                 }
@@ -216,7 +206,7 @@ fn check_place(
                 .is_some_and(|told| planned.format != Some(told.format) || planned.size != Some(told.size));
             if !allowed.contains(used.textures) || differs {
                 violations.add(
-                    ViolationKind::ImportMisused,
+                    Kind::ImportMisused,
                     format!("\"{name}\" is used otherwise than the host's texture allows"),
                 );
             }
@@ -268,7 +258,7 @@ fn check_sharing(
             let ((_, end, first), (start, _, second)) = (pair[0], pair[1]);
             if start <= end {
                 violations.add(
-                    ViolationKind::Overlap,
+                    Kind::Overlap,
                     format!("\"{first}\" and \"{second}\" share memory while both are alive"),
                 );
             }
@@ -277,17 +267,14 @@ fn check_sharing(
             .iter()
             .find(|(.., name)| plan.resources[*name].lifetime != Lifetime::Transient || !options.aliasing);
         if let (true, Some((.., name))) = (list.len() > 1, lasting) {
-            violations.add(
-                ViolationKind::SharedThoughLasting,
-                format!("\"{name}\" shares memory, though it may not"),
-            );
+            violations.add(Kind::SharedThoughLasting, format!("\"{name}\" shares memory, though it may not"));
         }
     }
     for list in aliases.values().filter(|list| list.len() > 1) {
         let first = list.iter().find(|(.., name)| conditional.contains(&plan.resources[*name].handle));
         if let Some((.., name)) = first {
             violations.add(
-                ViolationKind::SharedThoughConditional,
+                Kind::SharedThoughConditional,
                 format!("\"{name}\" shares memory, though a toggle can leave it unwritten"),
             );
         }
@@ -295,7 +282,7 @@ fn check_sharing(
     let textures = (0..plan.textures.len()).map(Physical::Texture);
     for place in textures.chain((0..plan.buffers.len()).map(Physical::Buffer)) {
         if !aliases.contains_key(&place) && !spare.contains(&place) {
-            violations.add(ViolationKind::PhysicalUnused, format!("{place:?} stands for nothing"));
+            violations.add(Kind::PhysicalUnused, format!("{place:?} stands for nothing"));
         }
     }
     check_buffer_bytes(plan, aliases, violations);
@@ -317,7 +304,7 @@ fn check_buffer_bytes(
                 "buffer {index} has {} bytes, and the largest that it stands for {max}",
                 buffer.bytes
             );
-            violations.add(ViolationKind::CompatibilityMismatch, message);
+            violations.add(Kind::CompatibilityMismatch, message);
         }
     }
 }
@@ -397,7 +384,7 @@ fn check_minimal(
         if class.created > peak {
             let created = class.created;
             violations.add(
-                ViolationKind::NotMinimal,
+                Kind::NotMinimal,
                 format!("{created} resources of the class {name} are created, {peak} are alive at once"),
             );
         }
@@ -429,7 +416,7 @@ fn check_sums(
         ("bytes_bound", plan.bytes_bound, bound.saturating_add(kept)),
     ] {
         if stated != right {
-            violations.add(ViolationKind::BytesWrong, format!("{what} is {stated}, but should be {right}"));
+            violations.add(Kind::BytesWrong, format!("{what} is {stated}, but should be {right}"));
         }
     }
     let mut alive = vec![0i128; plan.passes.len() + 1];
@@ -451,10 +438,7 @@ fn check_sums(
     });
     let peak = peak.max().unwrap_or(0) + i128::from(kept);
     if i128::from(plan.bytes_peak) != peak {
-        violations.add(
-            ViolationKind::BytesWrong,
-            format!("bytes_peak is {}, but should be {peak}", plan.bytes_peak),
-        );
+        violations.add(Kind::BytesWrong, format!("bytes_peak is {}, but should be {peak}", plan.bytes_peak));
     }
     // Sharing never costs bytes, and nothing goes below its bound.
     if created > apart || plan.bytes_bound > created || i128::from(plan.bytes_bound) < peak {
@@ -462,9 +446,9 @@ fn check_sums(
             "{created} bytes are created: not between the bound, {}, and what nothing shares, {apart}",
             plan.bytes_bound
         );
-        violations.add(ViolationKind::BytesWrong, message);
+        violations.add(Kind::BytesWrong, message);
     }
     for texture in plan.textures.iter().filter(|texture| texture.bytes == 0) {
-        violations.add(ViolationKind::BytesWrong, format!("the texture \"{}\" has no bytes", texture.label));
+        violations.add(Kind::BytesWrong, format!("the texture \"{}\" has no bytes", texture.label));
     }
 }

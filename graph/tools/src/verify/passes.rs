@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::regions::Flow;
-use super::{Schedule, ViolationKind, Violations};
+use super::{Schedule, ViolationKind as Kind, Violations};
 use crate::compiler::{CullReason, KeepReason, Kept, Plan};
 use crate::language::Lifetime;
 use crate::pipeline::{Access, History, Pass, SubresourceRange};
@@ -20,7 +20,7 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) -> Option<Schedule
     for (position, planned) in plan.passes.iter().enumerate() {
         let Some(pass) = passes.get(planned.handle.index()) else {
             violations.add(
-                ViolationKind::PassUnknown,
+                Kind::PassUnknown,
                 format!("the plan runs \"{}\", which the pipeline does not have", planned.name),
             );
             known = false;
@@ -28,12 +28,12 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) -> Option<Schedule
         };
         if pass.name != planned.name || pass.kind != planned.kind {
             violations.add(
-                ViolationKind::NameWrong,
+                Kind::NameWrong,
                 format!("the plan calls the pass \"{}\" \"{}\" ({})", pass.name, planned.name, planned.kind),
             );
         }
         if at[planned.handle.index()].replace(position).is_some() {
-            violations.add(ViolationKind::PassTwice, format!("the plan runs \"{}\" twice", pass.name));
+            violations.add(Kind::PassTwice, format!("the plan runs \"{}\" twice", pass.name));
         }
     }
     let by_name: HashMap<&str, usize> =
@@ -41,21 +41,18 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) -> Option<Schedule
     for name in plan.culled.keys() {
         match by_name.get(name.as_str()) {
             None => violations.add(
-                ViolationKind::PassUnknown,
+                Kind::PassUnknown,
                 format!("the plan culls \"{name}\", which the pipeline does not have"),
             ),
             Some(index) if at[*index].is_some() => {
-                violations.add(ViolationKind::PassTwice, format!("the plan both runs and culls \"{name}\""));
+                violations.add(Kind::PassTwice, format!("the plan both runs and culls \"{name}\""));
             }
             Some(_) => {}
         }
     }
     for (index, pass) in passes.iter().enumerate() {
         if at[index].is_none() && !plan.culled.contains_key(&pass.name) {
-            violations.add(
-                ViolationKind::PassMissing,
-                format!("the plan neither runs nor culls \"{}\"", pass.name),
-            );
+            violations.add(Kind::PassMissing, format!("the plan neither runs nor culls \"{}\"", pass.name));
         }
     }
     let schedule = known.then_some(Schedule { at })?;
@@ -75,7 +72,7 @@ fn check_after(plan: &Plan, schedule: &Schedule, violations: &mut Violations) {
             }
             match schedule.of(before) {
                 Some(at) if Some(at) > schedule.of(planned.handle) => violations.add(
-                    ViolationKind::AfterViolated,
+                    Kind::AfterViolated,
                     format!(
                         "\"{}\" runs before \"{}\", which it has to follow",
                         planned.name,
@@ -99,7 +96,7 @@ fn check_workgroups(plan: &Plan, violations: &mut Violations) {
         let fits = planned.workgroups.is_none_or(|counts| counts.iter().all(|count| *count <= limit));
         if is_compute != planned.workgroups.is_some() || !fits {
             violations.add(
-                ViolationKind::WorkgroupsWrong,
+                Kind::WorkgroupsWrong,
                 format!("\"{}\" has the workgroups {:?}", planned.name, planned.workgroups),
             );
         }
@@ -141,24 +138,22 @@ pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, viola
     for planned in &plan.passes {
         if !needed.contains(&planned.handle) {
             violations.add(
-                ViolationKind::KeptWithoutReason,
+                Kind::KeptWithoutReason,
                 format!("\"{}\" leads to no output, but is kept", planned.name),
             );
         }
         if !reason_holds(plan, schedule, flow, planned.handle, planned.reason)
             || !says(plan, planned.reason, &planned.kept)
         {
-            violations.add(
-                ViolationKind::WrongReason,
-                format!("the reason for keeping \"{}\" does not hold", planned.name),
-            );
+            violations
+                .add(Kind::WrongReason, format!("the reason for keeping \"{}\" does not hold", planned.name));
         }
     }
     for pass in pipeline.pass_handles().filter(|pass| schedule.of(*pass).is_none()) {
         let declared = pipeline.pass(pass);
         if declared.side_effect {
             violations.add(
-                ViolationKind::CulledButNeeded,
+                Kind::CulledButNeeded,
                 format!("\"{}\" has a side effect, but is culled", declared.name),
             );
         }
@@ -166,7 +161,7 @@ pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, viola
             && !cull_holds(plan, pass, reason)
         {
             violations.add(
-                ViolationKind::WrongCullReason,
+                Kind::WrongCullReason,
                 format!("the reason for culling \"{}\" does not hold", declared.name),
             );
         }

@@ -1,7 +1,7 @@
 //! Whether readers use the fallback of a resource with a passthrough in just the frames without it, and whether that
 //! fits.
 
-use super::{ViolationKind, Violations};
+use super::{ViolationKind as Kind, Violations};
 use crate::compiler::Plan;
 use crate::language::TextureShape;
 use crate::pipeline::{Condition, Pass, Version};
@@ -12,7 +12,7 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
     let stated: Vec<(&String, bool)> = plan.toggles.iter().map(|(name, on)| (name, *on)).collect();
     if stated != plan.pipeline.toggles.iter().map(|one| (&one.name, one.default)).collect::<Vec<_>>() {
         let message = "the plan has other toggles than the pipeline".to_owned();
-        violations.add(ViolationKind::ToggleWrong, message);
+        violations.add(Kind::ToggleWrong, message);
     }
     for planned in &plan.passes {
         let pass = plan.pipeline.pass(planned.handle);
@@ -23,7 +23,7 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
         if planned.toggle != toggle || !states_passthroughs(plan, pass, &planned.passthrough) {
             let message =
                 format!("the plan is wrong about the toggle or the passthrough of \"{}\"", planned.name);
-            violations.add(ViolationKind::ToggleWrong, message);
+            violations.add(Kind::ToggleWrong, message);
         }
         for one in pass.accesses().iter().filter(|one| !one.usage.writes()) {
             let Some(passthrough) = plan.pipeline.passthroughs.get(&one.resource) else { continue };
@@ -33,7 +33,7 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
             let name = &plan.pipeline.resource(one.resource).name;
             if !one.when.contains(&passthrough.condition) {
                 let message = format!("\"{}\" uses \"{name}\" also in frames without it", pass.name);
-                violations.add(ViolationKind::PassthroughMissing, message);
+                violations.add(Kind::PassthroughMissing, message);
             }
             // Without this resource, and in what other states the use happens, if there are any such frames.
             let opposite = |condition: &Condition| Condition { on: !condition.on, ..*condition };
@@ -53,7 +53,7 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
             });
             if !found {
                 let message = format!("\"{}\" reads nothing in place of \"{name}\"", pass.name);
-                violations.add(ViolationKind::PassthroughMissing, message);
+                violations.add(Kind::PassthroughMissing, message);
             }
         }
     }
@@ -64,7 +64,7 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
                 plan.pipeline.resource(passthrough.fallback).name,
                 plan.pipeline.resource(*resource).name
             );
-            violations.add(ViolationKind::PassthroughMisfit, message);
+            violations.add(Kind::PassthroughMisfit, message);
         }
     }
 }

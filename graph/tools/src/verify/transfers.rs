@@ -10,7 +10,7 @@
 
 use wgpu_types::{COPY_BYTES_PER_ROW_ALIGNMENT, TextureFormat};
 
-use super::{ViolationKind, Violations};
+use super::{ViolationKind as Kind, Violations};
 use crate::compiler::{Plan, PlannedCopy, PlannedPass, PlannedResource, TexelOrigin, TexelRows};
 use crate::language::TextureShape;
 use crate::pipeline::{Aspect, IndexRange, SubresourceRange, Usage};
@@ -26,14 +26,11 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
                     transfer.check(&planned.copies).err()
                 });
                 if let Some(wrong) = wrong {
-                    violations.add(ViolationKind::CopyWrong, format!("\"{}\" {wrong}", planned.name));
+                    violations.add(Kind::CopyWrong, format!("\"{}\" {wrong}", planned.name));
                 }
             }
             _ if !planned.copies.is_empty() => {
-                violations.add(
-                    ViolationKind::CopyWrong,
-                    format!("\"{}\" copies, but is no transfer", planned.name),
-                );
+                violations.add(Kind::CopyWrong, format!("\"{}\" copies, but is no transfer", planned.name));
             }
             _ => {}
         }

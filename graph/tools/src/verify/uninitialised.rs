@@ -10,7 +10,7 @@
 use std::collections::BTreeSet;
 
 use super::regions::{Event, Regions};
-use super::{Schedule, ViolationKind, Violations};
+use super::{Schedule, ViolationKind as Kind, Violations};
 use crate::compiler::{Plan, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::Condition;
@@ -61,7 +61,7 @@ pub(super) fn check(
                 let (pass, name) = (&plan.pipeline.pass(event.pass).name, &resource.name);
                 let message =
                     format!("\"{pass}\" reads a subresource range of \"{name}\" that nothing has written");
-                violations.add(ViolationKind::UninitialisedRead, message);
+                violations.add(Kind::UninitialisedRead, message);
             }
         }
         for event in accesses.iter().filter(|event| event.one.usage.writes()) {
