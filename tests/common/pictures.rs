@@ -7,6 +7,9 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
+use glam::dcamera::rh::proj::directx;
+use glam::DVec2;
+use umbragraph::frame::Projection;
 use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu::Gpu;
 use umbragraph_test_support::image::{Picture, Tolerance};
@@ -54,15 +57,31 @@ pub struct Variant {
     pub scene: &'static str,
     pub parameters: Settings,
     pub features: Settings,
-    /// Whether all materials receive shadows, or every other one.
-    pub receives_all: bool,
+    change: Option<Change>,
 }
 
 impl Variant {
-    /// The same where every other material receives no shadows.
-    const fn with_unshadowed_materials(self) -> Self {
-        Self { receives_all: false, ..self }
+    /// The same of a scene that is changed first.
+    const fn of(self, change: Change) -> Self {
+        Self { change: Some(change), ..self }
     }
+}
+
+/// What is done to a scene before it is drawn.
+type Change = fn(&mut Scene);
+
+fn every_other_material_unshadowed(scene: &mut Scene) {
+    scene.materials.iter_mut().step_by(2).for_each(|material| material.receive_shadow = false);
+}
+
+fn orthographic(scene: &mut Scene) {
+    scene.cameras[0].projection = Projection::Orthographic { half_height: 3.0, near: 0.1, far: 60.0 };
+}
+
+/// The right lower part of a picture of twice the width and height.
+fn off_center(scene: &mut Scene) {
+    let clip_from_view = directx::frustum(0.0, 0.09, -0.05, 0.0, 0.1, 60.0);
+    scene.cameras[0].projection = Projection::Matrix { clip_from_view, jitter: DVec2::ZERO };
 }
 
 const fn variant(
@@ -70,13 +89,13 @@ const fn variant(
     parameters: Settings,
     features: Settings,
 ) -> Variant {
-    Variant { name, pipeline, scene, parameters, features, receives_all: true }
+    Variant { name, pipeline, scene, parameters, features, change: None }
 }
 
 pub const VARIANTS: &[Variant] = &[
     variant(["nebula", "courtyard", "forward_z"], &[("tone_map", "\"reinhard\"")], &[("reverse_z", "false")]),
     variant(["nebula", "courtyard", "one_cascade"], &[("far", "[40]"), ("tone_map", "\"none\"")], &[]),
-    variant(["nebula", "courtyard", "unshadowed"], &[], &[]).with_unshadowed_materials(),
+    variant(["nebula", "courtyard", "unshadowed"], &[], &[]).of(every_other_material_unshadowed),
     variant(["mantis", "courtyard", "one_tap"], &[("shadow_filter", "\"single\"")], &[]),
     variant(
         ["mantis", "courtyard", "wide_filter"],
@@ -132,7 +151,14 @@ pub const VARIANTS: &[Variant] = &[
         &[("fit", "\"sphere\""), ("lambda", "0.6"), ("debug_view", "\"texels\"")],
         &[("reverse_z", "false")],
     ),
-    variant(["awsm", "courtyard", "unshadowed"], &[], &[]).with_unshadowed_materials(),
+    variant(["umbra", "courtyard", "orthographic"], &[], &[]).of(orthographic),
+    variant(
+        ["awsm", "courtyard", "off_center"],
+        &[("contact_strength", "1")],
+        &[("contact_shadows", "true"), ("visibility_first", "true")],
+    )
+    .of(off_center),
+    variant(["awsm", "courtyard", "unshadowed"], &[], &[]).of(every_other_material_unshadowed),
     variant(["awsm", "figure", "hard"], &[], &[("light_filter", "\"hard\"")]),
     variant(
         ["awsm", "figure", "grid_pcf"],
@@ -313,7 +339,7 @@ pub struct Case {
     pipeline: String,
     parameters: Vec<(&'static str, String)>,
     features: Settings,
-    receives_all: bool,
+    change: Option<Change>,
     /// How many frames are drawn, of which the last is the picture.
     frames: u64,
 }
@@ -335,32 +361,33 @@ pub fn of_lessons() -> Vec<Case> {
         pipeline: format!("pipelines/learn/{lesson}.json"),
         parameters: scene.map_or(Vec::new(), |_| vec![("resolution", "1024".to_owned())]),
         features: &[],
-        receives_all: true,
+        change: None,
         frames: 1,
     };
     LESSONS.iter().map(of).collect()
 }
 
-/// What extends a system by something that it has on its list, a scene that shows it, the number of frames drawn, and parameters.
-const EXTENDED: &[(&str, &str, &str, u64, Settings)] = &[
-    ("lore_pcss", "lore", "courtyard", 1, &[("resolutions", "[1024,1024,512,512]")]),
-    ("lore_evsm", "lore", "courtyard", 1, &[]),
-    ("lore_vsm", "lore", "courtyard", 1, &[]),
-    ("lore_lamps", "lore", "interior", 1, &[]),
-    ("lore_temporal", "lore", "courtyard", 8, &[]),
-    ("awsm_deferred", "awsm", "interior", 1, &[]),
+/// What extends a system by something that it has on its list, a scene that shows it, the number of frames drawn,
+/// parameters and features.
+const EXTENDED: &[(&str, &str, &str, u64, Settings, Settings)] = &[
+    ("lore_pcss", "lore", "courtyard", 1, &[("resolutions", "[1024,1024,512,512]")], &[]),
+    ("lore_evsm", "lore", "courtyard", 1, &[], &[]),
+    ("lore_vsm", "lore", "courtyard", 1, &[], &[("reverse_z", "false")]),
+    ("lore_lamps", "lore", "interior", 1, &[], &[]),
+    ("lore_temporal", "lore", "courtyard", 8, &[], &[]),
+    ("awsm_deferred", "awsm", "interior", 1, &[], &[]),
 ];
 
 /// The pictures of pipelines that extend a system.
 pub fn of_extended() -> Vec<Case> {
-    let of =
-        |(name, system, scene, frames, parameters): &(&str, &'static str, &'static str, u64, Settings)| {
-            Case {
-                pipeline: format!("pipelines/extended/{name}.json"),
-                frames: *frames,
-                ..case(&format!("extended_{name}"), system, scene, "off", parameters, &[])
-            }
-        };
+    let of = |row: &(&str, &'static str, &'static str, u64, Settings, Settings)| {
+        let (name, system, scene, frames, parameters, features) = *row;
+        Case {
+            pipeline: format!("pipelines/extended/{name}.json"),
+            frames,
+            ..case(&format!("extended_{name}"), system, scene, "off", parameters, features)
+        }
+    };
     EXTENDED.iter().map(of).collect()
 }
 
@@ -370,7 +397,7 @@ pub fn of_variants(pipeline: &str) -> Vec<Case> {
     own.map(|variant| {
         let name = format!("{}_{}_{}", variant.pipeline, variant.scene, variant.name);
         let case = case(&name, variant.pipeline, variant.scene, "off", variant.parameters, variant.features);
-        Case { receives_all: variant.receives_all, ..case }
+        Case { change: variant.change, ..case }
     })
     .collect()
 }
@@ -400,7 +427,7 @@ fn case(
         pipeline: format!("pipelines/{pipeline}.json"),
         parameters,
         features,
-        receives_all: true,
+        change: None,
         frames: 1,
     }
 }
@@ -444,9 +471,8 @@ impl Case {
     pub fn render(&self, gpu: &Gpu, outcome: &Outcome) -> Picture {
         let Some(name) = self.scene else { return picture(gpu, outcome) };
         let mut scene = loaded(name);
-        if !self.receives_all {
-            let materials = Arc::make_mut(&mut scene).materials.iter_mut();
-            materials.step_by(2).for_each(|material| material.receive_shadow = false);
+        if let Some(change) = self.change {
+            change(Arc::make_mut(&mut scene));
         }
         let input = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);
         let mut host = Host::new(gpu, outcome, &scene);

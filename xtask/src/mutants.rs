@@ -31,7 +31,7 @@ pub(crate) fn run(options: &Options) -> ExitCode {
 
 fn templates(options: &Options) -> ExitCode {
     let mut command = process::program("cargo");
-    command.args(["test", "--quiet", "--package", "umbragraph", "--test", "mutants", "--"]);
+    command.args(["test", "--quiet", "--release", "--package", "umbragraph", "--test", "mutants", "--"]);
     command.args(["nine_of_ten_faults_in_templates_show_in_a_picture", "--ignored", "--nocapture"]);
     command.env("UMBRAGRAPH_REQUIRE_GPU", "1");
     command.envs(options.sample.map(|sample| ("UMBRAGRAPH_MUTANTS_SAMPLE", sample.to_string())));
