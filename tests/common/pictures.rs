@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-use glam::dcamera::rh::proj::directx;
 use glam::DVec2;
+use glam::dcamera::rh::proj::directx;
 use umbragraph::frame::Projection;
 use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu::Gpu;

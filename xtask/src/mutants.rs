@@ -11,6 +11,27 @@ use crate::process;
 /// What faults are planted in for `--rust`.
 const FILES: &[&str] = &["passes/src/**", "scene/src/**", "graph/compiler/src/**", "graph/executor/src/**"];
 
+/// The packages and tests that look for them: those that hold what is planned, placed and drawn to a simulation, a
+/// figure or a picture. A build and a run of all would take several minutes for each fault.
+const PACKAGES: &str =
+    "umbragraph,umbragraph-compiler,umbragraph-executor,umbragraph-passes,umbragraph-scene,umbragraph-tools";
+const TESTS: &[&str] = &[
+    "caching",
+    "checker",
+    "engine",
+    "executing",
+    "executor",
+    "golden",
+    "graph",
+    "graph_orders",
+    "lights",
+    "moment_shadows",
+    "nebula",
+    "own_scenes",
+    "penumbrae",
+    "scenes",
+];
+
 /// What to plant faults in, and how many.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Options {
@@ -52,7 +73,8 @@ fn rust(options: &Options) -> ExitCode {
     let within = options.within.as_deref();
     let mut chosen = Vec::new();
     if let Some(sample) = options.sample {
-        let listed = process::program("cargo").args(["mutants", "--list"]).args(&files).output();
+        let listed =
+            process::program("cargo").args(["mutants", "--workspace", "--list"]).args(&files).output();
         let Ok(listed) = listed.map(|output| String::from_utf8_lossy(&output.stdout).into_owned()) else {
             eprintln!("cargo could not be started");
             return ExitCode::from(1);
@@ -63,14 +85,15 @@ fn rust(options: &Options) -> ExitCode {
         println!("{} of {} faults", chosen.len(), all.len());
     }
     let mut command = process::program("cargo");
-    command.args(["mutants", "--in-place", "--jobs", "1", "--test-workspace", "true", "--baseline", "skip"]);
-    command.args(["--timeout", "900"]).args(&files);
+    command.args(["mutants", "--workspace", "--in-place", "--jobs", "1", "--baseline", "skip"]);
+    command.args(["--timeout", "900", "--test-package", PACKAGES]).args(&files);
     for name in &chosen {
         command.args(["--re", &format!("^{}$", escaped(name))]);
     }
     if let Some(name) = within.filter(|_| chosen.is_empty()) {
         command.args(["--re", &escaped(name)]);
     }
+    command.args(["--", "--lib"]).args(TESTS.iter().flat_map(|test| ["--test", test]));
     finish(command.status())
 }
 
