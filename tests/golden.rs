@@ -76,6 +76,11 @@ fn extended_systems() {
 }
 
 #[test]
+fn maps() {
+    match_their_references(&pictures::of_maps());
+}
+
+#[test]
 fn no_pipeline_no_scene_and_no_reference_is_left_out() {
     let names = |folder: &Path, extension: &str| -> BTreeSet<String> {
         let files = std::fs::read_dir(folder).expect("a folder").flatten().map(|entry| entry.path());

@@ -15,10 +15,13 @@ use umbragraph_test_support::gpu::Gpu;
 use umbragraph_test_support::image::{Picture, Tolerance};
 
 use super::gpu::{Host, picture, scene};
-use super::{Outcome, With, check_file, root};
+use super::{Outcome, With, check_file, check_with, root};
 
 /// Width and height of all pictures.
 const SIZE: [u32; 2] = [240, 136];
+
+const MAPS_TEMPLATE: &str = include_str!("maps.wgsl.jinja");
+const MAPS_AXES: &str = include_str!("maps.axes.json");
 
 type Settings = &'static [(&'static str, &'static str)];
 
@@ -318,17 +321,55 @@ pub const VARIANTS: &[Variant] = &[
 ];
 
 /// Lessons that draw with templates of their own; the later ones a scene.
-const LESSONS: &[(&str, Option<&str>)] = &[
-    ("01-smallest", None),
-    ("09-loops-and-mips", None),
-    ("18-mesh", None),
-    ("26-depth-prepass", Some("courtyard")),
-    ("27-ssao", Some("courtyard")),
-    ("28-bloom", Some("courtyard")),
-    ("29-temporal", Some("courtyard")),
-    ("30-deferred", Some("courtyard")),
-    ("32-own-lighting", Some("courtyard")),
+const LESSONS: &[(&str, Option<&str>, Settings)] = &[
+    ("01-smallest", None, &[]),
+    ("09-loops-and-mips", None, &[]),
+    ("18-mesh", None, &[]),
+    ("26-depth-prepass", Some("courtyard"), &[("resolution", "1024")]),
+    ("27-ssao", Some("courtyard"), &[("resolution", "1024"), ("occlusion_strength", "8")]),
+    ("28-bloom", Some("courtyard"), &[("resolution", "1024")]),
+    ("29-temporal", Some("courtyard"), &[("resolution", "1024")]),
+    ("30-deferred", Some("courtyard"), &[("resolution", "1024")]),
+    ("32-own-lighting", Some("courtyard"), &[("resolution", "1024")]),
 ];
+
+/// A pipeline, a scene, a map that is shown in place of the picture, and parameters and features.
+const MAPS: &[([&str; 3], Settings, Settings)] = &[
+    (["umbra", "courtyard", "layers"], &[], &[]),
+    (["umbra", "figure", "layers"], &[("fit", "\"sphere\"")], &[("reverse_z", "false")]),
+    (["umbra", "interior", "cubes"], &[], &[]),
+    (
+        ["awsm", "figure", "soft_spot_moments"],
+        &[("moment_spots", "true"), ("blur_radius", "6")],
+        &[("moment_filter", "\"msm\"")],
+    ),
+    (["awsm", "interior", "soft_spot_moments"], &[("moment_spots", "true"), ("blur_radius", "40")], &[]),
+    (
+        ["awsm", "courtyard", "soft_cascade_moments"],
+        &[("moment_cascades", "\"last_two\""), ("blur_radius", "5"), ("cascade_side", "250")],
+        &[("moment_filter", "\"evsm2\""), ("reverse_z", "false")],
+    ),
+    (
+        ["awsm", "foliage", "soft_cascade_moments"],
+        &[("moment_cascades", "\"all\""), ("blur_radius", "64")],
+        &[("moment_precision", "\"fp32\"")],
+    ),
+    (["extended/lore_evsm", "courtyard", "soft_moments"], &[], &[("reverse_z", "false")]),
+];
+
+/// The pictures of maps.
+pub fn of_maps() -> Vec<Case> {
+    let of = |([pipeline, scene, map], parameters, features): &([&'static str; 3], Settings, Settings)| {
+        let system = pipeline.rsplit('/').next().and_then(|name| name.split('_').next()).expect("a name");
+        let name = format!("maps_{}_{scene}_{map}", pipeline.replace("extended/", ""));
+        Case {
+            pipeline: format!("pipelines/{pipeline}.json"),
+            map: Some(map),
+            ..case(&name, system, scene, "off", parameters, features)
+        }
+    };
+    MAPS.iter().map(of).collect()
+}
 
 /// One reference picture.
 #[derive(Clone)]
@@ -337,6 +378,10 @@ pub struct Case {
     pub name: String,
     scene: Option<&'static str>,
     pipeline: String,
+    /// A texture that is shown in place of the picture.
+    map: Option<&'static str>,
+    /// A file that extends the pipeline.
+    extension: Option<&'static str>,
     parameters: Vec<(&'static str, String)>,
     features: Settings,
     change: Option<Change>,
@@ -353,18 +398,17 @@ pub fn of_scene(pipeline: &'static str, scene: &'static str) -> Vec<Case> {
         .collect()
 }
 
-/// The pictures of lessons.
+/// The pictures of lessons, and of the lesson that extends a pipeline from outside.
 pub fn of_lessons() -> Vec<Case> {
-    let of = |(lesson, scene): &(&str, Option<&'static str>)| Case {
-        name: format!("learn_{lesson}"),
-        scene: *scene,
+    let of = |(lesson, scene, parameters): &(&str, Option<&'static str>, Settings)| Case {
         pipeline: format!("pipelines/learn/{lesson}.json"),
-        parameters: scene.map_or(Vec::new(), |_| vec![("resolution", "1024".to_owned())]),
-        features: &[],
-        change: None,
-        frames: 1,
+        scene: *scene,
+        parameters: parameters.iter().map(|(name, value)| (*name, (*value).to_owned())).collect(),
+        ..case(&format!("learn_{lesson}"), "nebula", "courtyard", "off", &[], &[])
     };
-    LESSONS.iter().map(of).collect()
+    let overlay = case("learn_overlay", "nebula", "courtyard", "off", &[("line_opacity", "1")], &[]);
+    let overlay = Case { extension: Some("pipelines/learn/parts/overlay.json"), ..overlay };
+    LESSONS.iter().map(of).chain([overlay]).collect()
 }
 
 /// What extends a system by something that it has on its list, a scene that shows it, the number of frames drawn,
@@ -427,6 +471,8 @@ fn case(
         pipeline: format!("pipelines/{pipeline}.json"),
         parameters,
         features,
+        map: None,
+        extension: None,
         change: None,
         frames: 1,
     }
@@ -448,7 +494,7 @@ pub fn all() -> Vec<Case> {
         let scenes = SCENES.iter().flat_map(|scene| of_scene(row.0, scene.0));
         scenes.chain(of_variants(row.0)).collect::<Vec<_>>()
     };
-    PIPELINES.iter().flat_map(of).chain(of_lessons()).chain(of_extended()).collect()
+    PIPELINES.iter().flat_map(of).chain(of_lessons()).chain(of_extended()).chain(of_maps()).collect()
 }
 
 impl Case {
@@ -456,14 +502,30 @@ impl Case {
     pub fn check(&self, templates: &[(&str, &str)]) -> Outcome {
         let parameters: Vec<_> =
             self.parameters.iter().map(|(name, value)| (*name, value.as_str())).collect();
+        let shows = [("maps.wgsl.jinja", MAPS_TEMPLATE), ("maps.axes.json", MAPS_AXES)];
+        let own = if self.map.is_some() { &shows[..] } else { &[] };
         let with = With {
             parameters: &parameters,
             features: self.features,
-            templates,
+            templates: &[own, templates].concat(),
+            extension: self.extension,
             size: Some(SIZE),
             ..With::default()
         };
-        check_file(&self.pipeline, &with)
+        let Some(map) = self.map else { return check_file(&self.pipeline, &with) };
+        let is_packed = self.pipeline.contains("awsm") && map.contains("moments");
+        let axes = if is_packed { r#""texel_format": "texel_format""# } else { "" };
+        let text = format!(
+            r#"{{
+                "format": 1, "name": "maps", "extends": "{}",
+                "passes": {{ "show_map": {{ "after": ["present"], "fullscreen": {{
+                    "shader": "maps.wgsl.jinja", "axes": {{ {axes} }},
+                    "bind": {{ "map": "{map}" }}, "color": [{{ "to": "target" }}]
+                }} }} }}
+            }}"#,
+            self.pipeline
+        );
+        check_with("maps.json", &text, &with)
     }
 
     /// The picture of what was checked.

@@ -85,7 +85,7 @@ fn rust(options: &Options) -> ExitCode {
         println!("{} of {} faults", chosen.len(), all.len());
     }
     let mut command = process::program("cargo");
-    command.args(["mutants", "--workspace", "--in-place", "--jobs", "1", "--baseline", "skip"]);
+    command.args(["mutants", "--workspace", "--in-place", "--baseline", "skip"]);
     command.args(["--timeout", "900", "--test-package", PACKAGES]).args(&files);
     for name in &chosen {
         command.args(["--re", &format!("^{}$", escaped(name))]);
