@@ -69,29 +69,22 @@ fn rust(options: &Options) -> ExitCode {
         eprintln!("cargo-mutants is not installed; to install it: cargo install --locked cargo-mutants");
         return ExitCode::from(1);
     }
-    let files: Vec<&str> = FILES.iter().flat_map(|file| ["--file", file]).collect();
-    let within = options.within.as_deref();
-    let mut chosen = Vec::new();
+    let mut selection = vec!["--workspace"];
+    selection.extend(FILES.iter().flat_map(|file| ["--file", file]));
+    selection.extend(options.within.iter().flat_map(|name| ["--re", name]));
+    let mut command = process::program("cargo");
+    command.args(["mutants", "--in-place", "--shuffle", "--baseline", "skip", "--timeout", "900"]);
+    command.args(&selection).args(["--test-package", PACKAGES]);
     if let Some(sample) = options.sample {
-        let listed =
-            process::program("cargo").args(["mutants", "--workspace", "--list"]).args(&files).output();
-        let Ok(listed) = listed.map(|output| String::from_utf8_lossy(&output.stdout).into_owned()) else {
+        let listed = process::program("cargo").args(["mutants", "--list"]).args(&selection).output();
+        let Ok(listed) = listed.map(|output| String::from_utf8_lossy(&output.stdout).lines().count()) else {
             eprintln!("cargo could not be started");
             return ExitCode::from(1);
         };
-        let all: Vec<&str> =
-            listed.lines().filter(|line| within.is_none_or(|name| line.contains(name))).collect();
-        chosen = pick(&all, sample, options.seed.unwrap_or(1));
-        println!("{} of {} faults", chosen.len(), all.len());
-    }
-    let mut command = process::program("cargo");
-    command.args(["mutants", "--workspace", "--in-place", "--baseline", "skip"]);
-    command.args(["--timeout", "900", "--test-package", PACKAGES]).args(&files);
-    for name in &chosen {
-        command.args(["--re", &format!("^{}$", escaped(name))]);
-    }
-    if let Some(name) = within.filter(|_| chosen.is_empty()) {
-        command.args(["--re", &escaped(name)]);
+        // Every so manieth fault of the list.
+        let shards = (listed / sample.max(1) as usize).max(1) as u64;
+        let shard = options.seed.unwrap_or(1) % shards;
+        command.args(["--sharding", "round-robin", "--shard", &format!("{shard}/{shards}")]);
     }
     command.args(["--", "--lib"]).args(TESTS.iter().flat_map(|test| ["--test", test]));
     finish(command.status())
@@ -105,42 +98,5 @@ fn finish(status: std::io::Result<std::process::ExitStatus>) -> ExitCode {
             eprintln!("cargo could not be started: {error}");
             ExitCode::from(1)
         }
-    }
-}
-
-/// So many lines of a list, the same for one seed.
-fn pick(all: &[&str], count: u32, seed: u64) -> Vec<String> {
-    let mut list: Vec<&str> = all.to_vec();
-    let mut state = seed;
-    for end in (1..list.len()).rev() {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        list.swap(end, ((state >> 33) % (end as u64 + 1)) as usize);
-    }
-    list.truncate(count as usize);
-    list.into_iter().map(str::to_owned).collect()
-}
-
-/// A text as a regular expression that matches just it.
-fn escaped(text: &str) -> String {
-    let special = |c: char| !c.is_ascii_alphanumeric() && c.is_ascii() && !" _/:,<>\"'&=".contains(c);
-    text.chars().flat_map(|c| special(c).then_some('\\').into_iter().chain([c])).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_sample_is_the_same_for_a_seed_and_another_for_another() {
-        let all: Vec<String> = (0..100).map(|at| at.to_string()).collect();
-        let all: Vec<&str> = all.iter().map(String::as_str).collect();
-        assert_eq!(pick(&all, 9, 1), pick(&all, 9, 1));
-        assert_ne!(pick(&all, 9, 1), pick(&all, 9, 2));
-        assert_eq!(pick(&all, 900, 1).len(), 100);
-    }
-
-    #[test]
-    fn names_of_faults_are_no_patterns() {
-        assert_eq!(escaped("a.rs:1:2: replace + with * in b"), "a\\.rs:1:2: replace \\+ with \\* in b");
     }
 }
