@@ -77,6 +77,10 @@ fn every_other_material_unshadowed(scene: &mut Scene) {
     scene.materials.iter_mut().step_by(2).for_each(|material| material.receive_shadow = false);
 }
 
+fn glowing(scene: &mut Scene) {
+    scene.materials.iter_mut().for_each(|material| material.emissive = [0.05, 0.1, 0.2]);
+}
+
 fn orthographic(scene: &mut Scene) {
     scene.cameras[0].projection = Projection::Orthographic { half_height: 3.0, near: 0.1, far: 60.0 };
 }
@@ -154,7 +158,20 @@ pub const VARIANTS: &[Variant] = &[
         &[("fit", "\"sphere\""), ("lambda", "0.6"), ("debug_view", "\"texels\"")],
         &[("reverse_z", "false")],
     ),
-    variant(["umbra", "courtyard", "orthographic"], &[], &[]).of(orthographic),
+    variant(["umbra", "interior", "hard_lights"], &[("hard_below", "1000000")], &[]),
+    variant(["umbra", "courtyard", "deferred"], &[], &[("deferred", "true")]).of(glowing),
+    variant(
+        ["umbra", "courtyard", "orthographic"],
+        &[("fit", "\"sphere\""), ("debug_view", "\"texels\"")],
+        &[],
+    )
+    .of(orthographic),
+    variant(
+        ["umbra", "courtyard", "off_center"],
+        &[("fit", "\"sphere\""), ("debug_view", "\"texels\"")],
+        &[],
+    )
+    .of(off_center),
     variant(
         ["awsm", "courtyard", "off_center"],
         &[("contact_strength", "1")],
@@ -240,6 +257,26 @@ pub const VARIANTS: &[Variant] = &[
         ["awsm", "interior", "msm"],
         &[("moment_spots", "true"), ("light_bleed", "0.05"), ("moment_bias", "0.0002")],
         &[("moment_filter", "\"msm\"")],
+    ),
+    variant(
+        ["awsm", "interior", "msm_depths"],
+        &[("moment_spots", "true"), ("debug_view", "\"moments\"")],
+        &[("moment_filter", "\"msm\"")],
+    ),
+    variant(
+        ["awsm", "courtyard", "tints_of_moments"],
+        &[("moment_cascades", "\"last_two\""), ("debug_view", "\"cascades\"")],
+        &[],
+    ),
+    variant(
+        ["awsm", "courtyard", "coarse_noise"],
+        &[("noise_cell", "3"), ("debug_view", "\"penumbra\"")],
+        &[("light_filter", "\"pcss\"")],
+    ),
+    variant(
+        ["awsm", "interior", "biased"],
+        &[("normal_offset", "8"), ("constant_bias", "0.02"), ("slope_bias", "2"), ("steepest", "2")],
+        &[("light_filter", "\"hard\"")],
     ),
     // Receivers at the far end of the map's depth, which is 1, and near its edges.
     variant(
