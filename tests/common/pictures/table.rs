@@ -1,0 +1,393 @@
+//! What is drawn for reference pictures, in which settings.
+//!
+//! Maps are small and cascades end within the scene, so that seams, borders and filters are some pixels wide in pictures
+//! that are cheap to render and to keep.
+
+use glam::DVec2;
+use glam::dcamera::rh::proj::directx;
+use umbragraph::frame::Projection;
+use umbragraph::scene::Scene;
+
+use crate::common::SMALL_MAPS;
+
+pub type Settings = &'static [(&'static str, &'static str)];
+
+/// A pipeline, the number of its cascades, and parameters on all scenes.
+pub const PIPELINES: &[(&str, usize, Settings)] = &[
+    ("nebula", 4, &[("resolution", "256"), ("blend", "0.4")]),
+    ("mantis", 3, &[("resolution", "256"), ("blend", "0.4")]),
+    ("caracal", 3, &[("resolution", "256")]),
+    (
+        "lore",
+        4,
+        &[
+            ("resolutions", "[256,256,128,128]"),
+            ("blend", "0.4"),
+            ("depth_bias", "0.001"),
+            ("normal_bias", "0.25"),
+            ("filter_radius", "1"),
+        ],
+    ),
+    ("awsm", 4, SMALL_MAPS),
+    ("umbra", 4, SMALL_MAPS),
+];
+
+/// A scene, and the distances at which cascades end on it.
+pub const SCENES: &[(&str, [&str; 4])] = &[
+    ("courtyard", ["7", "14", "30", "60"]),
+    ("figure", ["4.5", "6", "8", "12"]),
+    ("foliage", ["5", "9", "15", "30"]),
+    ("interior", ["2.5", "4", "6", "9"]),
+];
+
+/// A pipeline on a scene in other settings than its usual ones.
+pub struct Variant {
+    pub name: &'static str,
+    pub pipeline: &'static str,
+    pub scene: &'static str,
+    pub parameters: Settings,
+    pub features: Settings,
+    pub change: Option<Change>,
+}
+
+impl Variant {
+    /// The same of a scene that is changed first.
+    const fn of(self, change: Change) -> Self {
+        Self { change: Some(change), ..self }
+    }
+}
+
+/// What is done to a scene before it is drawn.
+pub type Change = fn(&mut Scene);
+
+fn every_other_material_unshadowed(scene: &mut Scene) {
+    scene.materials.iter_mut().step_by(2).for_each(|material| material.receive_shadow = false);
+}
+
+fn glowing(scene: &mut Scene) {
+    scene.materials.iter_mut().for_each(|material| material.emissive = [0.05, 0.1, 0.2]);
+}
+
+fn orthographic(scene: &mut Scene) {
+    scene.cameras[0].projection = Projection::Orthographic { half_height: 3.0, near: 0.1, far: 60.0 };
+}
+
+/// The right lower part of a picture of twice the width and height.
+fn off_center(scene: &mut Scene) {
+    let clip_from_view = directx::frustum(0.0, 0.09, -0.05, 0.0, 0.1, 60.0);
+    scene.cameras[0].projection = Projection::Matrix { clip_from_view, jitter: DVec2::ZERO };
+}
+
+const fn variant(
+    [pipeline, scene, name]: [&'static str; 3],
+    parameters: Settings,
+    features: Settings,
+) -> Variant {
+    Variant { name, pipeline, scene, parameters, features, change: None }
+}
+
+pub const VARIANTS: &[Variant] = &[
+    variant(["nebula", "courtyard", "forward_z"], &[("tone_map", "\"reinhard\"")], &[("reverse_z", "false")]),
+    variant(["nebula", "courtyard", "one_cascade"], &[("far", "[40]"), ("tone_map", "\"none\"")], &[]),
+    variant(["nebula", "courtyard", "unshadowed"], &[], &[]).of(every_other_material_unshadowed),
+    variant(["mantis", "courtyard", "one_tap"], &[("shadow_filter", "\"single\"")], &[]),
+    variant(
+        ["mantis", "courtyard", "wide_filter"],
+        &[("shadow_filter", "\"poisson16\""), ("filter_radius", "8"), ("border", "0"), ("resolution", "64")],
+        &[("reverse_z", "true")],
+    ),
+    variant(
+        ["mantis", "courtyard", "constant_bias"],
+        &[("bias_form", "\"constant\""), ("cascades", "2")],
+        &[],
+    ),
+    variant(["caracal", "courtyard", "one_tap"], &[("shadow_filter", "\"single\"")], &[]),
+    variant(
+        ["caracal", "courtyard", "wide_filter"],
+        &[
+            ("shadow_filter", "\"disc9\""),
+            ("filter_radius", "8"),
+            ("border", "0"),
+            ("resolution", "64"),
+            ("rotate_taps", "false"),
+        ],
+        &[("reverse_z", "true")],
+    ),
+    variant(["caracal", "courtyard", "without_shadows"], &[("shadows", "false")], &[]),
+    variant(["lore", "courtyard", "array"], &[("shadow_filter", "\"grid3\"")], &[("map_array", "true")]),
+    variant(
+        ["lore", "courtyard", "one_tap"],
+        &[("shadow_filter", "\"single\""), ("caster_cull", "\"none\"")],
+        &[("reverse_z", "false")],
+    ),
+    variant(
+        ["lore", "courtyard", "wide_filter"],
+        &[("shadow_filter", "\"grid7\""), ("filter_radius", "2"), ("border", "0")],
+        &[],
+    ),
+    variant(
+        ["lore", "figure", "poisson64"],
+        &[("shadow_filter", "\"poisson64\""), ("filter_radius", "4")],
+        &[],
+    ),
+    variant(["lore", "courtyard", "faded"], &[("max_distance", "20"), ("fade_range", "15")], &[]),
+    variant(
+        ["umbra", "courtyard", "whole_range_penumbra"],
+        &[("debug_view", "\"penumbra\"")],
+        &[("whole_range", "true")],
+    ),
+    variant(["umbra", "courtyard", "whole_range"], &[], &[("whole_range", "true")]),
+    variant(["umbra", "interior", "hard"], &[], &[("light_filter", "\"hard\"")]),
+    variant(["umbra", "interior", "deferred"], &[], &[("deferred", "true")]),
+    variant(["umbra", "figure", "spheres"], &[("fit", "\"sphere\"")], &[("msaa", "true")]),
+    variant(
+        ["umbra", "courtyard", "spheres_texels"],
+        &[("fit", "\"sphere\""), ("lambda", "0.6"), ("debug_view", "\"texels\"")],
+        &[("reverse_z", "false")],
+    ),
+    variant(["umbra", "interior", "hard_lights"], &[("hard_below", "1000000")], &[]),
+    variant(["umbra", "courtyard", "deferred"], &[], &[("deferred", "true")]).of(glowing),
+    variant(
+        ["umbra", "courtyard", "orthographic"],
+        &[("fit", "\"sphere\""), ("debug_view", "\"texels\"")],
+        &[],
+    )
+    .of(orthographic),
+    variant(
+        ["umbra", "courtyard", "off_center"],
+        &[("fit", "\"sphere\""), ("debug_view", "\"texels\"")],
+        &[],
+    )
+    .of(off_center),
+    variant(
+        ["awsm", "courtyard", "off_center"],
+        &[("contact_strength", "1")],
+        &[("contact_shadows", "true"), ("visibility_first", "true")],
+    )
+    .of(off_center),
+    variant(["awsm", "courtyard", "unshadowed"], &[], &[]).of(every_other_material_unshadowed),
+    variant(["awsm", "figure", "hard"], &[], &[("light_filter", "\"hard\"")]),
+    variant(
+        ["awsm", "figure", "grid_pcf"],
+        &[("filter_radius", "0.4"), ("max_radius", "40"), ("grid_pcf_side", "5")],
+        &[("light_filter", "\"grid_pcf\"")],
+    ),
+    variant(["awsm", "figure", "poisson9"], &[], &[("light_filter", "\"poisson9\""), ("msaa", "true")]),
+    variant(
+        ["awsm", "figure", "poisson64"],
+        &[],
+        &[("light_filter", "\"poisson64\""), ("reverse_z", "false")],
+    ),
+    variant(
+        ["awsm", "figure", "vogel"],
+        &[],
+        &[("light_filter", "\"vogel\""), ("storage_descriptors", "false")],
+    ),
+    variant(
+        ["awsm", "figure", "hard_lights"],
+        &[("hard_below", "1000000"), ("debug_view", "\"penumbra\"")],
+        &[("light_filter", "\"pcss\"")],
+    ),
+    variant(["awsm", "figure", "fixed_taps"], &[("filter_radius", "0.4")], &[("rotate_taps", "false")]),
+    variant(["awsm", "figure", "pcss"], &[("lamp_radius", "0.1")], &[("light_filter", "\"pcss\"")]),
+    variant(
+        ["awsm", "courtyard", "pcss"],
+        &[("sun_angle", "0.087266"), ("lamp_radius", "0.4"), ("search_taps", "12")],
+        &[("light_filter", "\"pcss\""), ("msaa", "true"), ("reverse_z", "false")],
+    ),
+    variant(
+        ["awsm", "interior", "pcss"],
+        &[
+            ("sun_angle", "0.20944"),
+            ("lamp_radius", "0.5"),
+            ("greatest_penumbra", "12"),
+            ("greatest_search", "24"),
+        ],
+        &[("light_filter", "\"pcss\""), ("reverse_z", "false")],
+    ),
+    variant(
+        ["awsm", "figure", "biased"],
+        &[("normal_offset", "3"), ("constant_bias", "0.02"), ("slope_bias", "2"), ("steepest", "2")],
+        &[],
+    ),
+    variant(
+        ["awsm", "figure", "msaa_shadow_term"],
+        &[("debug_view", "\"shadow_term\"")],
+        &[("msaa", "true"), ("reverse_z", "false")],
+    ),
+    variant(
+        ["awsm", "courtyard", "contact_proportional"],
+        &[("contact_strength", "1"), ("contact_steps", "8")],
+        &[("contact_shadows", "true"), ("msaa", "true"), ("storage_descriptors", "false")],
+    ),
+    variant(
+        ["awsm", "figure", "contact_first_hit"],
+        &[
+            ("contact_form", "\"first_hit\""),
+            ("contact_strength", "1"),
+            ("contact_thickness", "0.3"),
+            ("noise_cell", "3"),
+        ],
+        &[("contact_shadows", "true"), ("reverse_z", "false")],
+    ),
+    variant(
+        ["awsm", "courtyard", "evsm4"],
+        &[("moment_cascades", "\"last\""), ("blur_radius", "2")],
+        &[("moment_precision", "\"fp32\""), ("light_filter", "\"hard\"")],
+    ),
+    variant(
+        ["awsm", "figure", "evsm2"],
+        &[("moment_cascades", "\"all\""), ("moment_spots", "true"), ("blur_radius", "4")],
+        &[("moment_filter", "\"evsm2\""), ("reverse_z", "false")],
+    ),
+    variant(
+        ["awsm", "interior", "msm"],
+        &[("moment_spots", "true"), ("light_bleed", "0.05"), ("moment_bias", "0.0002")],
+        &[("moment_filter", "\"msm\"")],
+    ),
+    variant(
+        ["awsm", "interior", "msm_depths"],
+        &[("moment_spots", "true"), ("debug_view", "\"moments\"")],
+        &[("moment_filter", "\"msm\"")],
+    ),
+    variant(
+        ["awsm", "courtyard", "tints_of_moments"],
+        &[("moment_cascades", "\"last_two\""), ("debug_view", "\"cascades\"")],
+        &[],
+    ),
+    variant(
+        ["awsm", "courtyard", "coarse_noise"],
+        &[("noise_cell", "3"), ("debug_view", "\"penumbra\"")],
+        &[("light_filter", "\"pcss\"")],
+    ),
+    variant(
+        ["awsm", "interior", "biased"],
+        &[("normal_offset", "8"), ("constant_bias", "0.02"), ("slope_bias", "2"), ("steepest", "2")],
+        &[("light_filter", "\"hard\"")],
+    ),
+    // Receivers at the far end of the map's depth, which is 1, and near its edges.
+    variant(
+        ["awsm", "courtyard", "one_forward_cascade"],
+        &[("far", "[30]"), ("blend", "0"), ("fit", "\"tight\""), ("splits", "\"explicit\"")],
+        &[("reverse_z", "false"), ("light_filter", "\"hard\"")],
+    ),
+    variant(
+        ["awsm", "interior", "evsm2_wide_blur"],
+        &[
+            ("moment_spots", "true"),
+            ("blur_radius", "40"),
+            ("exponent", "8"),
+            ("min_deviation", "0.03"),
+            ("light_bleed", "0"),
+        ],
+        &[("moment_filter", "\"evsm2\""), ("moment_precision", "\"fp32\"")],
+    ),
+    variant(
+        ["awsm", "courtyard", "msm_biased"],
+        &[
+            ("moment_cascades", "\"all\""),
+            ("moment_bias", "0.1"),
+            ("blur_radius", "3"),
+            ("light_bleed", "0"),
+            ("cascade_side", "250"),
+        ],
+        &[("moment_filter", "\"msm\"")],
+    ),
+    variant(
+        ["awsm", "courtyard", "moment_mips"],
+        &[
+            ("moment_cascades", "\"all\""),
+            ("moment_spots", "true"),
+            ("moment_levels", "5"),
+            ("blur_radius", "1"),
+            ("cascade_side", "1024"),
+        ],
+        &[("moment_precision", "\"fp32\"")],
+    ),
+    variant(
+        ["awsm", "figure", "evsm4_fp16"],
+        &[
+            ("moment_cascades", "\"last_two\""),
+            ("moment_spots", "true"),
+            ("exponent", "2"),
+            ("min_deviation", "0.05"),
+            ("light_bleed", "0.5"),
+        ],
+        &[],
+    ),
+    variant(
+        ["awsm", "figure", "contact_faded"],
+        &[
+            ("contact_form", "\"first_hit\""),
+            ("contact_strength", "0.9"),
+            ("contact_fade", "0.8"),
+            ("contact_steps", "9"),
+            ("contact_jitter", "0.5"),
+            ("contact_thickness", "0.3"),
+        ],
+        &[("contact_shadows", "true"), ("denoise", "true")],
+    ),
+    variant(
+        ["awsm", "interior", "visibility_first"],
+        &[("lamp_radius", "0.1"), ("denoise_radius", "2")],
+        &[
+            ("light_filter", "\"pcss\""),
+            ("visibility_first", "true"),
+            ("denoise", "true"),
+            ("contact_shadows", "true"),
+        ],
+    ),
+    variant(
+        ["awsm", "interior", "wide_filter"],
+        &[("filter_radius", "1"), ("max_radius", "40"), ("atlas_max_side", "256")],
+        &[("point_shadows", "false")],
+    ),
+];
+
+/// Lessons that draw with templates of their own; the later ones a scene.
+pub const LESSONS: &[(&str, Option<&str>)] = &[
+    ("01-smallest", None),
+    ("09-loops-and-mips", None),
+    ("18-mesh", None),
+    ("26-depth-prepass", Some("courtyard")),
+    ("27-ssao", Some("courtyard")),
+    ("28-bloom", Some("courtyard")),
+    ("29-temporal", Some("courtyard")),
+    ("30-deferred", Some("courtyard")),
+    ("32-own-lighting", Some("courtyard")),
+];
+
+/// A pipeline, a scene, a map that is shown in place of the picture, and parameters and features.
+pub const MAPS: &[([&str; 3], Settings, Settings)] = &[
+    (["umbra", "courtyard", "layers"], &[], &[]),
+    (["umbra", "figure", "layers"], &[("fit", "\"sphere\"")], &[("reverse_z", "false")]),
+    (["umbra", "interior", "cubes"], &[], &[]),
+    (
+        ["awsm", "figure", "soft_spot_moments"],
+        &[("moment_spots", "true"), ("blur_radius", "6")],
+        &[("moment_filter", "\"msm\"")],
+    ),
+    (["awsm", "interior", "soft_spot_moments"], &[("moment_spots", "true"), ("blur_radius", "40")], &[]),
+    (
+        ["awsm", "courtyard", "soft_cascade_moments"],
+        &[("moment_cascades", "\"last_two\""), ("blur_radius", "5"), ("cascade_side", "250")],
+        &[("moment_filter", "\"evsm2\""), ("reverse_z", "false")],
+    ),
+    (
+        ["awsm", "foliage", "soft_cascade_moments"],
+        &[("moment_cascades", "\"all\""), ("blur_radius", "64")],
+        &[("moment_precision", "\"fp32\"")],
+    ),
+    (["extended/lore_evsm", "courtyard", "soft_moments"], &[], &[("reverse_z", "false")]),
+];
+
+/// What extends a system by something that it has on its list, a scene that shows it, the number of frames drawn,
+/// parameters and features.
+pub const EXTENDED: &[(&str, &str, &str, u64, Settings, Settings)] = &[
+    ("lore_pcss", "lore", "courtyard", 1, &[("resolutions", "[1024,1024,512,512]")], &[]),
+    ("lore_evsm", "lore", "courtyard", 1, &[], &[]),
+    ("lore_vsm", "lore", "courtyard", 1, &[], &[("reverse_z", "false")]),
+    ("lore_lamps", "lore", "interior", 1, &[], &[]),
+    ("lore_temporal", "lore", "courtyard", 8, &[], &[]),
+    ("awsm_deferred", "awsm", "interior", 1, &[], &[]),
+];
