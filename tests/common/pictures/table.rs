@@ -147,12 +147,8 @@ pub const VARIANTS: &[Variant] = &[
     ),
     variant(["umbra", "interior", "hard_lights"], &[("hard_below", "1000000")], &[]),
     variant(["umbra", "courtyard", "deferred"], &[], &[("deferred", "true")]).of(glowing),
-    variant(
-        ["umbra", "courtyard", "orthographic"],
-        &[("fit", "\"sphere\""), ("debug_view", "\"texels\"")],
-        &[],
-    )
-    .of(orthographic),
+    variant(["umbra", "courtyard", "orthographic"], &[("fit", "\"sphere\"")], &[("deferred", "true")])
+        .of(orthographic),
     variant(
         ["umbra", "courtyard", "off_center"],
         &[("fit", "\"sphere\""), ("debug_view", "\"texels\"")],
