@@ -349,3 +349,34 @@ fn a_parameter_draws_those_views_again_that_are_drawn_with_it() {
     assert_eq!((stage.play(&views), stage.play(&views)), (2, 0));
     assert!(stage.steps().iter().all(|step| *step == STEPS * 2 / 5), "{:?}", stage.steps());
 }
+
+#[test]
+fn a_parameter_draws_those_views_again_that_are_drawn_with_what_another_pass_makes_of_it() {
+    let Some(gpu) = gpu::device() else { return };
+    let text = format!(
+        r#"{{ "format": 1, "name": "test", {}, "parameters": {{
+            "step": {{ "type": "u32", "default": 1, "min": 0, "max": 80 }} }},
+          "resources": {{ "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport",
+            "view": "2d-array", "lifetime": "persistent" }} }}, "words": {{ "buffer": {{ "size": 4 }} }}, {} }},
+          "passes": {{ "views": {{ "views": {{ "to": "views", "max": 1 }} }},
+            "clear": {{ "clear": {{ "buffer": "words" }} }},
+            "bump": {{ "compute": {{ "shader": "bump.wgsl.jinja", "workgroups": [1, 1, 1],
+              "bind": {{ "words": "words", "settings": {{ "values": {{ "number": "step" }} }} }} }} }},
+            "squares": {{ "draw": {{ "geometry": "squares", "filter": "all", "views": "views", "cull": "none",
+              "shader": "sunk_depth.wgsl.jinja", "bind": {{ "words": "words" }}, {CHANGED},
+              "depth": {{ "to": "maps", "clear": 1, "compare": "less-equal" }} }} }},
+            "show": {{ "fullscreen": {{ "shader": "show_depth.wgsl.jinja",
+              "bind": {{ "maps": "maps", "settings": {{ "values": {{ "layer": 0 }} }} }},
+              "color": [{{ "to": "target" }}] }} }} }} }}"#,
+        crate::squares::GEOMETRY,
+        target(1)
+    );
+    let plan = try_plan_of_text(text, 8).unwrap_or_else(|said| panic!("{said}"));
+    let mut stage = Stage::new(&gpu, &plan);
+    assert_eq!((stage.play(&["0"]), stage.play(&["0"])), (1, 0));
+    assert!(stage.steps().iter().all(|step| *step == 1));
+    let step = stage.executor.parameter::<u32>("step").expect("a live parameter");
+    stage.executor.set(step, 7).expect("a value");
+    assert_eq!((stage.play(&["0"]), stage.play(&["0"])), (1, 0));
+    assert!(stage.steps().iter().all(|step| *step == 7), "{:?}", stage.steps());
+}

@@ -211,9 +211,13 @@ pub(crate) fn try_plan_of_text(text: String, side: u32) -> Result<Arc<Plan>, Str
 
 /// The same for a device with optional features.
 pub(crate) fn try_plan_with(text: String, side: u32, features: wgpu::Features) -> Result<Arc<Plan>, String> {
+    // Squares that lie as many steps of depth farther away as the first word says.
+    let sunk = DEPTH_TEMPLATE.replace("object.depth", "object.depth + f32(words[0]) / 85.0");
+    let sunk = format!("{sunk}@group(1) @binding(0) var<storage, read> words: array<u32>;\n");
     let own = [
         ("square.wgsl.jinja", TEMPLATE),
         ("square_depth.wgsl.jinja", DEPTH_TEMPLATE),
+        ("sunk_depth.wgsl.jinja", &sunk),
         ("fill.wgsl.jinja", FILL),
         ("clock.wgsl.jinja", CLOCK),
         ("show_depth.wgsl.jinja", SHOW_DEPTH),
