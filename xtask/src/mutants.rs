@@ -69,7 +69,8 @@ fn rust(options: &Options) -> ExitCode {
         eprintln!("cargo-mutants is not installed; to install it: cargo install --locked cargo-mutants");
         return ExitCode::from(1);
     }
-    let mut selection = vec!["--workspace"];
+    // Of flags, both are the same.
+    let mut selection = vec!["--workspace", "--exclude-re", r"replace \| with \^"];
     selection.extend(FILES.iter().flat_map(|file| ["--file", file]));
     selection.extend(options.within.iter().flat_map(|name| ["--re", name]));
     let mut command = process::program("cargo");

@@ -3,8 +3,8 @@
 //! Maps are small and cascades end within the scene, so that seams, borders and filters are some pixels wide in pictures
 //! that are cheap to render and to keep.
 
-use glam::DVec2;
 use glam::dcamera::rh::proj::directx;
+use glam::{DVec2, Vec3};
 use umbragraph::frame::Projection;
 use umbragraph::scene::Scene;
 
@@ -62,6 +62,10 @@ pub type Change = fn(&mut Scene);
 
 fn every_other_material_unshadowed(scene: &mut Scene) {
     scene.materials.iter_mut().step_by(2).for_each(|material| material.receive_shadow = false);
+}
+
+fn every_other_light_green(scene: &mut Scene) {
+    scene.lights.iter_mut().step_by(2).for_each(|light| light.light.color = Vec3::Y);
 }
 
 fn glowing(scene: &mut Scene) {
@@ -248,7 +252,7 @@ pub const VARIANTS: &[Variant] = &[
     ),
     variant(
         ["awsm", "courtyard", "tints_of_moments"],
-        &[("moment_cascades", "\"last_two\""), ("debug_view", "\"cascades\"")],
+        &[("moment_cascades", "\"all\""), ("debug_view", "\"cascades\"")],
         &[],
     ),
     variant(
@@ -261,6 +265,13 @@ pub const VARIANTS: &[Variant] = &[
         &[("normal_offset", "8"), ("constant_bias", "0.02"), ("slope_bias", "2"), ("steepest", "2")],
         &[("light_filter", "\"hard\"")],
     ),
+    variant(["awsm", "interior", "forward_atlas"], &[("debug_view", "\"atlas\"")], &[("reverse_z", "false")]),
+    variant(
+        ["awsm", "interior", "green_lights"],
+        &[("debug_view", "\"penumbra\"")],
+        &[("light_filter", "\"pcss\"")],
+    )
+    .of(every_other_light_green),
     // Receivers at the far end of the map's depth, which is 1, and near its edges.
     variant(
         ["awsm", "courtyard", "one_forward_cascade"],
