@@ -23,20 +23,6 @@ const SIZE: [u32; 2] = [240, 136];
 const MAPS_TEMPLATE: &str = include_str!("pictures/maps.wgsl.jinja");
 const MAPS_AXES: &str = include_str!("pictures/maps.axes.json");
 
-/// The pictures of maps.
-pub fn of_maps() -> Vec<Case> {
-    let of = |([pipeline, scene, map], parameters, features): &([&'static str; 3], Settings, Settings)| {
-        let system = pipeline.rsplit('/').next().and_then(|name| name.split('_').next()).expect("a name");
-        let name = format!("maps_{}_{scene}_{map}", pipeline.replace("extended/", ""));
-        Case {
-            pipeline: format!("pipelines/{pipeline}.json"),
-            map: Some(map),
-            ..case(&name, system, scene, "off", parameters, features)
-        }
-    };
-    MAPS.iter().map(of).collect()
-}
-
 /// One reference picture.
 #[derive(Clone)]
 pub struct Case {
@@ -94,6 +80,20 @@ pub fn of_extended() -> Vec<Case> {
         }
     };
     EXTENDED.iter().map(of).collect()
+}
+
+/// The pictures of maps.
+pub fn of_maps() -> Vec<Case> {
+    let of = |([pipeline, scene, map], parameters, features): &([&'static str; 3], Settings, Settings)| {
+        let system = pipeline.rsplit('/').next().and_then(|name| name.split('_').next()).expect("a name");
+        let name = format!("maps_{}_{scene}_{map}", pipeline.replace("extended/", ""));
+        Case {
+            pipeline: format!("pipelines/{pipeline}.json"),
+            map: Some(map),
+            ..case(&name, system, scene, "off", parameters, features)
+        }
+    };
+    MAPS.iter().map(of).collect()
 }
 
 /// The pictures of a pipeline's variants.
@@ -174,8 +174,8 @@ impl Case {
             ..With::default()
         };
         let Some(map) = self.map else { return check_file(&self.pipeline, &with) };
-        let is_packed = self.pipeline.contains("awsm") && map.contains("moments");
-        let axes = if is_packed { r#""texel_format": "texel_format""# } else { "" };
+        let has_formats = self.pipeline.contains("awsm") && map.contains("moments");
+        let axes = if has_formats { r#""texel_format": "texel_format""# } else { "" };
         let text = format!(
             r#"{{
                 "format": 1, "name": "maps", "extends": "{}",
