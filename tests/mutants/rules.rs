@@ -120,7 +120,7 @@ fn code(template: &str) -> Vec<bool> {
     code
 }
 
-/// Another number: a tenth less, or the next whole one.
+/// Another number: half as much, a half for nothing, or the next whole one.
 fn number(template: &str, at: usize) -> Option<(Range<usize>, String)> {
     let end = template[at..]
         .find(|c: char| !c.is_ascii_alphanumeric() && c != '.')
@@ -134,7 +134,7 @@ fn number(template: &str, at: usize) -> Option<(Range<usize>, String)> {
     }
     let value: f64 = text.parse().ok()?;
     // Of a guard the exponent is behind the digits.
-    let is = if value == 0.0 { 0.1 } else { value * 0.9 };
+    let is = if value == 0.0 { 0.5 } else { value * 0.5 };
     (!text.contains('e')).then(|| (at..end, format!("{is:?}")))
 }
 
@@ -200,7 +200,7 @@ fn each_kind_of_fault_is_planted_where_there_is_code_and_nowhere_else() {
             "let at = (-uv.x) + 2u; // - 1.0",
             "let at = max(uv.x, 0.5) + 2u; // - 1.0",
             "let at = max(-uv.y, 0.5) + 2u; // - 1.0",
-            "let at = max(-uv.x, 0.45) + 2u; // - 1.0",
+            "let at = max(-uv.x, 0.25) + 2u; // - 1.0",
             "let at = max(-uv.x, 0.5) - 2u; // - 1.0",
             "let at = max(-uv.x, 0.5) + 3u; // - 1.0",
         ]
