@@ -142,8 +142,8 @@ impl Loaded {
         for name in exposed {
             let declared = self.document.root.get("resources").and_then(|all| all.entry(name));
             let Some(place) = declared.map(|entry| entry.key_span) else {
-                let known = self.document.root.get("resources").and_then(document::Value::entries);
-                let known = known.unwrap_or_default().iter().map(|entry| entry.key.as_str());
+                let known = self.document.root.entries_of("resources");
+                let known = known.iter().map(|entry| entry.key.as_str());
                 let message = format!("there is no resource \"{name}\" to expose");
                 let diagnostic = Diagnostic::error(codes::UNKNOWN_RESOURCE, Place::Nowhere, message);
                 findings.push(diagnostic.suggest(name, known, None, |known| {

@@ -38,7 +38,7 @@ impl Session {
 
     /// A setting of the command line with `on` and `off` as the booleans that they are where one is declared.
     fn switched(&mut self, mut setting: Setting, section: &str, document: &Document) -> Option<Setting> {
-        let declared = document.root.get(section).and_then(Value::entries).unwrap_or_default();
+        let declared = document.root.entries_of(section);
         let entry = declared.iter().find(|entry| entry.key == setting.name);
         let Some(entry) = entry.filter(|one| one.value.get("type").and_then(Value::text) == Some("bool"))
         else {

@@ -154,7 +154,7 @@ pub fn presets(name: &str, text: &str) -> Vec<String> {
     let file = sources.add(name, text);
     let composed = compose::compose(file, Path::new(name), &mut Workspace, &mut sources, &mut diagnostics);
     let root = composed.expect("a document").document.root;
-    let presets = root.get("presets").and_then(document::Value::entries).unwrap_or_default();
+    let presets = root.entries_of("presets");
     presets.iter().map(|preset| preset.key.clone()).collect()
 }
 

@@ -14,7 +14,7 @@ use super::texture_rules;
 use super::texture_size::TextureSize;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document;
-use crate::expression::{self, Expression, ExpressionError, ExpressionKind, Scope, Value};
+use crate::expression::{self, Expression, ExpressionError, Scope, Value};
 use crate::language::{Expr, TextureShape};
 use crate::pipeline::{Pipeline, Resource, ResourceKind, StaticScope, expression_diagnostic};
 use crate::source::{Sources, Span};
@@ -333,11 +333,7 @@ fn live(pipeline: &Pipeline) -> HashSet<&str> {
     let parameters = pipeline.parameters.iter().filter(|(_, parameter)| parameter.structural.is_none());
     let mut live: HashSet<&str> = parameters.map(|(name, _)| name.as_str()).collect();
     for following in &pipeline.following {
-        let mut is_live = false;
-        following.expression.visit(&mut |inner| {
-            is_live |= matches!(&inner.kind, ExpressionKind::Name(name) if live.contains(name.as_str()));
-        });
-        if is_live {
+        if following.expression.names().iter().any(|name| live.contains(name)) {
             live.insert(&following.name);
         }
     }

@@ -254,7 +254,7 @@ impl Configurations {
 
 /// The configuration of each preset that gives values.
 fn presets(document: &Document, base: &Overrides) -> Vec<Configuration> {
-    let presets = document.root.get("presets").and_then(Value::entries).unwrap_or_default();
+    let presets = document.root.entries_of("presets");
     let values = presets
         .iter()
         .map(|preset| (preset, of_preset(document, &preset.key, preset.key_span, &mut Diagnostics::new())));

@@ -32,7 +32,7 @@ pub(super) fn groups<'a>(
     templates: &TemplateSet,
 ) -> Vec<BTreeSet<usize>> {
     let settings: Vec<&str> = settings.collect();
-    let entries = |section: &str| document.root.get(section).and_then(Value::entries).unwrap_or_default();
+    let entries = |section: &str| document.root.entries_of(section);
     let mut nodes = Vec::new();
     let mut names: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     let mut data: BTreeMap<&str, Vec<usize>> = BTreeMap::new();

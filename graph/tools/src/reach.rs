@@ -14,7 +14,7 @@ use crate::compiler;
 use crate::compose::with_users;
 use crate::coverage::Judge;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
-use crate::document::{self, Document};
+use crate::document::Document;
 use crate::pipeline::{Absent, Modules, Overrides, Pipeline, lacking};
 use crate::shader::permutations::Count;
 use crate::shader::{self, AxisValue, AxisValues};
@@ -190,7 +190,7 @@ fn unproven<'a>(
     modules: &'a Modules,
     exact: bool,
 ) -> impl Iterator<Item = Diagnostic> + 'a {
-    let features = document.root.get("features").and_then(document::Value::entries).unwrap_or_default();
+    let features = document.root.entries_of("features");
     // What one profile has no room for, another may have.
     let is_less = features.iter().any(|entry| lacking(entry, features, options.profile).is_some());
     modules.absent.values().filter_map(move |absent| {

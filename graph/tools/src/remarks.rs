@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use crate::check::CheckReport;
 use crate::compiler::Plan;
-use crate::document::{Document, Entry, Value};
+use crate::document::{Document, Entry};
 use crate::pipeline::{Pipeline, Usage};
 use crate::shader::Stage;
 use crate::unused::Mentioned;
@@ -91,7 +91,7 @@ fn entry_points(pipeline: &Pipeline) -> Vec<(String, String)> {
 
 fn parameters(document: &Document, pipeline: &Pipeline, plan: &Plan) -> Vec<String> {
     let root = &document.root;
-    let entries = |section: &str| root.get(section).and_then(Value::entries).unwrap_or_default();
+    let entries = |section: &str| root.entries_of(section);
     let kept: BTreeSet<&str> = plan
         .passes
         .iter()

@@ -129,7 +129,7 @@ fn unused_groups(root: &Value, owner: &Value, diagnostics: &mut Diagnostics) {
 }
 
 fn entries<'a>(value: &'a Value, section: &str) -> &'a [Entry] {
-    value.get(section).and_then(Value::entries).unwrap_or_default()
+    value.entries_of(section)
 }
 
 /// Whether a feature is tied to others, so that its value decides about theirs.

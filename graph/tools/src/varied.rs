@@ -36,7 +36,7 @@ pub(super) struct Mention<'a> {
 
 /// The features of a document, each with the value that `base` gives it or all that it can have, by name.
 pub(super) fn features(document: &Document, base: &Overrides, profile: &TargetProfile) -> Vec<Varied> {
-    let entries = document.root.get("features").and_then(Value::entries).unwrap_or_default();
+    let entries = document.root.entries_of("features");
     let mut varied: BTreeMap<&str, Varied> = BTreeMap::new();
     for entry in entries {
         let Ok(declaration) = entry.value.decode::<FeatureDeclaration>() else { continue };
@@ -58,7 +58,7 @@ pub(super) fn mentions_of<'d>(
     templates: &'d TemplateSet,
 ) -> (Vec<Mention<'d>>, BTreeSet<&'d str>) {
     let mut mentions = Vec::new();
-    let entries = |section: &str| document.root.get(section).and_then(Value::entries).unwrap_or_default();
+    let entries = |section: &str| document.root.entries_of(section);
     for entry in entries("passes") {
         collect(&entry.value, Some(&entry.key), None, false, &mut mentions);
     }
@@ -91,8 +91,7 @@ fn axes_of<'t>(mentions: &[Mention<'_>], templates: &'t TemplateSet) -> BTreeSet
 /// The declared defaults of features and parameters.
 pub(super) fn defaults(document: &Document) -> BTreeMap<String, expression::Value> {
     let sections = ["features", "parameters"].into_iter();
-    let entries =
-        sections.flat_map(|name| document.root.get(name).and_then(Value::entries).unwrap_or_default());
+    let entries = sections.flat_map(|name| document.root.entries_of(name));
     entries.filter_map(|entry| Some((entry.key.clone(), value_of(entry.value.get("default")?)?))).collect()
 }
 
@@ -154,7 +153,7 @@ pub(super) fn varied(
         .filter(|mention| mention.deciding)
         .filter_map(|mention| parse(mention.text))
         .collect();
-    for entry in document.root.get("parameters").and_then(Value::entries).unwrap_or_default() {
+    for entry in document.root.entries_of("parameters") {
         let Ok(declaration) = entry.value.decode::<ParameterDeclaration>() else {
             continue;
         };
@@ -245,9 +244,7 @@ fn values_of(
         T::F32 => (range.real_values(deciding).into_iter().map(number).collect(), false),
         T::F32List | T::U32List => {
             let defaults: Vec<f64> = value
-                .get("default")
-                .and_then(Value::elements)
-                .unwrap_or_default()
+                .elements_of("default")
                 .iter()
                 .filter_map(|element| element.to_json().as_f64())
                 .collect();

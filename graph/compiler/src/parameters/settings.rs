@@ -100,7 +100,7 @@ pub(in super::super) fn of_pass(
     }
     // A node whose settings do not change needs none of them.
     let is_node = |setting: &PlannedSetting| matches!(setting.target, PlannedTarget::Node);
-    if !settings.iter().any(|setting| is_node(setting) && has_names(&setting.expression)) {
+    if !settings.iter().any(|setting| is_node(setting) && !setting.expression.names().is_empty()) {
         settings.retain(|setting| !is_node(setting));
     }
 }
@@ -110,10 +110,7 @@ fn live(
     deferred: &Deferred,
     target: impl FnOnce() -> PlannedTarget,
 ) -> Option<PlannedSetting> {
-    let mut is_live = false;
-    deferred.expression.visit(&mut |inner| {
-        is_live |= matches!(&inner.kind, ExpressionKind::Name(name) if sizes.is_live(name));
-    });
+    let is_live = deferred.expression.names().iter().any(|name| sizes.is_live(name));
     is_live.then(|| fold(sizes, deferred, target()))
 }
 
@@ -180,12 +177,6 @@ fn element(expression: &Expression, at: usize, scope: &dyn Scope) -> Option<Expr
         other => other.clone(),
     };
     Some(Expression { range, kind })
-}
-
-fn has_names(expression: &Expression) -> bool {
-    let mut found = false;
-    expression.visit(&mut |inner| found |= matches!(inner.kind, ExpressionKind::Name(_)));
-    found
 }
 
 /// An expression in which values stand for the names of what does not change.

@@ -57,7 +57,7 @@ fn lacking_within(
             is_missing.then(|| Lacking { required, guaranteed: "not".to_owned(), place: written.span })
         })
     });
-    let required = entry.value.get("requires").and_then(Value::elements).unwrap_or_default();
+    let required = entry.value.elements_of("requires");
     own.or_else(|| {
         required.iter().filter_map(Value::text).find_map(|name| {
             let other = features.iter().find(|other| other.key == name)?;
@@ -112,9 +112,9 @@ pub(super) fn cannot_be_on(setting: &Setting, lacking: &Lacking, profile: &Targe
 }
 
 fn required_limits(entry: &Entry) -> &[Entry] {
-    entry.value.get("required_limits").and_then(Value::entries).unwrap_or_default()
+    entry.value.entries_of("required_limits")
 }
 
 fn required_features(entry: &Entry) -> &[Value] {
-    entry.value.get("required_features").and_then(Value::elements).unwrap_or_default()
+    entry.value.elements_of("required_features")
 }

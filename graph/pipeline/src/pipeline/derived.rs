@@ -14,7 +14,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::expression_diagnostic::expression_diagnostic;
-use super::load::{RESERVED, VIEWPORT, bad_name, is_name};
+use super::load::{self, VIEWPORT};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{Entry, pointer_join};
 use crate::expression::{self, Expression, ExpressionKind, Scope, Value};
@@ -103,7 +103,7 @@ pub(super) fn evaluate(
     let needs: BTreeMap<&str, BTreeSet<&str>> = open
         .iter()
         .map(|(name, (_, expression))| {
-            let known = names_of(expression).filter_map(|name| Some(*open.get_key_value(name)?.0));
+            let known = expression.names().into_iter().filter_map(|name| Some(*open.get_key_value(name)?.0));
             (*name, known.collect())
         })
         .collect();
@@ -200,25 +200,14 @@ pub(super) fn order<'n>(needs: &BTreeMap<&'n str, BTreeSet<&'n str>>) -> (Vec<&'
 }
 
 fn name_diagnostic(entry: &Entry, taken: &BTreeMap<&str, (Span, &str)>) -> Option<Diagnostic> {
-    if !is_name(&entry.key) || RESERVED.contains(&entry.key.as_str()) {
-        return Some(bad_name(entry));
+    if let Some(diagnostic) = load::name_diagnostic(entry) {
+        return Some(diagnostic);
     }
     let (twin, what) = taken.get(entry.key.as_str())?;
     let article = if what.starts_with('i') { "an" } else { "a" };
     let message = format!("\"{}\" is a derived value and {article} {what}", entry.key);
     let diagnostic = Diagnostic::error(codes::BAD_NAME, entry.key_span, message);
     Some(diagnostic.related(*twin, format!("the {what}")).help("give one of the two another name"))
-}
-
-/// The names in an expression.
-fn names_of(expression: &Expression) -> impl Iterator<Item = &str> {
-    let mut names = Vec::new();
-    expression.visit(&mut |inner| {
-        if let ExpressionKind::Name(name) = &inner.kind {
-            names.push(name.as_str());
-        }
-    });
-    names.into_iter()
 }
 
 /// The words that an expression can yield, where it yields nothing else.

@@ -18,8 +18,10 @@ use std::sync::Arc;
 
 use super::live::names;
 use super::load::VIEWPORT;
+use super::version::Version;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::{self, ErrorKind, Expression, ExpressionError, ExpressionKind, Scope, Value};
+use crate::language::Reference;
 use crate::source::Span;
 
 /// Stands in front of a name that a subgraph file does not see; no expression can write such a name.
@@ -101,9 +103,20 @@ impl Environment {
         self.inputs.get(name).and_then(|input| input.version.as_deref())
     }
 
-    /// The number of frames back of an input of that name.
-    pub(super) fn back(&self, name: &str) -> u32 {
-        self.inputs.get(name).map_or(0, |input| input.back)
+    /// The version that a reference here means.
+    pub(super) fn version_of(&self, reference: &Reference<'_>) -> Version {
+        match (reference.version, self.version(reference.resource)) {
+            (Some("0"), _) | (None, Some("0")) => Version::Before,
+            (Some(pass), _) => Version::WrittenBy(self.pass(pass)),
+            (None, Some(pass)) => Version::WrittenBy(pass.to_owned()),
+            (None, None) => Version::Newest,
+        }
+    }
+
+    /// The number of frames back that a reference here means, together with those of an input of that name.
+    pub(super) fn frames_back(&self, reference: &Reference<'_>) -> u32 {
+        let input = self.inputs.get(reference.resource);
+        input.map_or(0, |input| input.back).saturating_add(reference.back)
     }
 
     /// The name outside of a pass.
@@ -298,12 +311,10 @@ impl Environment {
         let mut at = 0;
         while let Some(open) = text[at..].find('{').map(|offset| at + offset) {
             result.push_str(&text[at..open]);
+            let help = "references take expressions in braces: \"chain@down.{level - 1}\"";
             let error = |range, message: &str| ExpressionError {
-                range,
-                kind: ErrorKind::Type,
-                message: message.to_owned(),
-                help: Some("references take expressions in braces: \"chain@down.{level - 1}\"".to_owned()),
-                unknown: None,
+                help: Some(help.to_owned()),
+                ..ExpressionError::new(ErrorKind::Type, range, message)
             };
             let Some(close) = text[open..].find('}').map(|offset| open + offset) else {
                 return Err(error(open..text.len(), "the brace is not closed"));

@@ -15,7 +15,7 @@ use std::ops::Range;
 
 use super::derived::order;
 use crate::compose::is_path;
-use crate::document::{Document, Entry, Kind, Value as Json};
+use crate::document::{Document, Kind, Value as Json};
 
 /// The longest text that is an expression.
 const MAX_BYTES: usize = 4096;
@@ -24,17 +24,17 @@ const MAX_BYTES: usize = 4096;
 /// expressions over parameters and features in place of the names of derived values.
 pub fn inlined(document: &Document) -> Cow<'_, Document> {
     let has_any = |owner: &Json| owner.get("derived").is_some();
-    let subgraphs = document.root.get("subgraphs").and_then(Json::entries).unwrap_or_default();
+    let subgraphs = document.root.entries_of("subgraphs");
     if !has_any(&document.root) && !subgraphs.iter().any(|subgraph| has_any(&subgraph.value)) {
         return Cow::Borrowed(document);
     }
     let mut root = document.root.clone();
     let texts = inline_owner(&mut root, &BTreeMap::new());
-    if let Some(subgraphs) = members_mut(&mut root, "subgraphs") {
+    if let Some(subgraphs) = root.entries_of_mut("subgraphs") {
         for subgraph in subgraphs {
             let mut seen = if is_path(&subgraph.key) { BTreeMap::new() } else { texts.clone() };
             for section in ["parameters", "inputs"] {
-                for own in subgraph.value.get(section).and_then(Json::entries).unwrap_or_default() {
+                for own in subgraph.value.entries_of(section) {
                     seen.remove(&own.key);
                 }
             }
@@ -48,7 +48,7 @@ pub fn inlined(document: &Document) -> Cow<'_, Document> {
 /// all of these.
 fn inline_owner(owner: &mut Json, around: &BTreeMap<String, String>) -> BTreeMap<String, String> {
     let mut texts = around.clone();
-    let declared = owner.get("derived").and_then(Json::entries).unwrap_or_default();
+    let declared = owner.entries_of("derived");
     let own: BTreeMap<String, String> =
         declared.iter().map(|entry| (entry.key.clone(), written(&entry.value))).collect();
     let needs: BTreeMap<&str, BTreeSet<&str>> = own
@@ -64,19 +64,11 @@ fn inline_owner(owner: &mut Json, around: &BTreeMap<String, String>) -> BTreeMap
         texts.insert(name.to_owned(), text);
     }
     for section in ["derived", "resources", "passes"] {
-        for member in members_mut(owner, section).into_iter().flatten() {
+        for member in owner.entries_of_mut(section).into_iter().flatten() {
             inline_value(&mut member.value, &texts);
         }
     }
     texts
-}
-
-fn members_mut<'v>(owner: &'v mut Json, section: &str) -> Option<&'v mut Vec<Entry>> {
-    let Kind::Object(sections) = &mut owner.kind else { return None };
-    match &mut sections.iter_mut().find(|entry| entry.key == section)?.value.kind {
-        Kind::Object(members) => Some(members),
-        _ => None,
-    }
 }
 
 /// The text of an expression.

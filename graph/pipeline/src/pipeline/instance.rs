@@ -5,22 +5,15 @@ use std::sync::Arc;
 use super::environment::Environment;
 use crate::document::Entry;
 
-/// A pass or resource as it is used once.
-pub(super) struct Instance<'a> {
-    pub(super) name: String,
-    pub(super) entry: &'a Entry,
-    pub(super) pointer: String,
-    pub(super) environment: Arc<Environment>,
-    /// Whether it does not fit the schema, so that it has diagnostics already.
-    pub(super) is_broken: bool,
-}
-
-/// A pass, or a use of a subgraph, that says "after".
-pub(in crate::pipeline) struct Waiting<'a> {
-    /// Its name outside of all subgraphs.
+/// A pass, a use of a subgraph or a resource as it is used once.
+#[derive(Clone)]
+pub(in crate::pipeline) struct Instance<'a> {
+    /// Its name outside of all subgraphs; what the names of the passes of a used subgraph start with.
     pub(in crate::pipeline) name: String,
     pub(in crate::pipeline) entry: &'a Entry,
     pub(in crate::pipeline) pointer: String,
     /// The scope of names there.
     pub(in crate::pipeline) environment: Arc<Environment>,
+    /// Whether it does not fit the schema, so that it has diagnostics already.
+    pub(in crate::pipeline) is_broken: bool,
 }

@@ -161,26 +161,11 @@ pub(super) fn names(expression: &Expression) -> Vec<&str> {
 
 fn collect<'e>(expression: &'e Expression, names: &mut Vec<&'e str>) {
     match &expression.kind {
-        ExpressionKind::Literal(_) => {}
         ExpressionKind::Name(name) => names.push(name),
-        ExpressionKind::Unary(_, a) => collect(a, names),
-        ExpressionKind::Binary(_, a, b) | ExpressionKind::Index(a, b) => {
-            collect(a, names);
-            collect(b, names);
-        }
-        ExpressionKind::Conditional(a, b, c) => {
-            collect(a, names);
-            collect(b, names);
-            collect(c, names);
-        }
-        ExpressionKind::Call(function, list) => {
-            if function != "len"
-                || !matches!(list.as_slice(), [Expression { kind: ExpressionKind::Name(_), .. }])
-            {
-                list.iter().for_each(|item| collect(item, names));
-            }
-        }
-        ExpressionKind::List(list) => list.iter().for_each(|item| collect(item, names)),
+        ExpressionKind::Call(function, list)
+            if function == "len"
+                && matches!(list.as_slice(), [Expression { kind: ExpressionKind::Name(_), .. }]) => {}
+        _ => expression.parts().for_each(|part| collect(part, names)),
     }
 }
 

@@ -71,7 +71,7 @@ impl ParameterFile {
 ///
 /// A preset that is not there is a diagnostic, and has no values.
 pub fn of_preset(document: &Document, name: &str, place: Span, diagnostics: &mut Diagnostics) -> Overrides {
-    let presets = document.root.get("presets").and_then(document::Value::entries).unwrap_or_default();
+    let presets = document.root.entries_of("presets");
     match presets.iter().find(|preset| preset.key == name) {
         Some(preset) => Overrides {
             parameters: preset.value.get("parameters").map(settings).unwrap_or_default(),
@@ -103,8 +103,7 @@ pub(super) fn check(
     };
     for preset in presets {
         let at = pointer_join("/presets", &preset.key);
-        let values =
-            |section: &str| preset.value.get(section).and_then(document::Value::entries).unwrap_or_default();
+        let values = |section: &str| preset.value.entries_of(section);
         let is_there = |section: &str, entry: &Entry, name: &str| {
             let is_twin = |other: &&Entry| other.key == name && other.key_span.file == entry.key_span.file;
             values(section).iter().any(|other| is_twin(&other))

@@ -8,7 +8,7 @@ use crate::source::Span;
 /// The profiles that a document claims, in its order; `webgpu` where it claims none. A name that no profile has is a
 /// diagnostic.
 pub fn claimed_profiles(document: &Document, diagnostics: &mut Diagnostics) -> Vec<TargetProfile> {
-    let claims = document.root.get("profiles").and_then(|claims| claims.elements()).unwrap_or_default();
+    let claims = document.root.elements_of("profiles");
     let mut profiles: Vec<TargetProfile> = Vec::new();
     for (at, claim) in claims.iter().enumerate() {
         let Some(name) = claim.text() else { continue };

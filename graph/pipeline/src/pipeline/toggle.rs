@@ -22,11 +22,11 @@
 //! pass of the subgraph. Limits: a pass has one toggle; attachments have no passthrough.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
 use super::environment::Environment;
 use super::expression_diagnostic::expression_diagnostic;
-use super::load::{RESERVED, Shared, bad_name, is_name};
+use super::instance::Instance;
+use super::load::{Shared, name_diagnostic};
 use super::{Access, Pass, Pipeline, ResourceKind, Version, history};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, list_of, suggested_name};
 use crate::document::{Document, Entry, Kind, Value, pointer_join};
@@ -118,13 +118,13 @@ pub(super) fn toggles(
     sound: &BTreeMap<String, ToggleDeclaration>,
     diagnostics: &mut Diagnostics,
 ) -> Vec<Toggle> {
-    let section = |name: &str| document.root.get(name).and_then(Value::entries).unwrap_or_default();
+    let section = |name: &str| document.root.entries_of(name);
     let mentioned = mentioned(document);
     let mut toggles = Vec::new();
     for entry in section("toggles") {
         let pointer = pointer_join("/toggles", &entry.key);
-        if RESERVED.contains(&entry.key.as_str()) || !is_name(&entry.key) {
-            diagnostics.push(bad_name(entry));
+        if let Some(diagnostic) = name_diagnostic(entry) {
+            diagnostics.push(diagnostic);
             continue;
         }
         let mut fine = true;
@@ -165,11 +165,11 @@ pub(super) fn toggles(
 
 /// The entries of all passes, those of subgraphs too, each with its pointer.
 fn pass_entries(document: &Document) -> Vec<(String, &Entry)> {
-    let subgraphs = document.root.get("subgraphs").and_then(Value::entries).unwrap_or_default();
+    let subgraphs = document.root.entries_of("subgraphs");
     let subgraphs = subgraphs.iter().map(|entry| (pointer_join("/subgraphs", &entry.key), &entry.value));
     let owners = std::iter::once((String::new(), &document.root)).chain(subgraphs);
     let entries = owners.flat_map(|(owner, value)| {
-        let passes = value.get("passes").and_then(Value::entries).unwrap_or_default();
+        let passes = value.entries_of("passes");
         passes.iter().map(move |entry| (pointer_join(&format!("{owner}/passes"), &entry.key), entry))
     });
     entries.collect()
@@ -183,7 +183,7 @@ fn mentioned(document: &Document) -> BTreeSet<&str> {
 
 /// Finds passes with a toggle that is not declared, each once, however often its subgraph is used.
 fn unknown(document: &Document, diagnostics: &mut Diagnostics) {
-    let declared = document.root.get("toggles").and_then(Value::entries).unwrap_or_default();
+    let declared = document.root.entries_of("toggles");
     let names: Vec<&str> = declared.iter().map(|entry| entry.key.as_str()).collect();
     for (pointer, entry) in pass_entries(document) {
         let Some((value, text)) = entry.value.get("toggle").and_then(|value| Some((value, value.text()?)))
@@ -234,27 +234,18 @@ pub(super) fn condition(
     all.first().map(|(_, condition)| *condition)
 }
 
-/// One "passthrough" of a pass or of a use of a subgraph.
-pub(super) struct PassthroughDeclaration<'a> {
-    /// The pass, or what the names of the passes of the subgraph start with.
-    pub(super) name: String,
-    pub(super) entry: &'a Entry,
-    pub(super) pointer: String,
-    pub(super) environment: Arc<Environment>,
-}
-
-/// Determines the fallback of each resource, and adds its accesses to the passes that read. Resources with a
-/// passthrough that cannot be join the uncertain ones.
+/// Determines the fallback of each resource from the passes, and uses of subgraphs, that have a "passthrough", and adds
+/// its accesses to the passes that read. Resources with a passthrough that cannot be join the uncertain ones.
 pub(super) fn connect(
-    declaration: &[PassthroughDeclaration<'_>],
+    declarations: &[Instance<'_>],
     passes: &mut [Pass],
     toggles: &[Toggle],
     uncertain: &mut BTreeSet<ResourceHandle>,
     shared: &mut Shared,
 ) -> BTreeMap<ResourceHandle, Passthrough> {
     let mut passthroughs: BTreeMap<ResourceHandle, Passthrough> = BTreeMap::new();
-    for declaration in declaration {
-        for one in declaration.entry.value.get("passthrough").and_then(Value::entries).unwrap_or_default() {
+    for declaration in declarations {
+        for one in declaration.entry.value.entries_of("passthrough") {
             let check = PassthroughCheck { declaration, one, passes, toggles, uncertain, shared };
             match check.passthrough(&passthroughs) {
                 Ok(found) => {
@@ -372,7 +363,7 @@ type Rejection = Option<Box<Diagnostic>>;
 
 /// One entry of one "passthrough".
 struct PassthroughCheck<'a> {
-    declaration: &'a PassthroughDeclaration<'a>,
+    declaration: &'a Instance<'a>,
     one: &'a Entry,
     passes: &'a [Pass],
     toggles: &'a [Toggle],
@@ -439,7 +430,7 @@ impl PassthroughCheck<'_> {
                 .suggest(reference.resource, names, written, |_| "declare it under \"resources\"".to_owned());
             return Err(Some(Box::new(diagnostic)));
         };
-        let back = environment.back(reference.resource).saturating_add(reference.back);
+        let back = environment.frames_back(&reference);
         if back > 0 {
             let earlier = history::earlier(self.shared, handle, back).ok_or_else(|| {
                 let (message, help) = history::beyond(self.shared, handle, back);
@@ -449,15 +440,8 @@ impl PassthroughCheck<'_> {
             })?;
             return Ok(Some((earlier, Version::Newest)));
         }
-        let version = match (reference.version, environment.version(reference.resource)) {
-            (Some("0"), _) => Version::Before,
-            (Some(pass), _) => Version::WrittenBy(environment.pass(pass)),
-            (None, Some("0")) => Version::Before,
-            (None, Some(pass)) => Version::WrittenBy(pass.to_owned()),
-            (None, None) => Version::Newest,
-        };
         let known = !matches!(self.shared.resources[handle.index()].kind, ResourceKind::Broken);
-        Ok(known.then_some((handle, version)))
+        Ok(known.then(|| (handle, environment.version_of(&reference))))
     }
 
     /// The fallback of a resource; `None` where a passthrough changes nothing, or nothing is known.
@@ -544,8 +528,7 @@ impl PassthroughCheck<'_> {
             let help = "the fallback is of the same kind; blackboard data has the same shape";
             return Err(self.reject(self.one.value.span, message, help));
         }
-        let pointer = pointer_join(&format!("{}/passthrough", self.declaration.pointer), &self.one.key);
-        let place = self.one.value.span;
+        let (place, pointer) = (self.one.value.span, self.pointer());
         Ok(Some((resource, Passthrough { condition, fallback, version, place, pointer })))
     }
 }

@@ -79,8 +79,7 @@ pub(super) fn put_in(document: &mut Value, mut extension: Value, diagnostics: &m
         });
     }
     let keys = |section: &str| -> BTreeSet<String> {
-        let entries = extension.get(section).and_then(Value::entries).unwrap_or_default();
-        entries.iter().map(|entry| entry.key.clone()).collect()
+        extension.entries_of(section).iter().map(|entry| entry.key.clone()).collect()
     };
     let (own_passes, own_subgraphs) = (keys("passes"), keys("subgraphs"));
     merge::beside(document, extension, diagnostics);
@@ -90,7 +89,8 @@ pub(super) fn put_in(document: &mut Value, mut extension: Value, diagnostics: &m
     };
     take_over(document, &is_own, &mut changes, diagnostics);
     for (later, earlier, place) in before {
-        if let Some(pass) = entry_mut(document, "passes", &later) {
+        let mut passes = document.entries_of_mut("passes").into_iter().flatten();
+        if let Some(pass) = passes.find(|pass| pass.key == later) {
             add_to_list(&mut pass.value, "after", &[(earlier, place)]);
         }
     }
@@ -106,10 +106,9 @@ fn extension_point(
     beside: &[Entry],
     diagnostics: &mut Diagnostics,
 ) -> Option<(Names, Vec<String>)> {
-    let points = document.get("extension_points");
-    let Some(found) = points.and_then(|points| points.get(&point.key)) else {
-        let names =
-            points.and_then(Value::entries).unwrap_or_default().iter().map(|entry| entry.key.as_str());
+    let points = document.entries_of("extension_points");
+    let Some(found) = points.iter().find(|known| known.key == point.key) else {
+        let names = points.iter().map(|entry| entry.key.as_str());
         let message = format!("there is no extension point \"{}\"", point.key);
         let diagnostic = Diagnostic::error(codes::UNKNOWN_EXTENSION_POINT, point.key_span, message);
         let taken = |name: &str| beside.iter().any(|other| other.key == name);
@@ -121,7 +120,7 @@ fn extension_point(
         return None;
     };
     let names = |key: &str| -> Names {
-        let list = found.get(key).and_then(Value::elements).unwrap_or_default();
+        let list = found.value.elements_of(key);
         list.iter().filter_map(|value| Some((value.text()?.to_owned(), value.span))).collect()
     };
     Some((names("after"), names("before").into_iter().map(|(name, _)| name).collect()))
@@ -130,9 +129,8 @@ fn extension_point(
 /// The pass that an earlier extension put last behind the same passes: the next goes behind it.
 fn last_inserted(document: &Value, after: &Names) -> Option<(String, Span)> {
     let wanted: Vec<&str> = after.iter().map(|(name, _)| name.as_str()).collect();
-    let passes = document.get("passes").and_then(Value::entries)?;
-    let inserted = passes.iter().rev().find(|pass| {
-        let list = pass.value.get("after").and_then(Value::elements).unwrap_or_default();
+    let inserted = document.entries_of("passes").iter().rev().find(|pass| {
+        let list = pass.value.elements_of("after");
         let names: Vec<&str> = list.iter().filter_map(Value::text).collect();
         !wanted.is_empty()
             && wanted.iter().all(|name| names.contains(name))
@@ -159,11 +157,4 @@ fn add_to_list(object: &mut Value, key: &str, names: &[(String, Span)]) {
             value: Value { span, kind: Kind::Array(names.iter().map(text).collect()) },
         }),
     }
-}
-
-fn entry_mut<'a>(document: &'a mut Value, section: &str, key: &str) -> Option<&'a mut Entry> {
-    let Kind::Object(entries) = &mut document.kind else { return None };
-    let section = entries.iter_mut().find(|entry| entry.key == section)?;
-    let Kind::Object(members) = &mut section.value.kind else { return None };
-    members.iter_mut().find(|entry| entry.key == key)
 }

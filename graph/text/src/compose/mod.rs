@@ -78,12 +78,8 @@ impl Composed {
     /// Puts an extension in, and remembers which of its files said what.
     pub fn insert(&mut self, mut extension: Composed, diagnostics: &mut Diagnostics) {
         // A file that both use is one subgraph.
-        if let Kind::Object(sections) = &mut extension.document.root.kind {
-            for section in sections.iter_mut().filter(|section| section.key == "subgraphs") {
-                if let Kind::Object(members) = &mut section.value.kind {
-                    members.retain(|member| !self.used.contains(&member.key));
-                }
-            }
+        if let Some(members) = extension.document.root.entries_of_mut("subgraphs") {
+            members.retain(|member| !self.used.contains(&member.key));
         }
         self.used.append(&mut extension.used);
         let inserted = |pointer: String| match pointer.strip_prefix("/inserts/") {
@@ -181,8 +177,8 @@ impl Composer<'_> {
         if self.misspells_a_file_key(&root) {
             return None;
         }
-        let bases = self.named_files(&root, "extends", path);
-        let parts = self.named_files(&root, "include", path);
+        let bases = self.named_files(&root, "extends");
+        let parts = self.named_files(&root, "include");
         if let Kind::Object(entries) = &mut root.kind {
             entries.retain(|entry| entry.key != "extends" && entry.key != "include");
         }
@@ -243,7 +239,7 @@ impl Composer<'_> {
     }
 
     /// The paths under a key, a string or a list of strings, each with its place.
-    fn named_files(&mut self, root: &Value, key: &str, _path: &Path) -> Vec<(String, Span)> {
+    fn named_files(&mut self, root: &Value, key: &str) -> Vec<(String, Span)> {
         let Some(value) = root.get(key) else { return Vec::new() };
         let list = match &value.kind {
             Kind::Array(elements) => elements.as_slice(),

@@ -44,18 +44,23 @@ pub(super) fn take_over(
     diagnostics: &mut Diagnostics,
 ) {
     let extends =
-        |owner: &Value| entries(owner, "passes").iter().any(|pass| pass.value.get("extends").is_some());
-    if !extends(root) && !entries(root, "subgraphs").iter().any(|subgraph| extends(&subgraph.value)) {
+        |owner: &Value| owner.entries_of("passes").iter().any(|pass| pass.value.get("extends").is_some());
+    if !extends(root) && !root.entries_of("subgraphs").iter().any(|subgraph| extends(&subgraph.value)) {
         return;
     }
-    let of_pipeline = Section { pointer: "/shared_settings".to_owned(), groups: groups_in(root) };
+    let of_pipeline = Section {
+        pointer: "/shared_settings".to_owned(),
+        groups: root.entries_of("shared_settings").to_vec(),
+    };
     let mut sharing = Sharing { changes, diagnostics, whole: BTreeMap::new(), values: 0 };
     sharing.passes(root, "", std::slice::from_ref(&of_pipeline), &|pass| wanted("passes", pass));
-    let subgraphs = entries_mut(root, "subgraphs").into_iter().flatten();
+    let subgraphs = root.entries_of_mut("subgraphs").into_iter().flatten();
     for subgraph in subgraphs.filter(|subgraph| wanted("subgraphs", &subgraph.key)) {
         let pointer = pointer_join("/subgraphs", &subgraph.key);
-        let own =
-            Section { pointer: format!("{pointer}/shared_settings"), groups: groups_in(&subgraph.value) };
+        let own = Section {
+            pointer: format!("{pointer}/shared_settings"),
+            groups: subgraph.value.entries_of("shared_settings").to_vec(),
+        };
         let mut seen = vec![own];
         if !is_path(&subgraph.key) {
             seen.push(of_pipeline.clone());
@@ -83,7 +88,7 @@ struct Sharing<'s> {
 impl Sharing<'_> {
     fn passes(&mut self, owner: &mut Value, pointer: &str, seen: &[Section], wanted: &dyn Fn(&str) -> bool) {
         let above = format!("{pointer}/passes");
-        for pass in entries_mut(owner, "passes").into_iter().flatten().filter(|pass| wanted(&pass.key)) {
+        for pass in owner.entries_of_mut("passes").into_iter().flatten().filter(|pass| wanted(&pass.key)) {
             if pass.value.get("extends").is_none() {
                 continue;
             }
@@ -205,22 +210,6 @@ pub fn is_incomplete(pass: &Value) -> bool {
     pass.get("extends").is_some_and(|extends| matches!(extends.kind, Kind::Null))
 }
 
-fn entries<'v>(owner: &'v Value, section: &str) -> &'v [Entry] {
-    owner.get(section).and_then(Value::entries).unwrap_or_default()
-}
-
-fn entries_mut<'v>(owner: &'v mut Value, section: &str) -> Option<&'v mut Vec<Entry>> {
-    let Kind::Object(sections) = &mut owner.kind else { return None };
-    match &mut sections.iter_mut().find(|entry| entry.key == section)?.value.kind {
-        Kind::Object(members) => Some(members),
-        _ => None,
-    }
-}
-
-fn groups_in(owner: &Value) -> Vec<Entry> {
-    entries(owner, "shared_settings").to_vec()
-}
-
 /// The names under "extends": a text, or a list of texts.
 fn names_in(value: &Value) -> &[Value] {
     match &value.kind {
@@ -249,10 +238,10 @@ impl<'d> SharedPlaces<'d> {
     /// The places of the groups of a document and of its subgraphs.
     pub fn of(document: &'d Document) -> Self {
         let mut places = Self { ranges: BTreeMap::new() };
-        let owners = entries(&document.root, "subgraphs").iter();
+        let owners = document.root.entries_of("subgraphs").iter();
         let owners = owners.map(|subgraph| (pointer_join("/subgraphs", &subgraph.key), &subgraph.value));
         for (pointer, owner) in owners.chain([(String::new(), &document.root)]) {
-            for group in entries(owner, "shared_settings") {
+            for group in owner.entries_of("shared_settings") {
                 let pointer = pointer_join(&format!("{pointer}/shared_settings"), &group.key);
                 places.add(&group.key, &pointer, group.key_span, &group.value);
             }

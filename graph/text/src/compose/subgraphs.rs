@@ -64,9 +64,8 @@ fn members_mut(value: &mut Value) -> &mut [Entry] {
 }
 
 /// The files that the passes of a section use, in order.
-fn files_of(passes: Option<&Value>) -> impl Iterator<Item = (String, Span)> + '_ {
-    let passes = passes.and_then(Value::entries).unwrap_or_default().iter();
-    passes.filter_map(|pass| {
+fn files_of(passes: &[Entry]) -> impl Iterator<Item = (String, Span)> + '_ {
+    passes.iter().filter_map(|pass| {
         let used = pass.value.get("use")?;
         Some((used.text().filter(|text| is_path(text))?.to_owned(), used.span))
     })
@@ -74,11 +73,9 @@ fn files_of(passes: Option<&Value>) -> impl Iterator<Item = (String, Span)> + '_
 
 /// All files that a document uses.
 fn used_files(root: &Value) -> VecDeque<(String, Span)> {
-    let section = |name: &str| root.get(name).and_then(Value::entries).unwrap_or_default().iter();
-    files_of(root.get("passes"))
-        .chain(section("subgraphs").flat_map(|subgraph| files_of(subgraph.value.get("passes"))))
-        .chain(section("inserts").flat_map(|point| files_of(Some(&point.value))))
-        .collect()
+    let subgraphs = root.entries_of("subgraphs").iter().map(|subgraph| subgraph.value.entries_of("passes"));
+    let inserts = root.entries_of("inserts").iter().filter_map(|point| point.value.entries());
+    [root.entries_of("passes")].into_iter().chain(subgraphs).chain(inserts).flat_map(files_of).collect()
 }
 
 impl Composer<'_> {
@@ -99,21 +96,20 @@ impl Composer<'_> {
             }
             match self.used_file(&name, place) {
                 Some(subgraph) => {
-                    waiting.extend(files_of(subgraph.get("passes")));
+                    waiting.extend(files_of(subgraph.entries_of("passes")));
                     read.push(Entry { key: name, key_span: place, value: subgraph });
                 }
                 None => fine = false,
             }
         }
-        if let (Kind::Object(sections), Some(first)) = (&mut root.kind, read.first()) {
-            if !sections.iter().any(|section| section.key == "subgraphs") {
-                let value = Value { span: first.value.span, kind: Kind::Object(Vec::new()) };
-                sections.push(Entry { key: "subgraphs".to_owned(), key_span: first.key_span, value });
-            }
-            let section = sections.iter_mut().find(|section| section.key == "subgraphs");
-            if let Some(Kind::Object(members)) = section.map(|section| &mut section.value.kind) {
-                members.append(&mut read);
-            }
+        if let (Kind::Object(sections), Some(first)) = (&mut root.kind, read.first())
+            && !sections.iter().any(|section| section.key == "subgraphs")
+        {
+            let value = Value { span: first.value.span, kind: Kind::Object(Vec::new()) };
+            sections.push(Entry { key: "subgraphs".to_owned(), key_span: first.key_span, value });
+        }
+        if let Some(members) = root.entries_of_mut("subgraphs") {
+            members.append(&mut read);
         }
         fine.then_some(known)
     }

@@ -7,11 +7,11 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use serde::de::{Error, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 /// The value of one axis.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(untagged)]
 pub enum AxisValue {
     /// A value of a boolean axis.
     Bool(bool),
@@ -49,48 +49,6 @@ impl From<i64> for AxisValue {
 impl From<&str> for AxisValue {
     fn from(name: &str) -> Self {
         AxisValue::Name(name.to_owned())
-    }
-}
-
-impl Serialize for AxisValue {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            AxisValue::Bool(value) => serializer.serialize_bool(*value),
-            AxisValue::Integer(value) => serializer.serialize_i64(*value),
-            AxisValue::Name(name) => serializer.serialize_str(name),
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for AxisValue {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(AxisValueVisitor)
-    }
-}
-
-struct AxisValueVisitor;
-
-impl Visitor<'_> for AxisValueVisitor {
-    type Value = AxisValue;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a boolean, an integer or a name")
-    }
-
-    fn visit_bool<E: Error>(self, value: bool) -> Result<AxisValue, E> {
-        Ok(AxisValue::Bool(value))
-    }
-
-    fn visit_i64<E: Error>(self, value: i64) -> Result<AxisValue, E> {
-        Ok(AxisValue::Integer(value))
-    }
-
-    fn visit_u64<E: Error>(self, value: u64) -> Result<AxisValue, E> {
-        i64::try_from(value).map(AxisValue::Integer).map_err(|_| E::custom("an integer beyond 64 bits"))
-    }
-
-    fn visit_str<E: Error>(self, name: &str) -> Result<AxisValue, E> {
-        Ok(AxisValue::Name(name.to_owned()))
     }
 }
 

@@ -1,10 +1,7 @@
 //! From a tree with places to typed values, without a tree of another kind between them.
 
-use serde::de::value::{BorrowedStrDeserializer, MapAccessDeserializer};
-use serde::de::{
-    DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, Error as _, MapAccess, SeqAccess,
-    Unexpected, VariantAccess, Visitor,
-};
+use serde::de::value::{BorrowedStrDeserializer, MapAccessDeserializer, MapDeserializer, SeqDeserializer};
+use serde::de::{DeserializeOwned, Deserializer, Error as _, IntoDeserializer, MapAccess, Visitor};
 use serde_json::Error;
 
 use super::{Entry, Kind, Value};
@@ -24,7 +21,19 @@ impl Value {
 /// # Errors
 /// The error: the value does not fit the type.
 pub fn decode_entries<'a, T: DeserializeOwned>(entries: impl Iterator<Item = &'a Entry>) -> Result<T, Error> {
-    T::deserialize(MapAccessDeserializer::new(Entries { entries, value: None }))
+    T::deserialize(MapAccessDeserializer::new(members(entries)))
+}
+
+fn members<'de>(entries: impl Iterator<Item = &'de Entry>) -> impl MapAccess<'de, Error = Error> {
+    MapDeserializer::new(entries.map(|entry| (entry.key.as_str(), &entry.value)))
+}
+
+impl<'de> IntoDeserializer<'de, Error> for &'de Value {
+    type Deserializer = Self;
+
+    fn into_deserializer(self) -> Self {
+        self
+    }
 }
 
 impl<'de> Deserializer<'de> for &'de Value {
@@ -37,14 +46,12 @@ impl<'de> Deserializer<'de> for &'de Value {
             Kind::Number(number) => number.deserialize_any(visitor),
             Kind::Text(text) => visitor.visit_borrowed_str(text),
             Kind::Array(elements) => {
-                let mut left = Elements(elements.iter());
+                let mut left = SeqDeserializer::<_, Error>::new(elements.iter());
                 let value = visitor.visit_seq(&mut left)?;
-                match left.0.len() {
-                    0 => Ok(value),
-                    _ => Err(Error::invalid_length(elements.len(), &"fewer elements in array")),
-                }
+                let more = |_| Error::invalid_length(elements.len(), &"fewer elements in array");
+                left.end().map_err(more).map(|()| value)
             }
-            Kind::Object(entries) => visitor.visit_map(Entries { entries: entries.iter(), value: None }),
+            Kind::Object(entries) => visitor.visit_map(members(entries.iter())),
         }
     }
 
@@ -65,17 +72,17 @@ impl<'de> Deserializer<'de> for &'de Value {
 
     fn deserialize_enum<V: Visitor<'de>>(
         self,
-        _: &'static str,
-        _: &'static [&'static str],
+        name: &'static str,
+        variants: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Error> {
         match &self.kind {
-            Kind::Text(name) => visitor.visit_enum(Variant { name, value: None }),
-            Kind::Object(entries) => match entries.as_slice() {
-                [entry] => visitor.visit_enum(Variant { name: &entry.key, value: Some(&entry.value) }),
-                _ => Err(Error::invalid_value(Unexpected::Map, &"map with a single key")),
-            },
-            _ => Err(Error::invalid_type(self.unexpected(), &"string or map")),
+            Kind::Text(word) => BorrowedStrDeserializer::new(word).deserialize_enum(name, variants, visitor),
+            Kind::Object(entries) if entries.len() == 1 => {
+                visitor.visit_enum(MapAccessDeserializer::new(members(entries.iter())))
+            }
+            // The error is that of `serde_json`.
+            _ => self.to_json().deserialize_enum(name, variants, visitor),
         }
     }
 
@@ -86,109 +93,6 @@ impl<'de> Deserializer<'de> for &'de Value {
     serde::forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
         tuple_struct map struct identifier
-    }
-}
-
-impl Value {
-    fn unexpected(&self) -> Unexpected<'_> {
-        match &self.kind {
-            Kind::Null => Unexpected::Unit,
-            Kind::Bool(value) => Unexpected::Bool(*value),
-            Kind::Number(number) => match (number.as_u64(), number.as_i64()) {
-                (Some(whole), _) => Unexpected::Unsigned(whole),
-                (_, Some(whole)) => Unexpected::Signed(whole),
-                _ => Unexpected::Float(number.as_f64().unwrap_or_default()),
-            },
-            Kind::Text(text) => Unexpected::Str(text),
-            Kind::Array(_) => Unexpected::Seq,
-            Kind::Object(_) => Unexpected::Map,
-        }
-    }
-}
-
-struct Elements<'de>(std::slice::Iter<'de, Value>);
-
-impl<'de> SeqAccess<'de> for Elements<'de> {
-    type Error = Error;
-
-    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Error> {
-        self.0.next().map(|value| seed.deserialize(value)).transpose()
-    }
-
-    fn size_hint(&self) -> Option<usize> {
-        Some(self.0.len())
-    }
-}
-
-struct Entries<'de, I> {
-    entries: I,
-    value: Option<&'de Value>,
-}
-
-impl<'de, I: Iterator<Item = &'de Entry>> MapAccess<'de> for Entries<'de, I> {
-    type Error = Error;
-
-    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Error> {
-        let Some(entry) = self.entries.next() else { return Ok(None) };
-        self.value = Some(&entry.value);
-        seed.deserialize(BorrowedStrDeserializer::new(&entry.key)).map(Some)
-    }
-
-    fn next_value_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<T::Value, Error> {
-        match self.value.take() {
-            Some(value) => seed.deserialize(value),
-            None => Err(Error::custom("value is missing")),
-        }
-    }
-}
-
-struct Variant<'de> {
-    name: &'de str,
-    value: Option<&'de Value>,
-}
-
-impl<'de> EnumAccess<'de> for Variant<'de> {
-    type Error = Error;
-    type Variant = Self;
-
-    fn variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<(T::Value, Self), Error> {
-        Ok((seed.deserialize(BorrowedStrDeserializer::new(self.name))?, self))
-    }
-}
-
-impl<'de> VariantAccess<'de> for Variant<'de> {
-    type Error = Error;
-
-    fn unit_variant(self) -> Result<(), Error> {
-        match self.value {
-            Some(value) => serde::Deserialize::deserialize(value),
-            None => Ok(()),
-        }
-    }
-
-    fn newtype_variant_seed<T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, Error> {
-        match self.value {
-            Some(value) => seed.deserialize(value),
-            None => Err(Error::invalid_type(Unexpected::UnitVariant, &"newtype variant")),
-        }
-    }
-
-    fn tuple_variant<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, Error> {
-        match self.value {
-            Some(value) => value.deserialize_any(visitor),
-            None => Err(Error::invalid_type(Unexpected::UnitVariant, &"tuple variant")),
-        }
-    }
-
-    fn struct_variant<V: Visitor<'de>>(
-        self,
-        _: &'static [&'static str],
-        visitor: V,
-    ) -> Result<V::Value, Error> {
-        match self.value {
-            Some(value) => value.deserialize_any(visitor),
-            None => Err(Error::invalid_type(Unexpected::UnitVariant, &"struct variant")),
-        }
     }
 }
 

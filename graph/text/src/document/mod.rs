@@ -102,6 +102,25 @@ impl Value {
         self.entry(key).map(|entry| &entry.value)
     }
 
+    /// The members of the object under `key`; none where there is no such object.
+    pub fn entries_of(&self, key: &str) -> &[Entry] {
+        self.get(key).and_then(Value::entries).unwrap_or_default()
+    }
+
+    /// The same, to be changed.
+    pub fn entries_of_mut(&mut self, key: &str) -> Option<&mut Vec<Entry>> {
+        let Kind::Object(entries) = &mut self.kind else { return None };
+        match &mut entries.iter_mut().find(|entry| entry.key == key)?.value.kind {
+            Kind::Object(members) => Some(members),
+            _ => None,
+        }
+    }
+
+    /// The elements of the array under `key`; none where there is no such array.
+    pub fn elements_of(&self, key: &str) -> &[Value] {
+        self.get(key).and_then(Value::elements).unwrap_or_default()
+    }
+
     /// The member `key` with its key's place.
     pub fn entry(&self, key: &str) -> Option<&Entry> {
         self.entries()?.iter().find(|entry| entry.key == key)

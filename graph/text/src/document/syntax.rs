@@ -7,6 +7,8 @@
 //! Limits: one diagnostic for each text, since the parser stops there; no fixes in texts over a mebibyte, and of their
 //! brackets that are never closed those only that the end of the text shows.
 
+use std::ops::Range;
+
 use jsonc_parser::errors::{ParseError, ParseErrorKind};
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 
@@ -123,16 +125,13 @@ impl Unclosed {
     /// Whether the text is JSON with nothing but this bracket closed.
     fn mends(&self, text: &str) -> bool {
         let (at, written) = &self.correction;
-        let (Some(before), Some(behind)) = (text.get(..*at), text.get(*at..)) else { return false };
-        let is_short = text.len() <= MAX_MENDED;
-        is_short
-            && parse_to_ast(&[before, written, behind].concat(), &CollectOptions::default(), &STRICT).is_ok()
+        error_after(text, *at..*at, written) == Some(None)
     }
 }
 
 /// The diagnostic for a string with a character that only an escape can write: most often its end is missing, and it
 /// goes on to the quotes of the next line.
-pub(super) fn control_character(file: FileId, text: &str, string: std::ops::Range<usize>) -> Diagnostic {
+pub(super) fn control_character(file: FileId, text: &str, string: Range<usize>) -> Diagnostic {
     let written = text.get(string.clone()).unwrap_or_default();
     let line = written.split(['\n', '\r']).next().unwrap_or_default();
     let (place, message, help) = if line.len() < written.len() {
@@ -148,7 +147,7 @@ pub(super) fn control_character(file: FileId, text: &str, string: std::ops::Rang
 
 /// The one way to mend an error.
 struct Correction {
-    range: std::ops::Range<usize>,
+    range: Range<usize>,
     replacement: String,
     help: &'static str,
 }
@@ -193,18 +192,17 @@ fn correction(text: &str, error: &ParseError) -> Option<Correction> {
 impl Correction {
     /// Whether the text is read further with it.
     fn mends(&self, text: &str) -> bool {
-        if text.len() > MAX_MENDED {
-            return false;
-        }
-        let (Some(before), Some(behind)) = (text.get(..self.range.start), text.get(self.range.end..)) else {
-            return false;
-        };
-        let mended = [before, &self.replacement, behind].concat();
-        match parse_to_ast(&mended, &CollectOptions::default(), &STRICT) {
-            Ok(_) => true,
-            Err(error) => error.range().start > self.range.start + self.replacement.len(),
-        }
+        let error = error_after(text, self.range.clone(), &self.replacement);
+        error.is_some_and(|error| error.is_none_or(|at| at > self.range.start + self.replacement.len()))
     }
+}
+
+/// Where the first error is in a text of which a range is replaced; `None` where the text is too long to tell.
+fn error_after(text: &str, range: Range<usize>, replacement: &str) -> Option<Option<usize>> {
+    let (before, behind) = (text.get(..range.start)?, text.get(range.end..)?);
+    let mended = (text.len() <= MAX_MENDED).then(|| [before, replacement, behind].concat())?;
+    let parsed = parse_to_ast(&mended, &CollectOptions::default(), &STRICT);
+    Some(parsed.err().map(|error| error.range().start))
 }
 
 fn lower_first(text: &str) -> String {

@@ -112,41 +112,34 @@ pub fn unknown_name(name: &str, range: Range<usize>, scope: &dyn Scope) -> Expre
     let members = name.rsplit_once('.').map_or_else(Vec::new, |(head, _)| scope.members(head));
     let known = if members.is_empty() { scope.names() } else { members };
     let kind = if scope.is_broken(name) { ErrorKind::Follows } else { ErrorKind::UnknownName };
-    ExpressionError {
-        range,
-        kind,
-        message: format!("there is no \"{name}\""),
-        help: None,
-        unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_complete: false })),
-    }
+    let unknown = Some(Box::new(UnknownName { name: name.to_owned(), known, is_complete: false }));
+    ExpressionError { unknown, ..ExpressionError::new(kind, range, format!("there is no \"{name}\"")) }
 }
 
 fn type_error(range: Range<usize>, message: impl Into<String>) -> ExpressionError {
-    ExpressionError { range, kind: ErrorKind::Type, message: message.into(), help: None, unknown: None }
+    ExpressionError::new(ErrorKind::Type, range, message)
 }
 
 fn arithmetic(range: Range<usize>, message: impl Into<String>) -> ExpressionError {
-    ExpressionError { range, kind: ErrorKind::Arithmetic, message: message.into(), help: None, unknown: None }
+    ExpressionError::new(ErrorKind::Arithmetic, range, message)
 }
 
 fn boolean(expression: &Expression, scope: &dyn Scope) -> Result<bool, ExpressionError> {
     match evaluate(expression, scope)? {
         Value::Bool(value) => Ok(value),
-        other => Err(type_error(
-            expression.range.clone(),
-            format!("a boolean is wanted, this is {}", other.kind_name()),
-        )),
+        other => Err(unwanted(expression, "a boolean", &other)),
     }
 }
 
 fn number(expression: &Expression, scope: &dyn Scope) -> Result<f64, ExpressionError> {
     match evaluate(expression, scope)? {
         Value::Number(value) => Ok(value),
-        other => Err(type_error(
-            expression.range.clone(),
-            format!("a number is wanted, this is {}", other.kind_name()),
-        )),
+        other => Err(unwanted(expression, "a number", &other)),
     }
+}
+
+fn unwanted(expression: &Expression, wanted: &str, found: &Value) -> ExpressionError {
+    type_error(expression.range.clone(), format!("{wanted} is wanted, this is {}", found.kind_name()))
 }
 
 fn finite(value: f64, range: Range<usize>) -> Result<f64, ExpressionError> {
@@ -214,24 +207,13 @@ fn elementwise(
     range: Range<usize>,
     operation: &dyn Fn(f64, f64) -> Result<f64, ExpressionError>,
 ) -> Result<Value, ExpressionError> {
+    let pair = |(a, b)| elementwise(a, b, range.clone(), operation);
+    let list = |elements: Result<_, _>| elements.map(Value::List);
     match (a, b) {
         (Value::Number(a), Value::Number(b)) => Ok(Value::Number(finite(operation(*a, *b)?, range)?)),
-        (Value::List(list), scalar @ Value::Number(_)) => list
-            .iter()
-            .map(|a| elementwise(a, scalar, range.clone(), operation))
-            .collect::<Result<_, _>>()
-            .map(Value::List),
-        (scalar @ Value::Number(_), Value::List(list)) => list
-            .iter()
-            .map(|b| elementwise(scalar, b, range.clone(), operation))
-            .collect::<Result<_, _>>()
-            .map(Value::List),
-        (Value::List(a), Value::List(b)) if a.len() == b.len() => a
-            .iter()
-            .zip(b)
-            .map(|(a, b)| elementwise(a, b, range.clone(), operation))
-            .collect::<Result<_, _>>()
-            .map(Value::List),
+        (Value::List(all), Value::Number(_)) => list(all.iter().map(|a| pair((a, b))).collect()),
+        (Value::Number(_), Value::List(all)) => list(all.iter().map(|b| pair((a, b))).collect()),
+        (Value::List(a), Value::List(b)) if a.len() == b.len() => list(a.iter().zip(b).map(pair).collect()),
         (Value::List(a), Value::List(b)) => Err(type_error(
             range,
             format!("a list of {} and one of {} elements do not fit", a.len(), b.len()),

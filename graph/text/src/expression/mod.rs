@@ -102,22 +102,30 @@ impl Expression {
     /// Goes through the expression and all of its parts.
     pub fn visit<'e>(&'e self, each: &mut dyn FnMut(&'e Expression)) {
         each(self);
-        match &self.kind {
-            ExpressionKind::Literal(_) | ExpressionKind::Name(_) => {}
-            ExpressionKind::Unary(_, a) => a.visit(each),
-            ExpressionKind::Binary(_, a, b) | ExpressionKind::Index(a, b) => {
-                a.visit(each);
-                b.visit(each);
+        self.parts().for_each(|part| part.visit(each));
+    }
+
+    /// The expressions that it is made of, each with its own parts in it.
+    pub fn parts(&self) -> impl Iterator<Item = &Expression> {
+        let (few, list): ([Option<&Expression>; 3], &[Expression]) = match &self.kind {
+            ExpressionKind::Literal(_) | ExpressionKind::Name(_) => ([None; 3], &[]),
+            ExpressionKind::Unary(_, a) => ([Some(a), None, None], &[]),
+            ExpressionKind::Binary(_, a, b) | ExpressionKind::Index(a, b) => ([Some(a), Some(b), None], &[]),
+            ExpressionKind::Conditional(a, b, c) => ([Some(a), Some(b), Some(c)], &[]),
+            ExpressionKind::Call(_, list) | ExpressionKind::List(list) => ([None; 3], list),
+        };
+        few.into_iter().flatten().chain(list)
+    }
+
+    /// The names in it, in their order.
+    pub fn names(&self) -> Vec<&str> {
+        let mut names = Vec::new();
+        self.visit(&mut |inner| {
+            if let ExpressionKind::Name(name) = &inner.kind {
+                names.push(name.as_str());
             }
-            ExpressionKind::Conditional(a, b, c) => {
-                a.visit(each);
-                b.visit(each);
-                c.visit(each);
-            }
-            ExpressionKind::Call(_, list) | ExpressionKind::List(list) => {
-                list.iter().for_each(|item| item.visit(each));
-            }
-        }
+        });
+        names
     }
 }
 
@@ -195,6 +203,13 @@ pub struct ExpressionError {
     pub help: Option<String>,
     /// The name that does not exist, where that is the error.
     pub unknown: Option<Box<UnknownName>>,
+}
+
+impl ExpressionError {
+    /// An error without a way out of its own.
+    pub fn new(kind: ErrorKind, range: Range<usize>, message: impl Into<String>) -> Self {
+        Self { range, kind, message: message.into(), help: None, unknown: None }
+    }
 }
 
 /// A name that does not exist, and those that do.

@@ -29,7 +29,11 @@ pub fn parse(text: &str) -> Result<Expression, ExpressionError> {
 }
 
 fn syntax(range: Range<usize>, message: impl Into<String>) -> ExpressionError {
-    ExpressionError { range, kind: ErrorKind::Syntax, message: message.into(), help: None, unknown: None }
+    ExpressionError::new(ErrorKind::Syntax, range, message)
+}
+
+fn too_deep(range: Range<usize>) -> ExpressionError {
+    syntax(range, format!("expressions nest to {MAX_DEPTH} levels at most"))
 }
 
 struct Parser<'a> {
@@ -58,10 +62,7 @@ impl Parser<'_> {
     fn conditional(&mut self) -> Result<Expression, ExpressionError> {
         self.depth += 1;
         if self.depth > MAX_DEPTH {
-            return Err(syntax(
-                self.at..self.text.len(),
-                format!("expressions nest to {MAX_DEPTH} levels at most"),
-            ));
+            return Err(too_deep(self.at..self.text.len()));
         }
         let condition = self.binary(0)?;
         let expression = if self.take("?") {
@@ -114,7 +115,7 @@ impl Parser<'_> {
         };
         self.depth += 1;
         if self.depth > MAX_DEPTH {
-            return Err(syntax(start..self.at, format!("expressions nest to {MAX_DEPTH} levels at most")));
+            return Err(too_deep(start..self.at));
         }
         let operand = self.unary()?;
         self.depth -= 1;
@@ -130,10 +131,7 @@ impl Parser<'_> {
         while self.take("[") {
             links += 1;
             if links > MAX_DEPTH {
-                return Err(syntax(
-                    expression.range,
-                    format!("expressions nest to {MAX_DEPTH} levels at most"),
-                ));
+                return Err(too_deep(expression.range));
             }
             let index = self.conditional()?;
             if !self.take("]") {

@@ -13,18 +13,13 @@ use super::{
 /// The first text that an enumeration is compared with and never is. The expression is as it is written: a name that
 /// has been replaced by its value is not a text that somebody wrote.
 pub fn unknown_word(expression: &Expression, scope: &dyn Scope) -> Option<ExpressionError> {
-    let inside = |inner: &Expression| unknown_word(inner, scope);
-    match &expression.kind {
-        ExpressionKind::Literal(_) | ExpressionKind::Name(_) => None,
+    let own = match &expression.kind {
         ExpressionKind::Binary(BinaryOperator::Equal | BinaryOperator::NotEqual, a, b) => {
-            let compared = compared(a, b, scope).or_else(|| compared(b, a, scope));
-            compared.or_else(|| inside(a)).or_else(|| inside(b))
+            compared(a, b, scope).or_else(|| compared(b, a, scope))
         }
-        ExpressionKind::Unary(_, a) => inside(a),
-        ExpressionKind::Binary(_, a, b) | ExpressionKind::Index(a, b) => inside(a).or_else(|| inside(b)),
-        ExpressionKind::Conditional(a, b, c) => inside(a).or_else(|| inside(b)).or_else(|| inside(c)),
-        ExpressionKind::Call(_, list) | ExpressionKind::List(list) => list.iter().find_map(inside),
-    }
+        _ => None,
+    };
+    own.or_else(|| expression.parts().find_map(|part| unknown_word(part, scope)))
 }
 
 fn compared(named: &Expression, with: &Expression, scope: &dyn Scope) -> Option<ExpressionError> {

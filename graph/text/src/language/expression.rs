@@ -29,13 +29,10 @@ impl Expr {
                     elements.iter().map(|element| Expr(element.clone()).parse()).collect::<Result<_, _>>()?;
                 Ok(Expression { range: 0..0, kind: ExpressionKind::List(elements) })
             }
-            _ => Err(ExpressionError {
-                range: 0..0,
-                kind: expression::ErrorKind::Type,
-                message: "an expression is a number, a boolean, a string or a list".to_owned(),
-                help: None,
-                unknown: None,
-            }),
+            _ => {
+                let message = "an expression is a number, a boolean, a string or a list";
+                Err(ExpressionError::new(expression::ErrorKind::Type, 0..0, message))
+            }
         }
     }
 }

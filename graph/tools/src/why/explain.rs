@@ -397,7 +397,7 @@ fn change(subject: &Subject<'_>, kind: Kind, name: &str) -> Option<PlanFact> {
 }
 
 fn settings(preset: &Value) -> impl Iterator<Item = &Entry> {
-    let of = |section: &str| preset.get(section).and_then(Value::entries).unwrap_or_default();
+    let of = |section: &str| preset.entries_of(section);
     of("parameters").iter().chain(of("features"))
 }
 
@@ -417,7 +417,7 @@ fn mentions(subject: &Subject<'_>, root: &Value, name: &str) -> Vec<PlanFact> {
     };
     let mut facts = users(subject, root, |entry| in_text(entry) || has_axis(subject, &entry.key, name));
     for (section, what) in [("resources", "the resource"), ("derived", "the derived value")] {
-        let entries = root.get(section).and_then(Value::entries).unwrap_or_default();
+        let entries = root.entries_of(section);
         facts.extend(entries.iter().filter(|entry| in_text(entry)).map(|entry| PlanFact {
             about: "used by",
             text: format!("{what} {}", entry.key),
@@ -440,7 +440,7 @@ fn has_axis(subject: &Subject<'_>, pass: &str, name: &str) -> bool {
 fn users(subject: &Subject<'_>, root: &Value, holds: impl Fn(&Entry) -> bool) -> Vec<PlanFact> {
     let mut facts = Vec::new();
     let passes = |owner: &Value| -> Vec<(String, Span)> {
-        let entries = owner.get("passes").and_then(Value::entries).unwrap_or_default();
+        let entries = owner.entries_of("passes");
         let fitting = entries.iter().filter(|entry| holds(entry));
         fitting.map(|entry| (entry.key.clone(), entry.key_span)).collect()
     };
@@ -448,7 +448,7 @@ fn users(subject: &Subject<'_>, root: &Value, holds: impl Fn(&Entry) -> bool) ->
         facts.push(PlanFact { about: "used by", text, at: Some(location(subject.sources, place)) });
     };
     passes(root).into_iter().for_each(&mut push);
-    for subgraph in root.get("subgraphs").and_then(Value::entries).unwrap_or_default() {
+    for subgraph in root.entries_of("subgraphs") {
         for (pass, place) in passes(&subgraph.value) {
             push((format!("{pass} of the subgraph {}", subgraph.key), place));
         }

@@ -218,6 +218,5 @@ pub(super) fn resource_names(subject: &Subject<'_>) -> BTreeSet<String> {
 }
 
 fn keys<'a>(subject: &Subject<'a>, section: &str) -> impl Iterator<Item = String> + use<'a> {
-    let section = subject.composed.document.root.get(section).and_then(Value::entries);
-    section.unwrap_or_default().iter().map(|entry| entry.key.clone())
+    subject.composed.document.root.entries_of(section).iter().map(|entry| entry.key.clone())
 }

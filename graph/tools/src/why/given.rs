@@ -96,9 +96,9 @@ pub(super) fn of_document(
 
 /// The preset that a setting stands in.
 fn preset_of(subject: &Subject<'_>, section: &str, setting: &Setting) -> Option<String> {
-    let presets = subject.composed.document.root.get("presets").and_then(Value::entries).unwrap_or_default();
+    let presets = subject.composed.document.root.entries_of("presets");
     let stands_in = |preset: &&Entry| {
-        let values = preset.value.get(section).and_then(Value::entries).unwrap_or_default();
+        let values = preset.value.entries_of(section);
         values.iter().any(|entry| entry.key_span == setting.place)
     };
     presets.iter().find(stands_in).map(|preset| preset.key.clone())

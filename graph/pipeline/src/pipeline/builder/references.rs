@@ -15,11 +15,8 @@ impl PassBuilder<'_> {
         pointer: &str,
     ) -> Option<Subresource> {
         let (handle, version) = self.reference(reference, pointer)?;
-        let resource = &self.shared.resources[handle.index()];
-        if resource.texture().is_none() {
-            let message =
-                format!("\"{}\" is {}, but a texture is wanted here", resource.name, resource.kind_name());
-            return self.reject(codes::WRONG_RESOURCE, pointer, message, "name a texture of \"resources\"");
+        if self.shared.resources[handle.index()].texture().is_none() {
+            return self.wrong_kind(handle, "texture", pointer);
         }
         Some(self.subresource(handle, range, version, pointer))
     }
@@ -106,13 +103,18 @@ impl PassBuilder<'_> {
         pointer: &str,
     ) -> Option<Subresource> {
         let (handle, version) = self.reference(reference, pointer)?;
-        let resource = &self.shared.resources[handle.index()];
-        if !matches!(resource.kind, ResourceKind::Buffer(_)) {
-            let message =
-                format!("\"{}\" is {}, but a buffer is wanted here", resource.name, resource.kind_name());
-            return self.reject(codes::WRONG_RESOURCE, pointer, message, "name a buffer of \"resources\"");
+        if !matches!(self.shared.resources[handle.index()].kind, ResourceKind::Buffer(_)) {
+            return self.wrong_kind(handle, "buffer", pointer);
         }
         Some(self.subresource(handle, range, version, pointer))
+    }
+
+    fn wrong_kind<T>(&mut self, handle: ResourceHandle, wanted: &str, pointer: &str) -> Option<T> {
+        let resource = &self.shared.resources[handle.index()];
+        let (name, kind) = (&resource.name, resource.kind_name());
+        let message = format!("\"{name}\" is {kind}, but a {wanted} is wanted here");
+        let help = format!("name a {wanted} of \"resources\"");
+        self.reject(codes::WRONG_RESOURCE, pointer, message, help)
     }
 
     pub(super) fn reference(&mut self, text: &str, pointer: &str) -> Option<(ResourceHandle, Version)> {
@@ -169,7 +171,7 @@ impl PassBuilder<'_> {
             );
             return None;
         };
-        let back = self.environment.back(reference.resource).saturating_add(reference.back);
+        let back = environment.frames_back(&reference);
         if back > 0 {
             if let Some(earlier) = history::earlier(self.shared, handle, back) {
                 return Some((earlier, Version::Newest));
@@ -183,14 +185,7 @@ impl PassBuilder<'_> {
             self.shared.diagnostics.push(diagnostic);
             return None;
         }
-        let version = match (reference.version, self.environment.version(reference.resource)) {
-            (Some("0"), _) => Version::Before,
-            (Some(pass), _) => Version::WrittenBy(self.environment.pass(pass)),
-            (None, Some("0")) => Version::Before,
-            (None, Some(pass)) => Version::WrittenBy(pass.to_owned()),
-            (None, None) => Version::Newest,
-        };
-        Some((handle, version))
+        Some((handle, environment.version_of(&reference)))
     }
 
     pub(super) fn subresource(

@@ -17,7 +17,6 @@ use crate::document::{Entry, Value};
 use crate::pipeline::Pass;
 use crate::pipeline::expression_diagnostic::expression_diagnostic;
 use crate::pipeline::instance::Instance;
-use crate::pipeline::instance::Waiting;
 use crate::work::PassHandle;
 
 /// The maximum number of pairs of a pass and one that it waits for.
@@ -25,7 +24,7 @@ const MAX_PAIRS: usize = 1 << 20;
 
 /// Lets every pass know which it has to follow. Diagnostics: names of no pass, and what waits for itself.
 pub(super) fn connect(
-    waiting: &[Waiting<'_>],
+    waiting: &[Instance<'_>],
     passes: &mut [Pass],
     instances: &[Instance<'_>],
     absent: &BTreeSet<String>,
@@ -41,7 +40,7 @@ pub(super) fn connect(
     let mut said = BTreeSet::new();
     let mut pairs = 0;
     let followed = followed(waiting, absent, shared);
-    for Waiting { name: later, entry, pointer, environment } in waiting {
+    for Instance { name: later, entry, pointer, environment, .. } in waiting {
         if is_absent(absent, later) {
             continue;
         }
@@ -49,7 +48,7 @@ pub(super) fn connect(
             return;
         }
         let followers = members(&positions, later);
-        let wanted = entry.value.get("after").and_then(Value::elements).unwrap_or_default();
+        let wanted = entry.value.elements_of("after");
         for (position, value) in wanted.iter().enumerate() {
             let Some(written) = value.text() else { continue };
             let at = || format!("{pointer}/after/{position}");
@@ -122,15 +121,15 @@ fn has_absent(absent: &BTreeSet<String>, name: &str) -> bool {
 
 /// The names after which passes would run that are not there.
 fn followed(
-    waiting: &[Waiting<'_>],
+    waiting: &[Instance<'_>],
     absent: &BTreeSet<String>,
     shared: &Shared,
 ) -> BTreeMap<String, Vec<String>> {
     let mut followed: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for Waiting { name, entry, environment, .. } in waiting {
+    for Instance { name, entry, environment, .. } in waiting {
         // What a use of a subgraph follows, those of its passes follow that are not there.
         if is_absent(absent, name) || has_absent(absent, name) {
-            let wanted = entry.value.get("after").and_then(Value::elements).unwrap_or_default();
+            let wanted = entry.value.elements_of("after");
             let names = wanted.iter().filter_map(Value::text);
             let names = names.filter_map(|name| environment.interpolate(name, &shared.scope).ok());
             followed.entry(name.clone()).or_default().extend(names.map(|name| environment.pass(&name)));

@@ -15,7 +15,7 @@ use super::settings::Settings;
 use super::sound::{Sound, section};
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity, codes};
 use crate::document::{Document, Value as Json, pointer_join};
-use crate::expression::{self, ErrorKind, Expression, ExpressionError, ExpressionKind, Value};
+use crate::expression::{self, ErrorKind, Expression, ExpressionError, Value};
 use crate::language::{ConstraintSeverity, Expr};
 use crate::pipeline::Constraint;
 use crate::pipeline::expression_diagnostic::expression_diagnostic;
@@ -38,13 +38,10 @@ pub(super) fn check(
             expression::unknown_word(&expression, &scope).map_or(Ok(()), Err)?;
             match expression::evaluate(&expression, &scope)? {
                 Value::Bool(holds) => Ok((holds, expression)),
-                other => Err(ExpressionError {
-                    range: expression.range,
-                    kind: ErrorKind::Type,
-                    message: format!("a boolean is wanted, this is {}", other.kind_name()),
-                    help: None,
-                    unknown: None,
-                }),
+                other => {
+                    let message = format!("a boolean is wanted, this is {}", other.kind_name());
+                    Err(ExpressionError::new(ErrorKind::Type, expression.range, message))
+                }
             }
         });
         match result {
@@ -97,15 +94,9 @@ pub(super) fn check(
 
 /// The names in an expression, and in those of the derived values among them.
 fn collect(expression: &Expression, document: &Document, names: &mut BTreeSet<String>) {
-    let mut found = Vec::new();
-    expression.visit(&mut |inner| {
-        if let ExpressionKind::Name(name) = &inner.kind {
-            found.push(name.clone());
-        }
-    });
-    for name in found {
-        let derived = document.root.get("derived").and_then(|derived| derived.get(&name));
-        if names.insert(name)
+    for name in expression.names() {
+        let derived = document.root.get("derived").and_then(|derived| derived.get(name));
+        if names.insert(name.to_owned())
             && let Some(Ok(expression)) = derived.map(Json::to_json).map(|text| Expr(text).parse())
         {
             collect(&expression, document, names);

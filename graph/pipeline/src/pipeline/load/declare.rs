@@ -11,7 +11,6 @@ use crate::node::Registry;
 use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::expand::Expander;
 use crate::pipeline::instance::Instance;
-use crate::pipeline::instance::Waiting;
 use crate::pipeline::{Evaluate, LiveSetting, Pass, Produced, Resource, Toggle, history, toggle};
 use crate::shader::AxisValues;
 
@@ -26,8 +25,8 @@ pub(super) struct Passes<'a> {
     pub(super) gaps: Vec<(String, &'a Entry)>,
     /// Whether something does not fit the schema, so that it may lack the very key that names a resource.
     pub(super) is_unreadable: bool,
-    pub(super) waiting: Vec<Waiting<'a>>,
-    pub(super) passthroughs: Vec<toggle::PassthroughDeclaration<'a>>,
+    pub(super) waiting: Vec<Instance<'a>>,
+    pub(super) passthroughs: Vec<Instance<'a>>,
 }
 
 /// What a pass came to.
@@ -50,24 +49,10 @@ pub(super) fn declare<'a>(
     let is_broken = |pointer: &str| broken.has(pointer);
     let mut expander = Expander::new(document, registry, &is_broken, shared);
     expander.top();
-    let Expander { resources, instances, passthroughs, waiting, gaps, unreadable, absent, .. } = expander;
-    let passthroughs = passthroughs.into_iter();
-    let mut passes = Passes {
-        list: Vec::with_capacity(instances.len()),
-        absent,
-        gaps,
-        is_unreadable: unreadable,
-        waiting,
-        passthroughs: passthroughs
-            .map(|(name, entry, pointer, environment)| toggle::PassthroughDeclaration {
-                name,
-                entry,
-                pointer,
-                environment,
-            })
-            .collect(),
-        instances: Vec::new(),
-    };
+    let Expander { resources, instances, passthroughs, waiting, gaps, absent, .. } = expander;
+    let list = Vec::with_capacity(instances.len());
+    let mut passes =
+        Passes { list, absent, gaps, is_unreadable: false, waiting, passthroughs, instances: Vec::new() };
     let mut declarations = Declarations::new(registry);
     declare_resources(resources, &mut declarations, shared);
     for instance in &instances {
@@ -138,10 +123,8 @@ impl<'a> Passes<'a> {
 
     /// Notes what a pass has to follow.
     fn wait(&mut self, instance: &Instance<'a>, declared: &Declared<'_>) {
-        let Instance { name, entry, pointer, environment, .. } = instance;
         if !declared.common.after.is_empty() {
-            let (name, pointer, environment) = (name.clone(), pointer.clone(), environment.clone());
-            self.waiting.push(Waiting { name, entry, pointer, environment });
+            self.waiting.push(instance.clone());
         }
     }
 
@@ -160,12 +143,7 @@ impl<'a> Passes<'a> {
         let condition = toggle::condition(entry, pointer, environment, toggles, &mut diagnostics);
         shared.report_from(diagnostics, environment);
         if !common.passthrough.is_empty() {
-            self.passthroughs.push(toggle::PassthroughDeclaration {
-                name: name.clone(),
-                entry,
-                pointer: pointer.clone(),
-                environment: environment.clone(),
-            });
+            self.passthroughs.push(instance.clone());
         }
         let (kind, environment) = (kind.key.clone(), environment.clone());
         let mut pass = Pass::new(name.clone(), kind, entry.key_span, pointer.clone(), environment);

@@ -3,16 +3,16 @@
 //! Limits: of `NAME.ROUND` only the pass `NAME` is looked for; an extension that uses the point has the rest found.
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
-use crate::document::{Document, Value, pointer_join};
+use crate::document::{Document, pointer_join};
 
 /// Finds passes under "after" and "before" that the document does not have; what has a diagnostic already gets no
 /// other.
 pub(super) fn check_extension_points(document: &Document, diagnostics: &mut Diagnostics) {
-    let section = |name: &str| document.root.get(name).and_then(Value::entries).unwrap_or_default();
+    let section = |name: &str| document.root.entries_of(name);
     let passes = || section("passes").iter().map(|entry| entry.key.as_str());
     for point in section("extension_points") {
         for side in ["after", "before"] {
-            let named = point.value.get(side).and_then(Value::elements).unwrap_or_default();
+            let named = point.value.elements_of(side);
             for (at, value) in named.iter().enumerate() {
                 let Some(name) = value.text() else { continue };
                 let head = name.split('.').next().unwrap_or(name);

@@ -4,7 +4,7 @@ use crate::diagnostic::{Diagnostic, codes};
 use crate::document::Entry;
 
 /// Names that are no parameters or features, because expressions know them already.
-pub(in crate::pipeline) const RESERVED: &[&str] = &["viewport", "true", "false"];
+const RESERVED: &[&str] = &["viewport", "true", "false"];
 
 /// The members of the viewport in expressions.
 pub(in crate::pipeline) const VIEWPORT: &[&str] = &["viewport", "viewport.width", "viewport.height"];
@@ -23,7 +23,11 @@ pub fn is_name(name: &str) -> bool {
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
-pub(in crate::pipeline) fn bad_name(entry: &Entry) -> Diagnostic {
-    Diagnostic::error(codes::BAD_NAME, entry.key_span, format!("\"{}\" cannot be a name here", entry.key))
-        .help("a name starts with a letter, goes on with letters, digits and underscores, and is no word of the expression language")
+/// The diagnostic for what is declared under a name that cannot be one.
+pub(in crate::pipeline) fn name_diagnostic(entry: &Entry) -> Option<Diagnostic> {
+    let is_bad = !is_name(&entry.key) || RESERVED.contains(&entry.key.as_str());
+    is_bad.then(|| {
+        Diagnostic::error(codes::BAD_NAME, entry.key_span, format!("\"{}\" cannot be a name here", entry.key))
+            .help("a name starts with a letter, goes on with letters, digits and underscores, and is no word of the expression language")
+    })
 }

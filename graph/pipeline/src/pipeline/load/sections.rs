@@ -48,7 +48,7 @@ fn with_declared(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
     if diagnostic.code != codes::MISSING_KEY {
         return diagnostic;
     }
-    let entries = document.root.get(section).and_then(document::Value::entries).unwrap_or_default();
+    let entries = document.root.entries_of(section);
     let Some(entry) = entries.iter().find(|entry| entry.key == name) else { return diagnostic };
     let declared = || entries.iter().filter(|entry| entry.value.get("type").is_some());
     let names = || declared().map(|entry| entry.key.as_str());

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::sound::{Broken, Sound, section};
-use super::{RESERVED, Shared, bad_name, is_name};
+use super::{Shared, name_diagnostic};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{Document, pointer_join};
 use crate::expression::Scope as _;
@@ -32,11 +32,7 @@ impl Settings {
         diagnostics: &mut Diagnostics,
     ) -> Self {
         let entries = || section(document, "parameters").iter().chain(section(document, "features"));
-        for entry in entries() {
-            if RESERVED.contains(&entry.key.as_str()) || !is_name(&entry.key) {
-                diagnostics.push(bad_name(entry));
-            }
-        }
+        diagnostics.extend(entries().filter_map(name_diagnostic));
         let parameters = setting::parameters(
             &sound.parameters,
             section(document, "parameters"),

@@ -193,17 +193,7 @@ impl Shared {
                     error
                 })
             }
-            ExpressionKind::Unary(_, a) => self.unknown_name(a),
-            ExpressionKind::Binary(_, a, b) | ExpressionKind::Index(a, b) => {
-                self.unknown_name(a).or_else(|| self.unknown_name(b))
-            }
-            ExpressionKind::Conditional(a, b, c) => {
-                self.unknown_name(a).or_else(|| self.unknown_name(b)).or_else(|| self.unknown_name(c))
-            }
-            ExpressionKind::Call(_, list) | ExpressionKind::List(list) => {
-                list.iter().find_map(|item| self.unknown_name(item))
-            }
-            ExpressionKind::Literal(_) => None,
+            _ => expression.parts().find_map(|part| self.unknown_name(part)),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::document::{self, Document, Entry, pointer_join};
+use crate::document::{Document, Entry, pointer_join};
 use crate::language::{
     ConstraintDeclaration, FeatureDeclaration, GeometryDeclaration, ParameterDeclaration,
     PipelineDeclaration, ToggleDeclaration,
@@ -75,5 +75,5 @@ fn decode<T: serde::de::DeserializeOwned>(
 
 /// The entries of a section, none where it is missing.
 pub(super) fn section<'a>(document: &'a Document, name: &str) -> &'a [Entry] {
-    document.root.get(name).and_then(document::Value::entries).unwrap_or_default()
+    document.root.entries_of(name)
 }

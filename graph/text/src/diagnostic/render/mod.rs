@@ -16,7 +16,7 @@ use codespan_reporting::term;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::{Count, Diagnostic, Extent, Place, Severity};
+use super::{Count, Diagnostic, Extent, Place, Severity, counted};
 use crate::document::pointer_join;
 use crate::source::{FileId, Sources};
 
@@ -82,11 +82,7 @@ fn is_long(sources: &Sources, file: FileId, start: usize) -> bool {
 
 /// A diagnostic in a line too long to be shown: the characters around its place.
 fn compact(diagnostic: &Diagnostic, sources: &Sources, notes: &[String]) -> String {
-    let severity = match diagnostic.severity {
-        Severity::Error => "error",
-        Severity::Warning => "warning",
-        Severity::Note => "note",
-    };
+    let severity = diagnostic.severity.name();
     let mut text = format!("{severity}[{}]: {}\n", diagnostic.code, super::shorten(&diagnostic.message));
     let places = std::iter::once((&diagnostic.place, ""))
         .chain(diagnostic.related.iter().map(|one| (&one.place, one.message.as_str())));
@@ -129,12 +125,11 @@ pub fn human_all<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sour
     if shown > MAX_SHOWN {
         text.push_str(&format!("{} more diagnostics are not shown\n", shown - MAX_SHOWN));
     }
-    let count = |number: usize, noun: &str| format!("{number} {noun}{}", if number == 1 { "" } else { "s" });
     match (errors, warnings) {
         (0, 0) => {}
-        (_, 0) => text.push_str(&format!("{}\n", count(errors, "error"))),
-        (0, _) => text.push_str(&format!("{}\n", count(warnings, "warning"))),
-        _ => text.push_str(&format!("{}, {}\n", count(errors, "error"), count(warnings, "warning"))),
+        (_, 0) => text.push_str(&format!("{}\n", counted(errors, "error"))),
+        (0, _) => text.push_str(&format!("{}\n", counted(warnings, "warning"))),
+        _ => text.push_str(&format!("{}, {}\n", counted(errors, "error"), counted(warnings, "warning"))),
     }
     text
 }
@@ -142,9 +137,8 @@ pub fn human_all<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sour
 /// One diagnostic as an annotation that GitHub shows at its line of a pull request: one line of text.
 pub fn github(diagnostic: &Diagnostic, sources: &Sources) -> String {
     let level = match diagnostic.severity {
-        Severity::Error => "error",
-        Severity::Warning => "warning",
         Severity::Note => "notice",
+        severity => severity.name(),
     };
     let escape = |text: &str| visible(text).replace('%', "%25").replace('\n', "%0A");
     let property = |text: &str| escape(text).replace(':', "%3A").replace(',', "%2C");

@@ -7,230 +7,116 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde_json::{Value as Json, json};
 
-use super::super::{Code, Diagnostic, Fix, Place, Severity};
+use super::super::{Code, Diagnostic, Fix, Place};
 use crate::source::{Sources, Span};
 
 const SCHEMA: &str =
     "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json";
 
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Run {
-    tool: serde_json::Value,
-    column_kind: &'static str,
-    results: Vec<ResultObject>,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Rule {
-    id: &'static str,
-    name: String,
-    short_description: Message,
-    full_description: Message,
-    help: Message,
-}
-
-#[derive(Serialize)]
-struct Message {
-    text: String,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct ResultObject {
-    rule_id: &'static str,
-    rule_index: usize,
-    level: &'static str,
-    message: Message,
-    locations: Vec<Location>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    related_locations: Vec<Location>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    fixes: Vec<Mending>,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Location {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    id: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    physical_location: Option<Physical>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    logical_locations: Vec<Logical>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    message: Option<Message>,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Physical {
-    artifact_location: Artifact,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    region: Option<Region>,
-}
-
-#[derive(Serialize)]
-struct Artifact {
-    uri: String,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Region {
-    start_line: u32,
-    start_column: u32,
-    end_line: u32,
-    end_column: u32,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Logical {
-    fully_qualified_name: String,
-    kind: &'static str,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Mending {
-    description: Message,
-    artifact_changes: Vec<Change>,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Change {
-    artifact_location: Artifact,
-    replacements: Vec<Replacement>,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Replacement {
-    deleted_region: Region,
-    inserted_content: Message,
-}
-
 /// All diagnostics as one SARIF log.
-pub fn sarif<'a>(
-    diagnostics: impl IntoIterator<Item = &'a Diagnostic>,
-    sources: &Sources,
-) -> serde_json::Value {
+pub fn sarif<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sources: &Sources) -> Json {
     let diagnostics: Vec<&Diagnostic> = diagnostics.into_iter().collect();
     let codes: BTreeMap<&str, Code> =
         diagnostics.iter().map(|diagnostic| (diagnostic.code.id, diagnostic.code)).collect();
     let index = |id: &str| codes.keys().position(|known| *known == id).unwrap_or(0);
-    let rules: Vec<Rule> = codes.values().map(rule).collect();
-    let run = Run {
-        tool: serde_json::json!({ "driver": {
-            "name": "umbragraph",
-            "version": env!("CARGO_PKG_VERSION"),
-            "informationUri": env!("CARGO_PKG_REPOSITORY"),
-            "rules": rules,
-        } }),
-        column_kind: "unicodeCodePoints",
-        results: diagnostics
-            .iter()
-            .map(|diagnostic| result(diagnostic, index(diagnostic.code.id), sources))
-            .collect(),
-    };
-    serde_json::json!({ "$schema": SCHEMA, "version": "2.1.0", "runs": [run] })
+    let rules: Vec<Json> = codes.values().map(rule).collect();
+    let results: Vec<Json> = diagnostics.iter().map(|one| result(one, index(one.code.id), sources)).collect();
+    let driver = json!({
+        "name": "umbragraph",
+        "version": env!("CARGO_PKG_VERSION"),
+        "informationUri": env!("CARGO_PKG_REPOSITORY"),
+        "rules": rules,
+    });
+    let run = json!({ "tool": { "driver": driver }, "columnKind": "unicodeCodePoints", "results": results });
+    json!({ "$schema": SCHEMA, "version": "2.1.0", "runs": [run] })
 }
 
-fn rule(code: &Code) -> Rule {
+fn rule(code: &Code) -> Json {
     let words = code.title.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
-    let name = words.map(|word| word[..1].to_uppercase() + &word[1..]).collect();
-    let text = |text: &str| Message { text: text.to_owned() };
-    Rule {
-        id: code.id,
-        name,
-        short_description: text(code.title),
-        full_description: text(code.page),
-        help: text(code.page),
-    }
+    let name: String = words.map(|word| word[..1].to_uppercase() + &word[1..]).collect();
+    json!({
+        "id": code.id,
+        "name": name,
+        "shortDescription": { "text": code.title },
+        "fullDescription": { "text": code.page },
+        "help": { "text": code.page },
+    })
 }
 
-fn result(diagnostic: &Diagnostic, rule_index: usize, sources: &Sources) -> ResultObject {
+fn result(diagnostic: &Diagnostic, rule_index: usize, sources: &Sources) -> Json {
     // What has no place of its own is a part of the message.
     let mut message = diagnostic.message.clone();
     for related in diagnostic.related.iter().filter(|related| related.place == Place::Nowhere) {
         message.push_str(&format!("\n{}", related.message));
     }
     message.extend(diagnostic.help.iter().map(|help| format!("\nhelp: {help}")));
-    let primary = location(&diagnostic.place, &diagnostic.pointer, sources);
-    let related = diagnostic.related.iter().filter_map(|related| {
-        let place = location(&related.place, "", sources)?;
-        Some(Location { message: Some(Message { text: related.message.clone() }), ..place })
-    });
-    ResultObject {
-        rule_id: diagnostic.code.id,
-        rule_index,
-        level: match diagnostic.severity {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-            Severity::Note => "note",
-        },
-        message: Message { text: message },
-        locations: primary.into_iter().collect(),
-        related_locations: related
-            .enumerate()
-            .map(|(id, place)| Location { id: Some(id), ..place })
-            .collect(),
-        fixes: diagnostic.fix.iter().filter_map(|fix| mending(diagnostic, fix, sources)).collect(),
+    let primary = location(&diagnostic.place, &diagnostic.pointer, None, sources);
+    let mut related: Vec<Json> = Vec::new();
+    for one in &diagnostic.related {
+        if let Some(mut place) = location(&one.place, "", Some(related.len()), sources) {
+            place["message"] = json!({ "text": one.message });
+            related.push(place);
+        }
     }
+    let mut result = json!({
+        "ruleId": diagnostic.code.id,
+        "ruleIndex": rule_index,
+        "level": diagnostic.severity.name(),
+        "message": { "text": message },
+        "locations": primary.into_iter().collect::<Vec<Json>>(),
+    });
+    if !related.is_empty() {
+        result["relatedLocations"] = related.into();
+    }
+    if let Some(fix) = diagnostic.fix.as_ref().and_then(|fix| mending(diagnostic, fix, sources)) {
+        result["fixes"] = json!([fix]);
+    }
+    result
 }
 
-fn location(place: &Place, pointer: &str, sources: &Sources) -> Option<Location> {
+fn location(place: &Place, pointer: &str, id: Option<usize>, sources: &Sources) -> Option<Json> {
     let (artifact, region, pointer) = match place {
         Place::Span(span) => {
-            let pointer = super::in_file(sources.get(span.file)?.name(), pointer);
-            (artifact(*span, sources)?, region(*span, sources), pointer)
+            let name = sources.get(span.file)?.name();
+            (uri(name), region(*span, sources), super::in_file(name, pointer))
         }
-        Place::File { path, locator } => (Artifact { uri: uri(path) }, None, locator.as_str()),
+        Place::File { path, locator } => (uri(path), None, locator.as_str()),
         Place::Nowhere => return None,
     };
-    let logical =
-        (!pointer.is_empty()).then(|| Logical { fully_qualified_name: pointer.to_owned(), kind: "object" });
-    Some(Location {
-        id: None,
-        physical_location: Some(Physical { artifact_location: artifact, region }),
-        logical_locations: logical.into_iter().collect(),
-        message: None,
-    })
+    let mut location = id.map_or_else(|| json!({}), |id| json!({ "id": id }));
+    location["physicalLocation"] = json!({ "artifactLocation": { "uri": artifact } });
+    if let Some(region) = region {
+        location["physicalLocation"]["region"] = region;
+    }
+    if !pointer.is_empty() {
+        location["logicalLocations"] = json!([{ "fullyQualifiedName": pointer, "kind": "object" }]);
+    }
+    Some(location)
 }
 
-fn artifact(span: Span, sources: &Sources) -> Option<Artifact> {
-    sources.get(span.file).map(|file| Artifact { uri: uri(file.name()) })
-}
-
-fn region(span: Span, sources: &Sources) -> Option<Region> {
+fn region(span: Span, sources: &Sources) -> Option<Json> {
     let file = sources.get(span.file)?;
     let (start, end) = (file.line_column(span.start), file.line_column(span.end));
-    Some(Region {
-        start_line: start.line,
-        start_column: start.column,
-        end_line: end.line,
-        end_column: end.column,
-    })
+    Some(json!({
+        "startLine": start.line, "startColumn": start.column, "endLine": end.line, "endColumn": end.column,
+    }))
 }
 
-fn mending(diagnostic: &Diagnostic, fix: &Fix, sources: &Sources) -> Option<Mending> {
-    let mut changes: BTreeMap<String, Vec<Replacement>> = BTreeMap::new();
+fn mending(diagnostic: &Diagnostic, fix: &Fix, sources: &Sources) -> Option<Json> {
+    let mut changes: BTreeMap<String, Vec<Json>> = BTreeMap::new();
     for edit in &fix.edits {
-        changes.entry(artifact(edit.span, sources)?.uri).or_default().push(Replacement {
-            deleted_region: region(edit.span, sources)?,
-            inserted_content: Message { text: edit.replacement.clone() },
-        });
+        let artifact = uri(sources.get(edit.span.file)?.name());
+        changes.entry(artifact).or_default().push(json!({
+            "deletedRegion": region(edit.span, sources)?,
+            "insertedContent": { "text": edit.replacement },
+        }));
     }
-    let text = diagnostic.help.clone().unwrap_or_else(|| "apply the fix".to_owned());
-    let changes = changes
-        .into_iter()
-        .map(|(uri, replacements)| Change { artifact_location: Artifact { uri }, replacements });
-    Some(Mending { description: Message { text }, artifact_changes: changes.collect() })
+    let change = |(uri, list)| json!({ "artifactLocation": { "uri": uri }, "replacements": list });
+    let changes: Vec<Json> = changes.into_iter().map(change).collect();
+    let text = diagnostic.help.as_deref().unwrap_or("apply the fix");
+    Some(json!({ "description": { "text": text }, "artifactChanges": changes }))
 }
 
 /// A path as a relative or `file:` reference of RFC 3986.
