@@ -43,7 +43,7 @@ fn ladder() -> Shape {
         ladder.add(&beam(side(x, foot), side(x, head), 0.05), &Placement::IDENTITY);
     }
     for at in 1..9 {
-        let rung = foot.lerp(head, f64::from(at) / 9.0);
+        let rung = foot + (head - foot) * (f64::from(at) / 9.0);
         ladder.add(&rod(side(-0.2, rung), side(0.2, rung), 0.018, 8), &Placement::IDENTITY);
     }
     ladder

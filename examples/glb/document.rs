@@ -323,11 +323,11 @@ fn placed(name: &str, placement: Placement) -> Object {
     if placement == Placement::IDENTITY {
         node
     } else if placement.axes == Placement::IDENTITY.axes {
-        node.with("translation", numbers(&placement.origin.array()))
+        node.with("translation", numbers(&placement.origin.to_array()))
     } else {
-        let column = |axis: usize| placement.axes[axis].array();
+        let column = |axis: usize| placement.axes[axis].to_array();
         let [[a, b, c], [d, e, f], [g, h, i], [x, y, z]] =
-            [column(0), column(1), column(2), placement.origin.array()];
+            [column(0), column(1), column(2), placement.origin.to_array()];
         node.with("matrix", numbers(&[a, b, c, 0.0, d, e, f, 0.0, g, h, i, 0.0, x, y, z, 1.0]))
     }
 }

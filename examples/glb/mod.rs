@@ -1,4 +1,4 @@
-//! Modelling and writing of the project's own scenes, with nothing but the standard library.
+//! Modelling and writing of the project's own scenes.
 //!
 //! An example program builds [`Shape`]s from a few solids, gives them materials, places them in a tree of nodes and
 //! writes everything as one binary glTF ([`Document::glb`]). The same program always writes the same bytes: random

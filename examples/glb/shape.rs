@@ -119,7 +119,7 @@ impl Shape {
 fn newell(corners: &[Vec3]) -> Vec3 {
     let mut normal = Vec3::ZERO;
     for (at, corner) in corners.iter().enumerate() {
-        normal = normal + (*corner - corners[0]).cross(corners[(at + 1) % corners.len()] - corners[0]);
+        normal += (*corner - corners[0]).cross(corners[(at + 1) % corners.len()] - corners[0]);
     }
-    normal.normalized()
+    normal.normalize_or(Vec3::Y)
 }

@@ -63,7 +63,10 @@ pub(crate) fn lathe(profile: &[(f64, f64)], segments: u32) -> Shape {
             (0..=segments)
                 .map(|segment| {
                     let (sin, cos) = sin_cos(TAU * f64::from(segment % segments) / f64::from(segments));
-                    (vec3(radius * sin, height, radius * cos), vec3(out * sin, up, out * cos).normalized())
+                    (
+                        vec3(radius * sin, height, radius * cos),
+                        vec3(out * sin, up, out * cos).normalize_or(Vec3::Y),
+                    )
                 })
                 .collect()
         };
@@ -110,9 +113,9 @@ pub(crate) fn tube(path: &[(Vec3, f64)], sides: u32, closed: bool) -> Shape {
             point(0)
         };
         let after = if at + 1 < count || closed { point(at + 1) } else { point(at) };
-        let along = (after - before).normalized();
+        let along = (after - before).normalize_or(Vec3::Y);
         // The section is carried along without twisting.
-        side = (side - along * side.dot(along)).normalized();
+        side = (side - along * side.dot(along)).normalize_or(Vec3::Y);
         let other = along.cross(side);
         let radius = path[at % count].1;
         let ring = (0..=sides).map(|step| {
@@ -195,7 +198,7 @@ pub(crate) fn arch_panel(
     // The soffit, smooth, seen from inside the opening.
     let row = |z: f64| -> Vec<(Vec3, Vec3)> {
         let along = stations.iter().map(|(arc, _)| *arc);
-        along.map(|(x, y)| (vec3(x, y, z), vec3(-x, rise - y, 0.0).normalized())).collect()
+        along.map(|(x, y)| (vec3(x, y, z), vec3(-x, rise - y, 0.0).normalize_or(Vec3::Y))).collect()
     };
     shape.grid(&[row(front), row(-front)]);
     let mut side = |x: f64, low: f64, high: f64, towards_right: bool| {

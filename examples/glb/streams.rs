@@ -64,8 +64,8 @@ impl Streams {
         let mut unique: Vec<usize> = Vec::new();
         for (at, vertex) in shape.vertices.iter().enumerate() {
             let grid = |value: f64, step: f64| (value / step).round() as i64;
-            let position = vertex.position.array().map(|value| grid(value, GRID));
-            let normal = vertex.normal.array().map(|value| grid(value, 1.0 / 16_384.0));
+            let position = vertex.position.to_array().map(|value| grid(value, GRID));
+            let normal = vertex.normal.to_array().map(|value| grid(value, 1.0 / 16_384.0));
             let texcoord =
                 if textured { vertex.texcoord.map(|value| grid(value, 1.0 / 4096.0)) } else { [0; 2] };
             let joints = weights.map(|weights| {

@@ -65,7 +65,7 @@ pub(crate) fn cypress() -> Shape {
                     let around = point(ring.clamp(1, RINGS - 1), segment + 1)
                         - point(ring.clamp(1, RINGS - 1), segment + SEGMENTS - 1);
                     let up = point((ring + 1).min(RINGS), segment) - point(ring.saturating_sub(1), segment);
-                    (point(ring, segment), around.cross(up).normalized())
+                    (point(ring, segment), around.cross(up).normalize_or(Vec3::Y))
                 })
                 .collect()
         })
@@ -90,7 +90,7 @@ pub(crate) fn hanging_banner() -> Shape {
                 .map(|column| {
                     let across = height(column + 1, row) - height(column, row);
                     let up = height(column, row) - height(column, row + 1);
-                    (height(column, row), across.cross(up).normalized())
+                    (height(column, row), across.cross(up).normalize_or(Vec3::Y))
                 })
                 .collect()
         })
@@ -122,7 +122,7 @@ pub(crate) fn streamer() -> Shape {
             .map(|step| {
                 let t = f64::from(step) / 8.0;
                 let along = edge(t + 0.01, upper) - edge(t - 0.01, upper);
-                (edge(t, upper), along.cross(vec3(0.0, 1.0, 0.0)).normalized())
+                (edge(t, upper), along.cross(vec3(0.0, 1.0, 0.0)).normalize_or(Vec3::Y))
             })
             .collect()
     };
@@ -151,7 +151,10 @@ pub(crate) fn land(near: f64, far: f64, half_width: f64, columns: u32, rows: u32
                 .map(|column| {
                     let (x, z) = (x(column), z(row));
                     let slope = |dx: f64, dz: f64| height(x + dx, z + dz) - height(x - dx, z - dz);
-                    (vec3(x, height(x, z), z), vec3(-slope(2.0, 0.0), 4.0, -slope(0.0, 2.0)).normalized())
+                    (
+                        vec3(x, height(x, z), z),
+                        vec3(-slope(2.0, 0.0), 4.0, -slope(0.0, 2.0)).normalize_or(Vec3::Y),
+                    )
                 })
                 .collect()
         })

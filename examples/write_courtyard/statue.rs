@@ -94,7 +94,7 @@ fn robe() -> Shape {
                 .map(|segment| {
                     let along = point(row, segment + 1) - point(row, segment + SEGMENTS - 1);
                     let up = point((row + 1).min(last), segment) - point(row.saturating_sub(1), segment);
-                    (point(row, segment), along.cross(up).normalized())
+                    (point(row, segment), along.cross(up).normalize_or(Vec3::Y))
                 })
                 .collect()
         })

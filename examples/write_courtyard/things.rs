@@ -176,7 +176,7 @@ pub(crate) fn railing(from: Vec3, to: Vec3, height: f64) -> Shape {
     }
     let bars = ((to - from).length() / 0.14).round() as u32;
     for bar in 1..bars {
-        let foot = from.lerp(to, f64::from(bar) / f64::from(bars));
+        let foot = from + (to - from) * (f64::from(bar) / f64::from(bars));
         shape.add(&rod(foot + up(0.12), foot + up(height), 0.009, 4), &Placement::IDENTITY);
     }
     shape
@@ -195,7 +195,7 @@ pub(crate) fn rope(from: Vec3, to: Vec3, sag: f64, radius: f64, steps: u32) -> S
 
 /// A point of such a rope, `t` from 0 to 1.
 pub(crate) fn sagging(from: Vec3, to: Vec3, sag: f64, t: f64) -> Vec3 {
-    from.lerp(to, t) - vec3(0.0, 4.0 * sag * t * (1.0 - t), 0.0)
+    from + (to - from) * t - vec3(0.0, 4.0 * sag * t * (1.0 - t), 0.0)
 }
 
 /// A pole with an arm and a lantern, five metres high, its arm along +X.

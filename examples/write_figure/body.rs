@@ -79,7 +79,7 @@ fn mesh(joints: &[Joint]) -> (Shape, Vec<Weight>) {
         let limb = crate::glb::solids::lathe(&profile, SIDES).placed(&Placement::pointing(joint.at, end));
         shape.add(&limb, &Placement::IDENTITY);
         let parent = joint.parent.unwrap_or(number) as u8;
-        let axis = (end - joint.at).normalized();
+        let axis = (end - joint.at).normalize_or(Vec3::Y);
         for vertex in &limb.vertices {
             let along = (vertex.position - joint.at).dot(axis) / length;
             let own = (0.5 + 2.5 * along).clamp(0.0, 1.0);

@@ -102,7 +102,7 @@ pub(crate) fn tree(height: f64, seed: i64) -> (Shape, Shape) {
         let angle = TAU * (0.38 * bough as f64 + unit(bough, 70 + seed));
         let reach = 0.30 * height * (1.05 - 0.5 * t);
         let tip = from + vec3(reach * cos(angle), 0.14 * height, reach * sin(angle));
-        let middle = from.lerp(tip, 0.5) + vec3(0.0, -0.02 * height, 0.0);
+        let middle = from + (tip - from) * 0.5 + vec3(0.0, -0.02 * height, 0.0);
         trunk.add(&tube(&[(from, 0.05), (middle, 0.036), (tip, 0.012)], 6, false), &Placement::IDENTITY);
         let around = 0.17 * height;
         let (low, high) = (tip - vec3(around, 0.6 * around, around), tip + vec3(around, around, around));
