@@ -19,6 +19,8 @@ use serde_json::{Map, Value as Json, json};
 
 /// The definition of a pass.
 pub(super) const PASS: &str = "Pass";
+/// The definition of a group of shared settings.
+const GROUP: &str = "SharedSettings";
 /// The prefix of definitions that state required keys.
 const WHOLE: &str = "Whole";
 /// The definition of values without a null anywhere.
@@ -51,6 +53,12 @@ pub(super) fn for_overlays(schema: &Json) -> Json {
         "else": { "additionalProperties": this, "items": this },
     });
     result.insert(NOTHING_DELETED.to_owned(), nothing_deleted);
+    if let Some(mut group) = result.get(PASS).cloned() {
+        let description = "Settings for the node kind of the pass, whichever that is.";
+        group["description"] = "A part of passes, which they take over with \"extends\".".into();
+        group["properties"]["settings"] = json!({ "description": description, "type": ["object", "null"] });
+        result.insert(GROUP.to_owned(), group);
+    }
     if let Json::Object(rules) = &mut relaxed {
         rules.insert("if".to_owned(), extends());
         let whole = parts.whole(&without_definitions(schema));
@@ -59,7 +67,7 @@ pub(super) fn for_overlays(schema: &Json) -> Json {
     }
     for owner in ["", "/$defs/SubgraphDeclaration"] {
         if let Some(groups) = relaxed.pointer_mut(&format!("{owner}/properties/shared_settings")) {
-            groups["additionalProperties"] = json!({ "$ref": format!("#/$defs/{PASS}") });
+            groups["additionalProperties"] = json!({ "$ref": format!("#/$defs/{GROUP}") });
         }
     }
     relaxed

@@ -11,7 +11,8 @@
 //! A group is a part of a pass. A pass is laid over the groups that it extends, the first the lowest, just as a file is
 //! laid over the files that it extends: objects are merged key by key, everything else is replaced, `null` deletes.
 //! Groups extend one another in the same way. This is done once all files are put together, so that a file changes a
-//! group of the file that it extends for the passes of both. A subgraph sees its own groups, and behind them those of the
+//! group of the file that it extends for the passes of both. What stands under `settings` in a group is for the node kind
+//! of the pass, whichever that is: so a draw and a full-screen pass share what they bind. A subgraph sees its own groups, and behind them those of the
 //! pipeline; a subgraph in a file of its own does not see the latter.
 //!
 //! What a pass takes over keeps the place where it is written: diagnostics about it point to the group, and name the
@@ -112,13 +113,22 @@ impl Sharing<'_> {
         let Some(at) = members.iter().position(|member| member.key == "extends") else { return Ok(own) };
         let mut extends = members.remove(at);
         let is_deleted = matches!(extends.value.kind, Kind::Null);
+        let at = format!("{pointer}/extends");
+        let names = names_in(&extends.value);
+        let groups: Vec<_> = names.iter().map(|name| self.group(name, seen, chain, &at)).collect();
+        let fine = groups.iter().all(Option::is_some);
+        let kind = std::iter::once(&own).chain(groups.iter().flatten()).find_map(node_kind);
+        let kind = kind.map(str::to_owned);
         let mut below = Value { span: own.span, kind: Kind::Object(Vec::new()) };
-        let mut fine = true;
-        for name in names_in(&extends.value) {
-            match self.group(name, seen, chain, &format!("{pointer}/extends")) {
-                Some(group) => below = self.over(below, group, pointer),
-                None => fine = false,
+        for mut group in groups.into_iter().flatten() {
+            if let (Kind::Object(members), Some(kind)) = (&mut group.kind, &kind)
+                && let Some(at) = members.iter().position(|member| member.key == SETTINGS)
+            {
+                let settings = Entry { key: kind.clone(), ..members.remove(at) };
+                let settings = Value { span: settings.value.span, kind: Kind::Object(vec![settings]) };
+                below = self.over(below, settings, pointer);
             }
+            below = self.over(below, group, pointer);
         }
         let mut whole = if fine { self.over(below, own, pointer) } else { own };
         if let Kind::Object(members) = &mut whole.kind
@@ -210,6 +220,40 @@ pub fn is_incomplete(pass: &Value) -> bool {
     pass.get("extends").is_some_and(|extends| matches!(extends.kind, Kind::Null))
 }
 
+/// The key in a group of settings for whichever node kind a pass has.
+const SETTINGS: &str = "settings";
+
+/// The keys of a pass, or a group, that name no node kind.
+const COMMON: [&str; 11] = [
+    "description",
+    "extends",
+    "when",
+    "for_each",
+    "use",
+    "with",
+    "after",
+    "side_effect",
+    "toggle",
+    "passthrough",
+    SETTINGS,
+];
+
+fn node_kind(value: &Value) -> Option<&str> {
+    let keys = value.entries().unwrap_or_default().iter().map(|member| member.key.as_str());
+    keys.into_iter().find(|key| !COMMON.contains(key))
+}
+
+/// The way in a group to what a pass has of it.
+fn way_in(group: &Value, below: &str) -> String {
+    let kind = node_kind(group);
+    let rest = below.strip_prefix('/').filter(|rest| kind.is_none_or(|kind| !rest.starts_with(kind)));
+    match rest.filter(|_| group.get(SETTINGS).is_some()).map(|rest| rest.split_once('/')) {
+        Some(Some((_, rest))) => format!("/{SETTINGS}/{rest}"),
+        Some(None) => format!("/{SETTINGS}"),
+        None => below.to_owned(),
+    }
+}
+
 /// The names under "extends": a text, or a list of texts.
 fn names_in(value: &Value) -> &[Value] {
     match &value.kind {
@@ -291,7 +335,7 @@ pub fn with_users(document: &Document, diagnostics: Diagnostics) -> Diagnostics 
             all.push(diagnostic);
             continue;
         };
-        let pointer = [group, below.as_str()].concat();
+        let pointer = [group, &way_in(document.root.nearest(group), &below)].concat();
         let diagnostic =
             diagnostic.related(extends, format!("the pass \"{pass}\" takes it over")).pointer(pointer);
         let key = (diagnostic.code.id, place, diagnostic.message.clone());
@@ -323,4 +367,53 @@ fn pass_at<'d>(document: &'d Document, pointer: &str) -> Option<(&'d str, String
     let pass = owner.get("passes")?.entry(&name(pass))?;
     let below = below.iter().map(|key| format!("/{key}")).collect();
     Some((&pass.key, below, pass.value.get("extends")?.span))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::language::PassCommon;
+    use crate::source::Sources;
+
+    #[test]
+    fn the_common_keys_are_those_that_every_pass_can_have() {
+        let schema = schemars::schema_for!(PassCommon).to_value();
+        let keys: Vec<&str> = schema["properties"].as_object().unwrap().keys().map(String::as_str).collect();
+        assert_eq!(keys, COMMON[..COMMON.len() - 1]);
+    }
+
+    #[test]
+    fn passes_of_different_node_kinds_share_what_stands_under_settings() {
+        let mut sources = Sources::new();
+        let file = sources.add(
+            "t",
+            r#"{
+                "shared_settings": {
+                    "lit": { "settings": { "bind": { "a": 1, "b": 2 } } },
+                    "drawn": { "extends": "lit", "draw": { "bind": { "b": 3 } } },
+                    "base": { "when": true, "dispatch": { "shader": "s" } }
+                },
+                "passes": {
+                    "one": { "extends": "drawn", "draw": { "filter": "f" } },
+                    "two": { "extends": "lit", "fullscreen": { "bind": { "a": null } } },
+                    "three": { "extends": ["base", "lit"] }
+                }
+            }"#,
+        );
+        let mut document = crate::document::parse(&sources, file).unwrap();
+        let mut diagnostics = Diagnostics::new();
+        share(&mut document, &mut diagnostics);
+        assert!(diagnostics.is_empty());
+        let passes = document.root.get("passes").unwrap().to_json();
+        assert_eq!(
+            passes,
+            serde_json::json!({
+                "one": { "draw": { "bind": { "a": 1, "b": 3 }, "filter": "f" }, "extends": "drawn" },
+                "two": { "fullscreen": { "bind": { "b": 2 } }, "extends": "lit" },
+                "three": { "when": true, "dispatch": { "shader": "s", "bind": { "a": 1, "b": 2 } }, "extends": ["base", "lit"] },
+            })
+        );
+        let settings = document.root.nearest("/shared_settings/lit").clone();
+        assert_eq!(way_in(&settings, "/draw/bind/a"), "/settings/bind/a");
+    }
 }

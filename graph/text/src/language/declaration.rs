@@ -68,7 +68,8 @@ pub struct Sections {
     /// Points at which other files can put passes.
     #[serde(default)]
     pub extension_points: BTreeMap<String, ExtensionPointDeclaration>,
-    /// Named groups of settings that passes share: parts of passes, which a pass takes over with "extends".
+    /// Named groups of settings that passes share: parts of passes, which a pass takes over with "extends". What stands under
+    /// "settings" is for whichever node kind the pass has.
     #[serde(default)]
     pub shared_settings: BTreeMap<String, serde_json::Value>,
 }
@@ -98,7 +99,8 @@ pub struct SubgraphDeclaration {
     /// Textures and buffers of each use.
     #[serde(default)]
     pub resources: BTreeMap<String, ResourceDeclaration>,
-    /// Named groups of settings that the passes share, and take over with "extends".
+    /// Named groups of settings that the passes share, and take over with "extends". What stands under
+    /// "settings" is for whichever node kind the pass has.
     #[serde(default)]
     pub shared_settings: BTreeMap<String, serde_json::Value>,
     /// The passes.
