@@ -50,7 +50,7 @@ pub fn of_scene(pipeline: &'static str, scene: &'static str) -> Vec<Case> {
         .collect()
 }
 
-/// The pictures of lessons, of one in a setting that shows more, and of the one that extends a pipeline from outside.
+/// The pictures of lessons, of some in settings that show more, and of the one that extends a pipeline from outside.
 pub fn of_lessons() -> Vec<Case> {
     let lesson = |name: String, lesson: &str, scene, parameters: &[(&'static str, &str)]| Case {
         pipeline: format!("pipelines/learn/{lesson}.json"),
@@ -58,15 +58,20 @@ pub fn of_lessons() -> Vec<Case> {
         parameters: parameters.iter().map(|(name, value)| (*name, (*value).to_owned())).collect(),
         ..case(&name, "nebula", "courtyard", "off", &[], &[])
     };
+    let map = [("resolution", "1024")];
     let usual = LESSONS.iter().map(|(name, scene)| {
-        let parameters = scene.map_or(&[][..], |_| &[("resolution", "1024")]);
+        let parameters = scene.map_or(&[][..], |_| &map);
         lesson(format!("learn_{name}"), name, *scene, parameters)
     });
     let dark = [("resolution", "1024"), ("occlusion_strength", "8")];
     let dark = lesson("learn_27-ssao_strong".to_owned(), "27-ssao", Some("courtyard"), &dark);
     let overlay = case("learn_overlay", "nebula", "courtyard", "off", &[("line_opacity", "1")], &[]);
     let overlay = Case { extension: Some("pipelines/learn/parts/overlay.json"), ..overlay };
-    usual.chain([dark, overlay]).collect()
+    let glowing = Case {
+        change: Some(table::glowing),
+        ..lesson("learn_32-own-lighting_glowing".to_owned(), "32-own-lighting", Some("courtyard"), &map)
+    };
+    usual.chain([dark, glowing, overlay]).collect()
 }
 
 /// The pictures of pipelines that extend a system.

@@ -68,7 +68,7 @@ fn every_other_light_green(scene: &mut Scene) {
     scene.lights.iter_mut().step_by(2).for_each(|light| light.light.color = Vec3::Y);
 }
 
-fn glowing(scene: &mut Scene) {
+pub fn glowing(scene: &mut Scene) {
     scene.materials.iter_mut().for_each(|material| material.emissive = [0.05, 0.1, 0.2]);
 }
 
