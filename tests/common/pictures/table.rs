@@ -5,7 +5,7 @@
 
 use glam::dcamera::rh::proj::directx;
 use glam::{DVec2, Vec3};
-use umbragraph::frame::Projection;
+use umbragraph::frame::{LightKind, Projection};
 use umbragraph::scene::Scene;
 
 use crate::common::SMALL_MAPS;
@@ -66,6 +66,14 @@ fn every_other_material_unshadowed(scene: &mut Scene) {
 
 fn every_other_light_green(scene: &mut Scene) {
     scene.lights.iter_mut().step_by(2).for_each(|light| light.light.color = Vec3::Y);
+}
+
+/// Another sun behind the camera.
+fn two_suns(scene: &mut Scene) {
+    let is_sun = |kind| matches!(kind, LightKind::Directional);
+    let Some(mut sun) = scene.lights.iter().find(|light| is_sun(light.light.kind)).cloned() else { return };
+    sun.node = scene.cameras[0].node;
+    scene.lights.push(sun);
 }
 
 pub fn glowing(scene: &mut Scene) {
@@ -272,6 +280,12 @@ pub const VARIANTS: &[Variant] = &[
         &[("light_filter", "\"pcss\"")],
     )
     .of(every_other_light_green),
+    variant(["awsm", "courtyard", "two_suns"], &[("moment_cascades", "\"last_two\"")], &[]).of(two_suns),
+    variant(
+        ["awsm", "interior", "few_slots"],
+        &[("slot_capacity", "2")],
+        &[("visibility_first", "true"), ("reverse_z", "false")],
+    ),
     // Receivers at the far end of the map's depth, which is 1, and near its edges.
     variant(
         ["awsm", "courtyard", "one_forward_cascade"],
