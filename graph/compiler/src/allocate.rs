@@ -21,6 +21,9 @@ const LABEL_BYTES: usize = 120;
 
 /// Fills the resources of a plan.
 pub(super) fn allocate(plan: &mut Plan, resolved: &ResolvedResources<'_>) {
+    (plan.bytes, plan.bytes_without_aliasing) = (0, 0);
+    plan.textures.clear();
+    plan.buffers.clear();
     let fixed = plan.fixed.clone();
     let Fixed { spans, conditional, aliasing, .. } = &*fixed;
     let pipeline = plan.pipeline.clone();

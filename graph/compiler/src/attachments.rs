@@ -71,9 +71,9 @@ impl Planner<'_> {
         handle: PassHandle,
         planned: &PlannedPass,
         render: &RenderWork,
-        diagnostics: &mut Vec<Diagnostic>,
-    ) {
+    ) -> Option<Diagnostic> {
         let program = self.pipeline.program(render.draw.bound().0);
+        let mismatch = |error: &str| Some(self.output_mismatch(handle, &program.template, error));
         let by_alpha = |at: usize| render.color.get(at).is_some_and(|color| blends_by_alpha(color.blend));
         let needs_second = render.color.iter().any(|color| blends_two_sources(color.blend));
         if needs_second && !self.pipeline.profile.features.contains(Features::DUAL_SOURCE_BLENDING) {
@@ -85,35 +85,26 @@ impl Planner<'_> {
             let help = "use a profile with the feature (webgpu+dual-source-blending), let a feature of the pipeline \
                         require it (\"required_features\"), or blend without \"src1\"";
             let diagnostic = Diagnostic::error(codes::ATTACHMENTS, pass.place, message);
-            diagnostics.push(diagnostic.pointer(&pass.pointer).help(help));
-            return;
+            return Some(diagnostic.pointer(&pass.pointer).help(help));
         }
         if needs_second && planned.color.len() > 1 {
             let error = "is blended with a second source, for which a pass has one color attachment only";
-            diagnostics.push(self.output_mismatch(handle, &program.template, error));
-            return;
+            return mismatch(error);
         }
         for variant in &program.variants {
             let Some(fragment) = variant.entry_point(Stage::Fragment) else {
                 if !planned.color.is_empty() {
-                    diagnostics.push(self.output_mismatch(
-                        handle,
-                        &program.template,
-                        "has no fragment stage to write color attachments",
-                    ));
-                    return;
+                    return mismatch("has no fragment stage to write color attachments");
                 }
                 continue;
             };
             if needs_second && !fragment.has_second_source {
                 let error = "writes no @location(0) @blend_src(1), with which the pass blends";
-                diagnostics.push(self.output_mismatch(handle, &program.template, error));
-                return;
+                return mismatch(error);
             }
             if fragment.writes_depth && planned.depth.is_none() {
                 let error = "writes frag_depth, for which the pass has no depth attachment";
-                diagnostics.push(self.output_mismatch(handle, &program.template, error));
-                return;
+                return mismatch(error);
             }
             for (location, attachment) in planned.color.iter().enumerate() {
                 let Some(TextureProperties { format, .. }) =
@@ -152,8 +143,7 @@ impl Planner<'_> {
                     }
                     Some(_) => continue,
                 };
-                diagnostics.push(self.output_mismatch(handle, &program.template, &error));
-                return;
+                return mismatch(&error);
             }
             if let Some(output) =
                 fragment.outputs.iter().find(|output| output.location as usize >= planned.color.len())
@@ -162,10 +152,10 @@ impl Planner<'_> {
                     "writes @location({}), for which the pass has no color attachment",
                     output.location
                 );
-                diagnostics.push(self.output_mismatch(handle, &program.template, &error));
-                return;
+                return mismatch(&error);
             }
         }
+        None
     }
 
     fn output_mismatch(&self, handle: PassHandle, template: &str, error: &str) -> Diagnostic {

@@ -180,7 +180,13 @@ impl Copies<'_, '_> {
     }
 
     /// A diagnostic where the pass names what it copies from or to.
-    fn reject(&mut self, resource: ResourceHandle, written: bool, message: String, help: &str) {
+    fn reject<T>(
+        &mut self,
+        resource: ResourceHandle,
+        written: bool,
+        message: String,
+        help: &str,
+    ) -> Option<T> {
         let alike =
             |one: &&crate::pipeline::Access| one.resource == resource && one.usage.writes() == written;
         let used = self.pass.accesses().iter().find(alike);
@@ -188,6 +194,7 @@ impl Copies<'_, '_> {
             used.map_or((self.pass.place, &self.pass.pointer), |one| (one.place, &one.pointer));
         let diagnostic = Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help);
         self.diagnostics.push(diagnostic);
+        None
     }
 
     fn reject_at<T>(&mut self, deferred: &Deferred, message: String, help: &str) -> Option<T> {
@@ -207,8 +214,12 @@ impl Copies<'_, '_> {
         let ((first, source), (start, destination)) = (self.run(from)?, self.run(to)?);
         if a == b {
             let message = format!("\"{}\" is copied to itself", self.name(a));
-            self.reject(b, true, message, "bytes are copied to another buffer: let a third lie between");
-            return None;
+            return self.reject(
+                b,
+                true,
+                message,
+                "bytes are copied to another buffer: let a third lie between",
+            );
         }
         if source != destination {
             let message = format!(
@@ -216,8 +227,7 @@ impl Copies<'_, '_> {
                 self.name(a),
                 self.name(b)
             );
-            self.reject(b, true, message, "give both ends one \"size\"");
-            return None;
+            return self.reject(b, true, message, "give both ends one \"size\"");
         }
         Some(PlannedCopy::Bytes { from: first, to: start, bytes: source })
     }
@@ -235,28 +245,29 @@ impl Copies<'_, '_> {
         if source.format.remove_srgb_suffix() != destination.format.remove_srgb_suffix() {
             let (own, wanted) = (format_name(source.format), format_name(destination.format));
             let message = format!("\"{a}\" is {own}, \"{b}\" is {wanted}: a copy changes no format");
-            self.reject(to.texture.resource, true, message, "use a full-screen pass to convert");
-            return None;
+            return self.reject(to.texture.resource, true, message, "use a full-screen pass to convert");
         }
         for (region, texture, written) in [(from, &source, false), (to, &destination, true)] {
             if self.aspect(region, texture, written)? != TextureAspect::All && has_both(texture.format) {
                 let message = "one aspect is copied to or from a buffer only".to_owned();
                 let help = "remove \"aspect\" from both ends, or let a buffer lie between";
-                self.reject(region.texture.resource, written, message, help);
-                return None;
+                return self.reject(region.texture.resource, written, message, help);
             }
         }
         if from.mip().count != to.mip().count {
             let (own, wanted) = (from.mip().count, to.mip().count);
             let message = format!("{own} mips of \"{a}\" are copied to {wanted} of \"{b}\"");
-            self.reject(to.texture.resource, true, message, "give both ends as many \"mips\"");
-            return None;
+            return self.reject(to.texture.resource, true, message, "give both ends as many \"mips\"");
         }
         if from.texture.resource == to.texture.resource && source.volume && from.mip().first == to.mip().first
         {
             let message = format!("\"{a}\" is copied to itself, within one mip level of a volume");
-            self.reject(to.texture.resource, true, message, "copy to another texture, and from there back");
-            return None;
+            return self.reject(
+                to.texture.resource,
+                true,
+                message,
+                "copy to another texture, and from there back",
+            );
         }
         let sources = self.boxes(from, &source, extent)?;
         let destinations = self.boxes(to, &destination, extent)?;
@@ -270,8 +281,7 @@ impl Copies<'_, '_> {
                     (words(own, source.size.samples), words(wanted, destination.size.samples));
                 let message = format!("\"{a}\" is {own}, \"{b}\" is {wanted}");
                 let help = "a copy joins subresource ranges of one size; choose mip, layer and extent";
-                self.reject(to.texture.resource, true, message, help);
-                return None;
+                return self.reject(to.texture.resource, true, message, help);
             }
             // wgpu 30 copies only the first of several layers to or from a volume.
             let [width, height, layers] = own;
@@ -303,8 +313,7 @@ impl Copies<'_, '_> {
         if has_both(texture.format) && aspect == TextureAspect::All {
             let message = format!("depth and stencil of \"{a}\" are not copied at once");
             let help = "add \"aspect\": \"depth-only\" or \"stencil-only\"";
-            self.reject(region.texture.resource, upload, message, help);
-            return None;
+            return self.reject(region.texture.resource, upload, message, help);
         }
         let depth = texture.format.has_depth_aspect() && aspect != TextureAspect::StencilOnly;
         let depth_in = depth && upload && texture.format != TextureFormat::Depth16Unorm;
@@ -318,16 +327,14 @@ impl Copies<'_, '_> {
             } else {
                 "the depth of this format has no bytes: use a pass"
             };
-            self.reject(region.texture.resource, upload, message, help);
-            return None;
+            return self.reject(region.texture.resource, upload, message, help);
         };
         let step =
             if texture.format.is_depth_stencil_format() { COPY_BUFFER_ALIGNMENT } else { u64::from(block) };
         if !first.is_multiple_of(step) {
             let message = format!("the texels of \"{a}\" begin at byte {first} of \"{b}\"");
             let help = format!("begin at a multiple of {step} bytes");
-            self.reject(buffer.buffer.resource, !upload, message, &help);
-            return None;
+            return self.reject(buffer.buffer.resource, !upload, message, &help);
         }
         let (block_width, block_height) = texture.format.block_dimensions();
         let boxes = self.boxes(region, &texture, extent)?;
@@ -345,8 +352,7 @@ impl Copies<'_, '_> {
                     "\"{a}\" has {lines} rows of {row} bytes, \"{b}\" {rows_per_image} of {bytes_per_row}"
                 );
                 let help = "make \"bytes_per_row\" and \"rows_per_image\" larger, or remove them";
-                self.reject(buffer.buffer.resource, !upload, message, help);
-                return None;
+                return self.reject(buffer.buffer.resource, !upload, message, help);
             }
             let image = bytes_per_row.saturating_mul(u64::from(rows_per_image));
             let last = bytes_per_row * u64::from(lines.saturating_sub(1)) + row;
@@ -360,8 +366,7 @@ impl Copies<'_, '_> {
         if held < wanted {
             let message = format!("\"{a}\" takes {wanted} bytes, of \"{b}\" there are {held}");
             let help = "each row of texels takes a multiple of 256 bytes";
-            self.reject(buffer.buffer.resource, !upload, message, help);
-            return None;
+            return self.reject(buffer.buffer.resource, !upload, message, help);
         }
         Some(rows)
     }
@@ -387,8 +392,7 @@ impl Copies<'_, '_> {
                 format_name(texture.format)
             );
             let help = "remove \"aspect\", or choose another format";
-            self.reject(region.texture.resource, written, message, help);
-            return None;
+            return self.reject(region.texture.resource, written, message, help);
         }
         Some(aspect)
     }

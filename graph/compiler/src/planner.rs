@@ -50,6 +50,7 @@ impl<'a> Planner<'a> {
         diagnostics: &mut Vec<Diagnostic>,
     ) -> PlannedPass {
         let pass = self.pipeline.pass(handle);
+        let pass_name = |handle| self.pipeline.pass(handle).name.clone();
         let resource_name = |handle| self.pipeline.resource(handle).name.clone();
         let mut planned = PlannedPass {
             name: pass.name.clone(),
@@ -59,19 +60,16 @@ impl<'a> Planner<'a> {
             kept: match reason {
                 KeepReason::SideEffect => Kept::SideEffect,
                 KeepReason::Output(resource) => Kept::Output(resource_name(resource)),
-                KeepReason::ReadBy(reader, resource) => Kept::ReadBy {
-                    pass: self.pipeline.pass(reader).name.clone(),
-                    resource: resource_name(resource),
-                },
-                KeepReason::MayBeReadBy(reader, resource) => Kept::MayBeReadBy {
-                    pass: self.pipeline.pass(reader).name.clone(),
-                    resource: resource_name(resource),
-                },
+                KeepReason::ReadBy(reader, of) => {
+                    Kept::ReadBy { pass: pass_name(reader), resource: resource_name(of) }
+                }
+                KeepReason::MayBeReadBy(reader, of) => {
+                    Kept::MayBeReadBy { pass: pass_name(reader), resource: resource_name(of) }
+                }
                 KeepReason::MayBeLeft(resource) => Kept::MayBeLeft(resource_name(resource)),
-                KeepReason::ReadLater(reader, resource) => Kept::ReadLater {
-                    pass: self.pipeline.pass(reader).name.clone(),
-                    resource: resource_name(resource),
-                },
+                KeepReason::ReadLater(reader, of) => {
+                    Kept::ReadLater { pass: pass_name(reader), resource: resource_name(of) }
+                }
             },
             color: Vec::new(),
             depth: None,
@@ -120,7 +118,7 @@ impl<'a> Planner<'a> {
         if let Work::Render(render) = pass.work()
             && planned.attachments().all(known)
         {
-            self.check_outputs(handle, &planned, render, diagnostics);
+            diagnostics.extend(self.check_outputs(handle, &planned, render));
         }
         planned
     }

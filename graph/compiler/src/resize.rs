@@ -10,8 +10,6 @@
 //!
 //! Cost: linear in passes and resources; without graph, order and names sorted again.
 
-use std::collections::BTreeMap;
-
 use super::allocate;
 use super::device_rules;
 use super::graph::Graph;
@@ -70,8 +68,9 @@ impl Plan {
         history::check_initial(&resolved, &mut diagnostics);
         toggles::check_passthroughs(&self.pipeline, &resolved, &live, &mut diagnostics);
         uninitialised::check(&resolved, graph, |pass| self.position(pass).is_some(), &mut diagnostics);
-        let mut passes = self.passes.clone();
-        for pass in &mut passes {
+        let mut plan = self.clone();
+        (plan.viewport, plan.data_sizes) = (options.viewport, options.data_sizes.clone());
+        for pass in &mut plan.passes {
             resolved.size_pass(pass, &mut diagnostics);
         }
         resolved.check_all_sizes();
@@ -79,26 +78,6 @@ impl Plan {
         if diagnostics.iter().any(is_error) || !resolved.take_diagnostics().is_empty() {
             return None;
         }
-        let mut plan = Self {
-            name: self.name.clone(),
-            viewport: options.viewport,
-            passes,
-            culled: self.culled.clone(),
-            resources: BTreeMap::new(),
-            histories: BTreeMap::new(),
-            textures: Vec::new(),
-            buffers: Vec::new(),
-            bytes_without_aliasing: 0,
-            bytes: 0,
-            bytes_bound: 0,
-            bytes_peak: 0,
-            data_sizes: options.data_sizes.clone(),
-            toggles: self.toggles.clone(),
-            parameters: self.parameters.clone(),
-            order: self.order.clone(),
-            pipeline: self.pipeline.clone(),
-            fixed: fixed.clone(),
-        };
         allocate::allocate(&mut plan, &resolved);
         device_rules::check(&plan).is_empty().then_some(plan)
     }

@@ -99,12 +99,7 @@ impl<'a> ResolvedResources<'a> {
     ) -> Self {
         let mut resolved = Self::empty(pipeline, options, sources);
         let mut formats = format::Formats::default();
-        let mut classes = CompatibilityClasses {
-            pipeline,
-            known: FxHashMap::default(),
-            conditional,
-            aliasing: options.aliasing,
-        };
+        let mut classes = CompatibilityClasses::new(pipeline, conditional, options.aliasing);
         let all = format::wants(pipeline, live);
         for handle in pipeline.resource_handles() {
             let resource = pipeline.resource(handle);
@@ -225,12 +220,7 @@ impl<'a> ResolvedResources<'a> {
         conditional: &[bool],
     ) -> Option<Self> {
         let mut resolved = Self::empty(pipeline, options, sources);
-        let mut classes = CompatibilityClasses {
-            pipeline,
-            known: FxHashMap::default(),
-            conditional,
-            aliasing: options.aliasing,
-        };
+        let mut classes = CompatibilityClasses::new(pipeline, conditional, options.aliasing);
         for handle in pipeline.resource_handles() {
             let Some(resource) = before[handle.index()] else { continue };
             let descriptor = match (resource.descriptor, resolved.sizes.of(handle)?) {
@@ -349,7 +339,11 @@ struct CompatibilityClasses<'a> {
     aliasing: bool,
 }
 
-impl CompatibilityClasses<'_> {
+impl<'a> CompatibilityClasses<'a> {
+    fn new(pipeline: &'a Pipeline, conditional: &'a [bool], aliasing: bool) -> Self {
+        Self { pipeline, known: FxHashMap::default(), conditional, aliasing }
+    }
+
     fn resource(&mut self, handle: ResourceHandle, descriptor: Option<Descriptor>) -> ResolvedResource {
         let lifetime = self.pipeline.resource(handle).lifetime();
         let created = descriptor.filter(|_| lifetime != Lifetime::Imported);

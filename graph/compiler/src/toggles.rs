@@ -42,16 +42,20 @@ pub(super) fn conditional(pipeline: &Pipeline, graph: &Graph, live: &[PassHandle
     if pipeline.toggles.is_empty() {
         return conditional;
     }
-    let mut is_live = vec![false; pipeline.passes.len()];
-    for pass in live {
-        is_live[pass.index()] = true;
-    }
+    let is_live = marked(pipeline, live);
     for resource in pipeline.resource_handles() {
         if pipeline.resource(resource).lifetime() == Lifetime::Transient {
             conditional[resource.index()] = uncovered(pipeline, graph, resource, &is_live).next().is_some();
         }
     }
     conditional
+}
+
+/// For each pass whether it is live.
+fn marked(pipeline: &Pipeline, live: &[PassHandle]) -> Vec<bool> {
+    let mut is_live = vec![false; pipeline.passes.len()];
+    live.iter().for_each(|pass| is_live[pass.index()] = true);
+    is_live
 }
 
 /// The live writes of a resource by passes that can be off, with nothing below that always is there.
@@ -86,10 +90,7 @@ pub(super) fn check_outputs(
     if pipeline.toggles.is_empty() {
         return;
     }
-    let mut is_live = vec![false; pipeline.passes.len()];
-    for pass in live {
-        is_live[pass.index()] = true;
-    }
+    let is_live = marked(pipeline, live);
     for resource in pipeline.resource_handles() {
         let known = pipeline.resource(resource);
         if known.lifetime() != Lifetime::Imported || pipeline.uncertain.contains(&resource) {

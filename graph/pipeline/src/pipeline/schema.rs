@@ -1,7 +1,7 @@
 //! The JSON Schemas of pipelines, and of the other files that people write, composed of the language and the registered
 //! node kinds.
 
-use schemars::SchemaGenerator;
+use schemars::{JsonSchema as _, SchemaGenerator};
 use serde_json::{Value as Json, json};
 
 use super::schema_overlays::{PASS, for_overlays};
@@ -49,7 +49,7 @@ pub fn schema_of_composed(kind: FileKind, registry: &Registry) -> Json {
     }
     let mut generator = SchemaGenerator::new(settings);
     let mut properties = serde_json::Map::new();
-    let common = PassCommon::inline_schema(&mut generator);
+    let common = PassCommon::json_schema(&mut generator).to_value();
     if let Some(Json::Object(common)) = common.get("properties") {
         properties.extend(common.clone());
     }
@@ -99,16 +99,6 @@ pub fn schema_of_composed(kind: FileKind, registry: &Registry) -> Json {
         definitions.insert(PASS.to_owned(), pass);
     }
     root
-}
-
-trait InlineSchema {
-    fn inline_schema(generator: &mut SchemaGenerator) -> Json;
-}
-
-impl<T: schemars::JsonSchema> InlineSchema for T {
-    fn inline_schema(generator: &mut SchemaGenerator) -> Json {
-        T::json_schema(generator).to_value()
-    }
 }
 
 #[cfg(test)]

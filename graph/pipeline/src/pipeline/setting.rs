@@ -147,15 +147,15 @@ pub(super) fn features(
             for (at, other) in others.iter().enumerate() {
                 let entry = entries.iter().find(|entry| entry.key == *name);
                 let place = entry.map_or(feature.place, |entry| entry.key_span);
+                let written = entry.and_then(|entry| entry.value.elements_of(words).get(at));
+                let written = written.map_or(place, |written| written.span);
+                let pointer = || format!("{}/{words}/{at}", document::pointer_join("/features", name));
                 if other == name {
-                    let written = entry.and_then(|entry| entry.value.get(words)?.elements()?.get(at));
-                    let pointer = document::pointer_join("/features", name);
                     let why = if wanted { "" } else { ", so that it can never be on" };
                     let message = format!("the feature \"{name}\" {words} itself{why}");
-                    let place = written.map_or(place, |written| written.span);
                     diagnostics.push(
-                        Diagnostic::error(codes::FEATURE_CONFLICT, place, message)
-                            .pointer(format!("{pointer}/{words}/{at}"))
+                        Diagnostic::error(codes::FEATURE_CONFLICT, written, message)
+                            .pointer(pointer())
                             .help("name another feature, or remove it"),
                     );
                     continue;
@@ -164,28 +164,17 @@ pub(super) fn features(
                     // What is wrong with a feature that is declared has its diagnostic.
                     None if entries.iter().any(|entry| entry.key == *other) => {}
                     None => {
-                        let written = entry.and_then(|entry| entry.value.get(words)?.elements()?.get(at));
-                        let place = written.map_or(place, |written| written.span);
                         let taken = |name: &str| others.iter().any(|other| other == name);
-                        let diagnostic = not_there("feature", other, declarations.keys(), place, taken);
-                        let pointer = document::pointer_join("/features", name);
-                        diagnostics.push(diagnostic.pointer(format!("{pointer}/{words}/{at}")));
+                        let diagnostic = not_there("feature", other, declarations.keys(), written, taken);
+                        diagnostics.push(diagnostic.pointer(pointer()));
                     }
-                    Some(on) if on != wanted && feature.is_on() => diagnostics.push(
-                        Diagnostic::error(
-                            codes::FEATURE_CONFLICT,
-                            feature.place,
-                            format!(
-                                "the feature \"{name}\" {words} \"{other}\", which is {}",
-                                if on { "on" } else { "off" }
-                            ),
-                        )
-                        .related(place, "declared here")
-                        .help(format!(
-                            "switch \"{other}\" {}, or \"{name}\" off",
-                            if wanted { "on" } else { "off" }
-                        )),
-                    ),
+                    Some(on) if on != wanted && feature.is_on() => {
+                        let (is, should_be) = if on { ("on", "off") } else { ("off", "on") };
+                        let message = format!("the feature \"{name}\" {words} \"{other}\", which is {is}");
+                        let diagnostic = Diagnostic::error(codes::FEATURE_CONFLICT, feature.place, message);
+                        let help = format!("switch \"{other}\" {should_be}, or \"{name}\" off");
+                        diagnostics.push(diagnostic.related(place, "declared here").help(help));
+                    }
                     Some(_) => {}
                 }
             }

@@ -59,16 +59,9 @@ impl Programs {
     ) -> Option<ProgramHandle> {
         let Chosen { template, axes, properties, entry_points } = chosen;
         let mut variants = Vec::new();
-        for mask in 0..1u32 << properties.len().min(8) {
-            let mut active: Vec<String> = Vec::new();
-            let mut values = axes.clone();
-            for (bit, name) in properties.iter().enumerate() {
-                let on = mask & (1 << bit) != 0;
-                values.insert(name.clone(), AxisValue::Bool(on));
-                if on {
-                    active.push(name.clone());
-                }
-            }
+        for values in chosen.variants() {
+            let is_on = |name: &&String| values.get(*name) == Some(&AxisValue::Bool(true));
+            let mut active: Vec<String> = properties.iter().filter(is_on).cloned().collect();
             active.sort();
             let module = self.module(template, values, place, pointer, diagnostics)?;
             variants.push(ProgramVariant { properties: active, module, entry_points: entry_points.clone() });
