@@ -295,14 +295,7 @@ impl ColorSettings {
             pass,
             (&self.clear, at, LiveTarget::Color(index)),
             without,
-            |pass, expr, pointer| {
-                let numbers = pass.numbers(expr, pointer)?;
-                <[f64; 4]>::try_from(numbers.as_slice()).ok().or_else(|| {
-                    let message = format!("a color has four numbers, not {}", numbers.len());
-                    let help = "write red, green, blue and alpha: [0, 0, 0, 1]";
-                    pass.reject(codes::OUT_OF_BOUNDS, pointer, message, help)
-                })
-            },
+            |pass, expr, pointer| color_of_numbers(pass, expr, pointer, "[0, 0, 0, 1]"),
         )?;
         let format = match &self.format {
             Some(name) => Some(pass.format(name, &format!("{at}/format"))?),
@@ -377,6 +370,21 @@ impl StencilSettings {
     }
 }
 
+/// Red, green, blue and alpha; what has other numbers is told an example.
+pub(crate) fn color_of_numbers(
+    pass: &mut PassBuilder<'_>,
+    expr: &Expr,
+    pointer: &str,
+    example: &str,
+) -> Option<[f64; 4]> {
+    let numbers = pass.numbers(expr, pointer)?;
+    <[f64; 4]>::try_from(numbers.as_slice()).ok().or_else(|| {
+        let message = format!("a color has four numbers, not {}", numbers.len());
+        let help = format!("write red, green, blue and alpha: {example}");
+        pass.reject(codes::OUT_OF_BOUNDS, pointer, message, help)
+    })
+}
+
 fn byte(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str) -> Option<u32> {
     let value = pass.count(expr, pointer)?;
     if value > 255 {
@@ -391,18 +399,12 @@ impl StencilFace {
         let mut operation = |word: &Option<Word<StencilOperationName>>, key: &str| {
             pass.word_or(word, &format!("{at}/{key}"), StencilOperationName::Keep).map(Into::into)
         };
-        let (fail_op, depth_fail_op, pass_op) = (
-            operation(&self.fail, "fail"),
-            operation(&self.depth_fail, "depth_fail"),
-            operation(&self.pass, "pass"),
-        );
+        let fail_op = operation(&self.fail, "fail");
+        let depth_fail_op = operation(&self.depth_fail, "depth_fail");
+        let pass_op = operation(&self.pass, "pass");
         let compare = pass.word_or(&self.compare, &format!("{at}/compare"), Compare::Always)?.into();
-        Some(StencilFaceState {
-            compare,
-            fail_op: fail_op?,
-            depth_fail_op: depth_fail_op?,
-            pass_op: pass_op?,
-        })
+        let (fail_op, depth_fail_op, pass_op) = (fail_op?, depth_fail_op?, pass_op?);
+        Some(StencilFaceState { compare, fail_op, depth_fail_op, pass_op })
     }
 }
 

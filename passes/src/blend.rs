@@ -19,7 +19,7 @@ use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::pipeline::{Evaluate, LiveTarget, PassBuilder};
 use umbragraph_pipeline::wgpu_types::{BlendComponent, BlendFactor, BlendOperation, BlendState};
 
-use crate::attachment::ColorSettings;
+use crate::attachment::{ColorSettings, color_of_numbers};
 
 /// How colors are combined with what is there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -163,20 +163,13 @@ pub(crate) fn blend_constant(
             continue;
         };
         let pointer = format!("/color/{at}/blend/constant");
-        let numbers = pass.live(LiveTarget::BlendConstant, |pass| pass.numbers(expr, &pointer))?;
-        let Ok(constant) = <[f64; 4]>::try_from(numbers.as_slice()) else {
-            let message = format!("a color has four numbers, not {}", numbers.len());
-            let help = "write red, green, blue and alpha: [0.5, 0.5, 0.5, 1]";
-            return pass.reject(codes::OUT_OF_BOUNDS, &pointer, message, help);
-        };
+        let constant = pass.live(LiveTarget::BlendConstant, |pass| {
+            color_of_numbers(pass, expr, &pointer, "[0.5, 0.5, 0.5, 1]")
+        })?;
         if found.is_some_and(|known| known != constant) {
             let message = "two attachments of a pass blend with different constants";
-            return pass.reject(
-                codes::ATTACHMENTS,
-                &pointer,
-                message,
-                "a pass has one constant for all of them",
-            );
+            let help = "a pass has one constant for all of them";
+            return pass.reject(codes::ATTACHMENTS, &pointer, message, help);
         }
         found = Some(constant);
     }
@@ -190,12 +183,8 @@ impl BlendComponentSettings {
             for (factor, key) in [(&self.src_factor, "src_factor"), (&self.dst_factor, "dst_factor")] {
                 if factor.is_some() {
                     let message = "\"min\" and \"max\" compare what is drawn with what is there as they are";
-                    return pass.reject(
-                        codes::ATTACHMENTS,
-                        &format!("{at}/{key}"),
-                        message,
-                        "remove the factor",
-                    );
+                    let pointer = format!("{at}/{key}");
+                    return pass.reject(codes::ATTACHMENTS, &pointer, message, "remove the factor");
                 }
             }
             let one = BlendFactor::One;

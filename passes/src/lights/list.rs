@@ -21,7 +21,7 @@ use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
-use super::placement::{self, Backing};
+use super::placement::{self, rank};
 use super::slots::{self, SlotSettings, Slots};
 use super::{CONTACT_SHADOW, HARDNESS, descriptor};
 use crate::cascades::light::radiance;
@@ -202,11 +202,11 @@ impl CpuNode for RunLightList {
         order.truncate(self.capacity);
         order.sort_unstable_by(|a, b| {
             let (a, b) = (&frame.lights[*a as usize], &frame.lights[*b as usize]);
-            kind(a).cmp(&kind(b)).then_with(|| placement::compare(a, b))
+            rank(a).cmp(&rank(b)).then_with(|| placement::compare(a, b))
         });
         let lights = || order.iter().map(|at| &frame.lights[*at as usize]);
         for (end, last) in [("directional_end", 0), ("spot_end", 1), ("point_end", 2)] {
-            data.set_u32(end, lights().filter(|light| kind(light) <= last).count() as u32);
+            data.set_u32(end, lights().filter(|light| rank(light) <= last).count() as u32);
         }
         data.set_vec4s("light.position_range", lights().map(position_range));
         data.set_vec4s("light.direction_scale", lights().map(direction_scale));
@@ -276,11 +276,8 @@ impl RunLightList {
         let Some(placement) = input(self.sources.placement) else { return };
         let mut next = starts;
         for entry in placement::entries(placement) {
-            let (backing, count) = match entry.backing {
-                Backing::Tile { .. } => (0, 1),
-                Backing::Cube { .. } => (1, 1),
-                Backing::Layers { count, .. } => (2, count),
-            };
+            let backing = entry.backing.rank() as usize;
+            let (_, count) = entry.backing.slots();
             let first = next[backing];
             next[backing] += count;
             if next[backing] <= ends[backing]
@@ -326,15 +323,6 @@ fn notices(frame: &FrameInput, [left_out, slotless]: &[Vec<String>; 2]) -> Diagn
         notices.push(notice.help("raise the number of slots, or give what matters more priority"));
     }
     notices
-}
-
-/// Directional lights, spots, point lights.
-fn kind(light: &Light) -> u32 {
-    match light.kind {
-        LightKind::Directional => 0,
-        LightKind::Spot { .. } => 1,
-        LightKind::Point => 2,
-    }
 }
 
 fn position_range(light: &Light) -> Vec4 {

@@ -120,11 +120,20 @@ pub enum Backing {
 
 impl Backing {
     /// Tiles before cubes before layers.
-    fn rank(self) -> u32 {
+    pub(super) fn rank(self) -> u32 {
         match self {
             Self::Tile { .. } => 0,
             Self::Cube { .. } => 1,
             Self::Layers { .. } => 2,
+        }
+    }
+
+    /// The first slot or layer, and their number.
+    pub(super) fn slots(self) -> (u32, u32) {
+        match self {
+            Self::Tile { .. } => (0, 1),
+            Self::Cube { slot } => (slot, 1),
+            Self::Layers { first, count } => (first, count),
         }
     }
 }
@@ -166,15 +175,13 @@ pub fn atlas_side(data: &BlackboardData) -> u32 {
 
 /// An order of lights that does not depend on where they stand in the frame: by name, then by what they are.
 pub fn compare(a: &Light, b: &Light) -> Ordering {
-    let kind = |light: &Light| match light.kind {
-        LightKind::Directional => (0, 0.0, 0.0),
-        LightKind::Spot { inner_angle, outer_angle } => (1, inner_angle, outer_angle),
-        LightKind::Point => (2, 0.0, 0.0),
-    };
     let numbers = |light: &Light| {
         let ([x, y, z], [u, v, w]) = (light.position.to_array(), light.direction.to_array());
         let [red, green, blue] = light.color.to_array().map(f64::from);
-        let (_, inner, outer) = kind(light);
+        let (inner, outer) = match light.kind {
+            LightKind::Spot { inner_angle, outer_angle } => (inner_angle, outer_angle),
+            LightKind::Directional | LightKind::Point => (0.0, 0.0),
+        };
         let (intensity, range) = (f64::from(light.intensity), f64::from(light.range));
         [x, y, z, u, v, w, red, green, blue, f64::from(inner), f64::from(outer), intensity, range]
     };
@@ -182,7 +189,16 @@ pub fn compare(a: &Light, b: &Light) -> Ordering {
         let (a, b) = (numbers(a), numbers(b));
         a.iter().zip(&b).map(|(a, b)| a.total_cmp(b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
     };
-    a.name.cmp(&b.name).then_with(|| kind(a).0.cmp(&kind(b).0)).then_with(by_numbers)
+    a.name.cmp(&b.name).then_with(|| rank(a).cmp(&rank(b))).then_with(by_numbers)
+}
+
+/// Directional lights before spots before point lights.
+pub(super) fn rank(light: &Light) -> u32 {
+    match light.kind {
+        LightKind::Directional => 0,
+        LightKind::Spot { .. } => 1,
+        LightKind::Point => 2,
+    }
 }
 
 /// A whole number of things from 1 to a most.
@@ -476,11 +492,7 @@ fn publish(entries: &[Entry], lights: &[Light], side: u32, data: &mut Blackboard
     data.set_u32("count", entries.len() as u32);
     data.set_u32("atlas_side", side);
     let words = entries.iter().flat_map(|entry| {
-        let (first, count) = match entry.backing {
-            Backing::Tile { .. } => (0, 1),
-            Backing::Cube { slot } => (slot, 1),
-            Backing::Layers { first, count } => (first, count),
-        };
+        let (first, count) = entry.backing.slots();
         [entry.light, entry.backing.rank(), first, count]
     });
     data.set_words("entry", words);
