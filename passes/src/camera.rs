@@ -131,6 +131,13 @@ struct Before {
     position: DVec3,
 }
 
+impl Before {
+    fn of(lens: &Lens) -> Self {
+        let Lens { clip_from_view, view_from_world, position, .. } = *lens;
+        Self { clip_from_view, view_from_world, position }
+    }
+}
+
 /// The last frame with its index, and the one before it.
 #[derive(Default)]
 struct Frames {
@@ -162,22 +169,13 @@ impl CpuNode for RunCamera {
         let jitter = jitter(self.jitter, index, context.viewport) + context.frame.camera.projection.jitter();
         let aside = DMat4::from_translation(jitter.extend(0.0));
         let lens = Lens::of(&context.frame.camera, self.reverse);
-        let moved = lens.map(|lens| {
-            let now = Before {
-                clip_from_view: lens.clip_from_view,
-                view_from_world: lens.view_from_world,
-                position: lens.position,
-            };
-            (lens.moved(&aside), now)
-        });
-        let (lens, before) = match moved.filter(|(lens, _)| lens.is_finite()) {
-            Some((lens, now)) => (lens, frames.advance(index, now)),
+        let moved = lens.map(|lens| (Before::of(&lens), lens.moved(&aside)));
+        let (before, lens) = match moved.filter(|(_, lens)| lens.is_finite()) {
+            Some((now, lens)) => (frames.advance(index, now), lens),
             None => {
                 *frames = Frames::default();
-                let matrix = DMat4::IDENTITY;
-                let before =
-                    Before { clip_from_view: matrix, view_from_world: matrix, position: DVec3::ZERO };
-                (Lens::identity(), before)
+                let lens = Lens::identity();
+                (Before::of(&lens), lens)
             }
         };
         lens.publish(self.reverse, data);
