@@ -78,21 +78,14 @@ struct Check<'a> {
 impl Check<'_> {
     fn run(&self, diagnostics: &mut Diagnostics) {
         let resource = self.pipeline.resource(self.one.resource);
-        let mut readers: Vec<PassHandle> = self
-            .graph
-            .consumers(self.handle)
-            .filter(|(_, read)| *read == self.one.resource)
-            .map(|(reader, _)| reader)
-            .collect();
-        readers.sort_unstable();
-        readers.dedup();
+        let readers = self.graph.readers(self.handle, self.one.resource);
         for reader in &readers {
             if let Some(read) = self.reads(*reader).next() {
                 diagnostics.push(self.diagnostic(*reader, read, ""));
             }
         }
         let before = " of the frame before";
-        for reader in self.users.iter().copied().filter(|reader| readers.binary_search(reader).is_err()) {
+        for reader in self.users.iter().copied().filter(|reader| !readers.contains(reader)) {
             let read = match resource.lifetime() {
                 Lifetime::Persistent => self.reads(reader).find(|read| !self.is_written(reader, read)),
                 Lifetime::History => self.pipeline.pass(reader).accesses().iter().find(|read| {

@@ -109,6 +109,11 @@ impl Graph {
         })
     }
 
+    /// The passes that read what a pass writes of a resource, sorted.
+    pub(super) fn readers(&self, pass: PassHandle, resource: ResourceHandle) -> BTreeSet<PassHandle> {
+        self.consumers(pass).filter(|(_, of)| *of == resource).map(|(reader, _)| reader).collect()
+    }
+
     /// Whether a pass reads a resource with more writers of different subresource ranges, or with different toggles,
     /// than are told apart: it may be connected to some of which it sees nothing.
     pub fn is_coarse(&self, reader: PassHandle, resource: ResourceHandle) -> bool {

@@ -73,13 +73,7 @@ pub(super) fn check(
                 }
             }
             Left::BetweenRows(boxes) => {
-                let mut readers: Vec<PassHandle> = graph
-                    .consumers(read.reader)
-                    .filter(|(_, of)| *of == one.resource)
-                    .map(|(by, _)| by)
-                    .collect();
-                readers.sort_unstable();
-                readers.dedup();
+                let readers = graph.readers(read.reader, one.resource);
                 for reader in readers.into_iter().filter(|reader| is_live(*reader)) {
                     diagnostics.extend(between_rows(resolved, (read.reader, one), reader, boxes));
                 }

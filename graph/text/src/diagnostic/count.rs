@@ -21,21 +21,17 @@ impl Count {
     /// The sum.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
-        let (number, exact) = match self.number.checked_add(other.number) {
-            Some(number) => (number, true),
-            None => (u128::MAX, false),
-        };
-        Self { number, exact: exact && self.exact && other.exact }
+        Self::bounded(self.number.checked_add(other.number), self.exact && other.exact)
     }
 
     /// So many times the number.
     #[must_use]
     pub fn times(self, factor: u128) -> Self {
-        let (number, exact) = match self.number.checked_mul(factor) {
-            Some(number) => (number, true),
-            None => (u128::MAX, false),
-        };
-        Self { number, exact: exact && self.exact }
+        Self::bounded(self.number.checked_mul(factor), self.exact)
+    }
+
+    fn bounded(number: Option<u128>, exact: bool) -> Self {
+        Self { number: number.unwrap_or(u128::MAX), exact: exact && number.is_some() }
     }
 }
 
