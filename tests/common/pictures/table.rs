@@ -250,7 +250,12 @@ pub const VARIANTS: &[Variant] = &[
     ),
     variant(
         ["awsm", "interior", "msm"],
-        &[("moment_spots", "true"), ("light_bleed", "0.05"), ("moment_bias", "0.0002")],
+        &[
+            ("moment_spots", "true"),
+            ("moment_levels", "3"),
+            ("light_bleed", "0.05"),
+            ("moment_bias", "0.0002"),
+        ],
         &[("moment_filter", "\"msm\"")],
     ),
     variant(
