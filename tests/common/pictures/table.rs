@@ -264,6 +264,11 @@ pub const VARIANTS: &[Variant] = &[
         &[("moment_filter", "\"msm\"")],
     ),
     variant(
+        ["awsm", "figure", "evsm2_depths"],
+        &[("moment_cascades", "\"all\""), ("debug_view", "\"moments\"")],
+        &[("moment_filter", "\"evsm2\"")],
+    ),
+    variant(
         ["awsm", "courtyard", "tints_of_moments"],
         &[("moment_cascades", "\"all\""), ("debug_view", "\"cascades\"")],
         &[],
@@ -324,9 +329,9 @@ pub const VARIANTS: &[Variant] = &[
         &[
             ("moment_cascades", "\"all\""),
             ("moment_spots", "true"),
-            ("moment_levels", "5"),
+            ("moment_levels", "3"),
             ("blur_radius", "1"),
-            ("cascade_side", "1024"),
+            ("cascade_side", "1022"),
         ],
         &[("moment_precision", "\"fp32\"")],
     ),
