@@ -270,7 +270,12 @@ pub const VARIANTS: &[Variant] = &[
     ),
     variant(
         ["awsm", "courtyard", "tints_of_moments"],
-        &[("moment_cascades", "\"all\""), ("debug_view", "\"cascades\"")],
+        &[
+            ("splits", "\"explicit\""),
+            ("far", "[12,20,35,60]"),
+            ("moment_cascades", "\"all\""),
+            ("debug_view", "\"cascades\""),
+        ],
         &[],
     ),
     variant(
