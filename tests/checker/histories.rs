@@ -100,7 +100,7 @@ fn a_reason_of_a_later_frame_that_does_not_hold_is_caught() {
     caught(ViolationKind::WrongReason, |plan| {
         let past = plan.resources["past@-1"].handle;
         let reader = plan.passes[at(plan, "probe")].handle;
-        pass(plan, "blend").reason = KeepReason::ReadLater(reader, past);
+        pass(plan, "blend").reason = KeepReason::ReadLater((reader, past));
     });
 }
 

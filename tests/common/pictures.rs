@@ -59,19 +59,20 @@ pub fn of_lessons() -> Vec<Case> {
         ..case(&name, "nebula", "courtyard", "off", &[], &[])
     };
     let map = [("resolution", "1024")];
-    let usual = LESSONS.iter().map(|(name, scene)| {
+    let usual = LESSONS.iter().map(|(name, scene, frames)| {
         let parameters = scene.map_or(&[][..], |_| &map);
-        lesson(format!("learn_{name}"), name, *scene, parameters)
+        Case { frames: *frames, ..lesson(format!("learn_{name}"), name, *scene, parameters) }
     });
     let dark = [("resolution", "1024"), ("occlusion_strength", "8")];
     let dark = lesson("learn_27-ssao_strong".to_owned(), "27-ssao", Some("courtyard"), &dark);
+    let dark = Case { change: Some(table::orthographic), ..dark };
     let overlay = case("learn_overlay", "nebula", "courtyard", "off", &[("line_opacity", "1")], &[]);
     let overlay = Case { extension: Some("pipelines/learn/parts/overlay.json"), ..overlay };
-    let glowing = Case {
+    let glowing = ["30-deferred", "32-own-lighting"].map(|name| Case {
         change: Some(table::glowing),
-        ..lesson("learn_32-own-lighting_glowing".to_owned(), "32-own-lighting", Some("courtyard"), &map)
-    };
-    usual.chain([dark, glowing, overlay]).collect()
+        ..lesson(format!("learn_{name}_glowing"), name, Some("courtyard"), &map)
+    });
+    usual.chain(glowing).chain([dark, overlay]).collect()
 }
 
 /// The pictures of pipelines that extend a system.
@@ -203,12 +204,18 @@ impl Case {
             change(Arc::make_mut(&mut scene));
         }
         let input = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);
+        // Several frames are seen on the way.
+        let frame = |index: u64| {
+            let mut input = input.clone().index(index);
+            input.camera.position.x += 0.02 * index as f64;
+            input
+        };
         let mut host = Host::new(gpu, outcome, &scene);
         let last = self.frames.saturating_sub(1);
         (0..last).for_each(|index| {
-            host.frame(&input.clone().index(index));
+            host.frame(&frame(index));
         });
-        host.picture(&input.index(last))
+        host.picture(&frame(last))
     }
 }
 

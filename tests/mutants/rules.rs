@@ -147,7 +147,9 @@ fn call(template: &str, at: usize) -> Option<(Range<usize>, String, &'static str
     let (arguments, end) = arguments(template, open)?;
     let argument = |at: usize| template[arguments[at].clone()].trim();
     let (is, rule) = match (&template[at..open], arguments.len()) {
-        ("clamp", 3) | ("normalize" | "abs", 1) => (format!("({})", argument(0)), "call left out"),
+        ("clamp", 3) | ("normalize" | "abs" | "saturate", 1) => {
+            (format!("({})", argument(0)), "call left out")
+        }
         ("min" | "max", 2) => {
             let is_guard = |text: &str| text.parse::<f64>().is_ok_and(|value| value > 0.0 && value <= 1e-3);
             if is_guard(argument(0)) || is_guard(argument(1)) {

@@ -4,9 +4,11 @@
 //! that are cheap to render and to keep.
 
 use glam::dcamera::rh::proj::directx;
-use glam::{DVec2, Vec3};
+use glam::{DMat4, DVec2, DVec3, Vec3};
 use umbragraph::frame::{LightKind, Projection};
+use umbragraph::passes::lights::{CONTACT_SHADOW, HARDNESS};
 use umbragraph::scene::Scene;
+use umbragraph::scene::node::LocalTransform;
 
 use crate::common::SMALL_MAPS;
 
@@ -68,6 +70,21 @@ fn every_other_light_green(scene: &mut Scene) {
     scene.lights.iter_mut().step_by(2).for_each(|light| light.light.color = Vec3::Y);
 }
 
+fn every_other_light_without_contact(scene: &mut Scene) {
+    let others = scene.lights.iter_mut().step_by(2);
+    others.for_each(|light| light.light.properties.retain(|word| word != CONTACT_SHADOW));
+}
+
+/// Hard, soft and as wide as the penumbra in turn.
+fn edges_in_turn(scene: &mut Scene) {
+    let words = HARDNESS.into_iter().cycle();
+    scene.lights.iter_mut().zip(words).for_each(|(light, word)| light.light.properties.push(word.into()));
+}
+
+fn hard_shadows(scene: &mut Scene) {
+    scene.lights.iter_mut().for_each(|light| light.light.properties.push(HARDNESS[0].into()));
+}
+
 /// Another sun behind the camera.
 fn two_suns(scene: &mut Scene) {
     let is_sun = |kind| matches!(kind, LightKind::Directional);
@@ -76,17 +93,36 @@ fn two_suns(scene: &mut Scene) {
     scene.lights.push(sun);
 }
 
+fn without_sun(scene: &mut Scene) {
+    scene.lights.retain(|light| !matches!(light.light.kind, LightKind::Directional));
+}
+
+fn unlimited(scene: &mut Scene) {
+    scene.lights.iter_mut().for_each(|light| light.light.range = f32::INFINITY);
+}
+
 pub fn glowing(scene: &mut Scene) {
     scene.materials.iter_mut().for_each(|material| material.emissive = [0.05, 0.1, 0.2]);
 }
 
-fn orthographic(scene: &mut Scene) {
+pub fn orthographic(scene: &mut Scene) {
     scene.cameras[0].projection = Projection::Orthographic { half_height: 3.0, near: 0.1, far: 60.0 };
 }
 
-/// The right lower part of a picture of twice the width and height.
+/// So far from the origin that positions have steps of millimetres.
+fn far_away(scene: &mut Scene) {
+    let by = DVec3::new(30_000.0, 0.0, 20_000.0);
+    for node in scene.nodes.iter_mut().filter(|node| node.parent.is_none()) {
+        match &mut node.local {
+            LocalTransform::Matrix(matrix) => *matrix = DMat4::from_translation(by) * *matrix,
+            LocalTransform::Parts { translation, .. } => *translation += by,
+        }
+    }
+}
+
+/// A part to the right of a picture of twice the width and height, with the horizon above its middle.
 fn off_center(scene: &mut Scene) {
-    let clip_from_view = directx::frustum(0.0, 0.09, -0.05, 0.0, 0.1, 60.0);
+    let clip_from_view = directx::frustum(0.0, 0.09, -0.03, 0.02, 0.1, 60.0);
     scene.cameras[0].projection = Projection::Matrix { clip_from_view, jitter: DVec2::ZERO };
 }
 
@@ -101,6 +137,7 @@ const fn variant(
 pub const VARIANTS: &[Variant] = &[
     variant(["nebula", "courtyard", "forward_z"], &[("tone_map", "\"reinhard\"")], &[("reverse_z", "false")]),
     variant(["nebula", "courtyard", "one_cascade"], &[("far", "[40]"), ("tone_map", "\"none\"")], &[]),
+    variant(["nebula", "figure", "glowing"], &[], &[]).of(glowing),
     variant(["nebula", "courtyard", "unshadowed"], &[], &[]).of(every_other_material_unshadowed),
     variant(["mantis", "courtyard", "one_tap"], &[("shadow_filter", "\"single\"")], &[]),
     variant(
@@ -157,6 +194,7 @@ pub const VARIANTS: &[Variant] = &[
         &[("fit", "\"sphere\""), ("lambda", "0.6"), ("debug_view", "\"texels\"")],
         &[("reverse_z", "false")],
     ),
+    variant(["umbra", "interior", "unlimited_lights"], &[], &[("light_filter", "\"hard\"")]).of(unlimited),
     variant(["umbra", "interior", "hard_lights"], &[("hard_below", "1000000")], &[]),
     variant(["umbra", "courtyard", "deferred"], &[], &[("deferred", "true")]).of(glowing),
     variant(["umbra", "courtyard", "orthographic"], &[("fit", "\"sphere\"")], &[("deferred", "true")])
@@ -295,10 +333,38 @@ pub const VARIANTS: &[Variant] = &[
         &[("light_filter", "\"pcss\"")],
     )
     .of(every_other_light_green),
+    variant(
+        ["awsm", "interior", "edges_in_turn"],
+        &[("filter_radius", "0.1"), ("max_radius", "40"), ("lamp_radius", "0.3")],
+        &[("light_filter", "\"pcss\"")],
+    )
+    .of(edges_in_turn),
+    variant(
+        ["awsm", "courtyard", "hard_shadows"],
+        &[("moment_cascades", "\"all\""), ("debug_view", "\"cascades\"")],
+        &[],
+    )
+    .of(hard_shadows),
+    variant(
+        ["awsm", "courtyard", "orthographic"],
+        &[("contact_strength", "1")],
+        &[("contact_shadows", "true")],
+    )
+    .of(orthographic),
+    variant(["awsm", "interior", "without_sun"], &[("debug_view", "\"cascades\"")], &[]).of(without_sun),
+    variant(["awsm", "interior", "without_sun_term"], &[("debug_view", "\"shadow_term\"")], &[])
+        .of(without_sun),
+    variant(["awsm", "interior", "far_away"], &[("moment_spots", "true")], &[]).of(far_away),
+    variant(
+        ["awsm", "interior", "far_away_pcss"],
+        &[("debug_view", "\"shadow_term\"")],
+        &[("light_filter", "\"pcss\""), ("visibility_first", "true"), ("reverse_z", "false")],
+    )
+    .of(far_away),
     variant(["awsm", "courtyard", "two_suns"], &[("moment_cascades", "\"last_two\"")], &[]).of(two_suns),
     variant(
         ["awsm", "interior", "few_slots"],
-        &[("slot_capacity", "2")],
+        &[("slot_capacity", "2"), ("moment_cascades", "\"all\"")],
         &[("visibility_first", "true"), ("reverse_z", "false")],
     ),
     // Receivers at the far end of the map's depth, which is 1, and near its edges.
@@ -372,25 +438,27 @@ pub const VARIANTS: &[Variant] = &[
             ("denoise", "true"),
             ("contact_shadows", "true"),
         ],
-    ),
+    )
+    .of(every_other_light_without_contact),
     variant(
         ["awsm", "interior", "wide_filter"],
         &[("filter_radius", "1"), ("max_radius", "40"), ("atlas_max_side", "256")],
         &[("point_shadows", "false")],
-    ),
+    )
+    .of(every_other_light_green),
 ];
 
-/// Lessons that draw with templates of their own; the later ones a scene.
-pub const LESSONS: &[(&str, Option<&str>)] = &[
-    ("01-smallest", None),
-    ("09-loops-and-mips", None),
-    ("18-mesh", None),
-    ("26-depth-prepass", Some("courtyard")),
-    ("27-ssao", Some("courtyard")),
-    ("28-bloom", Some("courtyard")),
-    ("29-temporal", Some("courtyard")),
-    ("30-deferred", Some("courtyard")),
-    ("32-own-lighting", Some("courtyard")),
+/// Lessons that draw with templates of their own; the later ones a scene; and the number of frames drawn.
+pub const LESSONS: &[(&str, Option<&str>, u64)] = &[
+    ("01-smallest", None, 1),
+    ("09-loops-and-mips", None, 1),
+    ("18-mesh", None, 1),
+    ("26-depth-prepass", Some("courtyard"), 1),
+    ("27-ssao", Some("courtyard"), 1),
+    ("28-bloom", Some("courtyard"), 1),
+    ("29-temporal", Some("courtyard"), 3),
+    ("30-deferred", Some("courtyard"), 1),
+    ("32-own-lighting", Some("courtyard"), 1),
 ];
 
 /// A pipeline, a scene, a map that is shown in place of the picture, and parameters and features.
@@ -422,7 +490,7 @@ pub const MAPS: &[([&str; 3], Settings, Settings)] = &[
 pub const EXTENDED: &[(&str, &str, &str, u64, Settings, Settings)] = &[
     ("lore_pcss", "lore", "courtyard", 1, &[("resolutions", "[1024,1024,512,512]")], &[]),
     ("lore_evsm", "lore", "courtyard", 1, &[], &[]),
-    ("lore_vsm", "lore", "courtyard", 1, &[], &[("reverse_z", "false")]),
+    ("lore_vsm", "lore", "courtyard", 1, &[("min_deviation", "0.02")], &[("reverse_z", "false")]),
     ("lore_lamps", "lore", "interior", 1, &[], &[]),
     ("lore_temporal", "lore", "courtyard", 8, &[], &[]),
     ("awsm_deferred", "awsm", "interior", 1, &[], &[]),
