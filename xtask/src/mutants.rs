@@ -6,16 +6,17 @@
 
 use std::process::ExitCode;
 
-use crate::process;
+use crate::{process, toolchain};
 
 /// What faults are planted in for `--rust`.
 const FILES: &[&str] = &["passes/src/**", "scene/src/**", "graph/compiler/src/**", "graph/executor/src/**"];
 
 /// The packages and tests that look for them: those that hold what is planned, placed and drawn to a simulation, a
-/// figure or a picture. A build and a run of all would take several minutes for each fault.
+/// figure, a picture or a diagnostic. A build and a run of all would take several minutes for each fault.
 const PACKAGES: &str =
     "umbragraph,umbragraph-compiler,umbragraph-executor,umbragraph-passes,umbragraph-scene,umbragraph-tools";
 const TESTS: &[&str] = &[
+    "broken",
     "caching",
     "checker",
     "engine",
@@ -73,8 +74,25 @@ fn rust(options: &Options) -> ExitCode {
     let mut selection = vec!["--workspace", "--exclude-re", r"replace \| with \^"];
     selection.extend(FILES.iter().flat_map(|file| ["--file", file]));
     selection.extend(options.within.iter().flat_map(|name| ["--re", name]));
+    let tests: Vec<&str> =
+        ["--lib"].into_iter().chain(TESTS.iter().flat_map(|test| ["--test", test])).collect();
+    // What is found without a fault would be found with each.
+    let nextest = toolchain::has_nextest();
+    let mut without = process::program("cargo");
+    without.args(if nextest {
+        &["nextest", "run", "--cargo-profile", "release"][..]
+    } else {
+        &["test", "--release"]
+    });
+    without.args(PACKAGES.split(',').flat_map(|package| ["--package", package])).args(&tests);
+    match without.status() {
+        Ok(status) if status.success() => {}
+        status => return finish(status),
+    }
     let mut command = process::program("cargo");
     command.args(["mutants", "--in-place", "--shuffle", "--baseline", "skip", "--timeout", "900"]);
+    // Release builds are incremental.
+    command.args(["--profile", "release", "--test-tool", if nextest { "nextest" } else { "cargo" }]);
     command.args(&selection).args(["--test-package", PACKAGES]);
     if let Some(sample) = options.sample {
         let listed = process::program("cargo").args(["mutants", "--list"]).args(&selection).output();
@@ -87,8 +105,7 @@ fn rust(options: &Options) -> ExitCode {
         let shard = options.seed.unwrap_or(1) % shards;
         command.args(["--sharding", "round-robin", "--shard", &format!("{shard}/{shards}")]);
     }
-    command.args(["--", "--lib"]).args(TESTS.iter().flat_map(|test| ["--test", test]));
-    finish(command.status())
+    finish(command.arg("--").args(tests).status())
 }
 
 fn finish(status: std::io::Result<std::process::ExitStatus>) -> ExitCode {
