@@ -53,8 +53,7 @@ pub mod draw {
 pub mod pipeline {
     pub use umbragraph_pipeline::pipeline::*;
     pub use umbragraph_tools::{
-        AxisProduct, Configuration, Configurations, Configured, Cover, MAX_CONFIGURATIONS, Reached,
-        ReachedProgram, reach,
+        AxisProduct, Configuration, Configurations, Cover, MAX_CONFIGURATIONS, Reached, ReachedProgram, reach,
     };
 }
 

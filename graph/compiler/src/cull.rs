@@ -21,22 +21,51 @@ use crate::language::Lifetime;
 use crate::pipeline::{Access, Pipeline, SubresourceRange};
 use crate::work::{PassHandle, ResourceHandle, Work};
 
-/// Why a pass is kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum KeepReason {
+/// Why a pass is kept: by handles, or by names ([`Kept`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KeepReason<Reader = (PassHandle, ResourceHandle), Resource = ResourceHandle> {
     /// It says that it has a side effect.
     SideEffect,
     /// It writes a resource that outlives the frame.
-    Output(ResourceHandle),
+    Output(Resource),
     /// A kept pass reads what it writes.
-    ReadBy(PassHandle, ResourceHandle),
+    ReadBy(Reader),
     /// A kept pass reads what it writes some frames later: the resource is the earlier frame that the pass reads.
-    ReadLater(PassHandle, ResourceHandle),
+    ReadLater(Reader),
     /// A kept pass reads what it may write: the resource has more writers of different subresource ranges, or with
     /// different toggles, than are told apart.
-    MayBeReadBy(PassHandle, ResourceHandle),
+    MayBeReadBy(Reader),
     /// It may leave something in a resource that outlives the frame, which has more such writers than are told apart.
-    MayBeLeft(ResourceHandle),
+    MayBeLeft(Resource),
+}
+
+/// Why a pass is kept, by names.
+pub type Kept = KeepReason<ReaderName, String>;
+
+/// A kept pass with the resource that it reads.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ReaderName {
+    /// The reader.
+    pub pass: String,
+    /// The resource that it reads.
+    pub resource: String,
+}
+
+impl KeepReason {
+    /// The same by names.
+    pub(super) fn named(self, pipeline: &Pipeline) -> Kept {
+        let name = |handle| pipeline.resource(handle).name.clone();
+        let reader = |(pass, of)| ReaderName { pass: pipeline.pass(pass).name.clone(), resource: name(of) };
+        match self {
+            Self::SideEffect => Kept::SideEffect,
+            Self::Output(resource) => Kept::Output(name(resource)),
+            Self::ReadBy(read) => Kept::ReadBy(reader(read)),
+            Self::ReadLater(read) => Kept::ReadLater(reader(read)),
+            Self::MayBeReadBy(read) => Kept::MayBeReadBy(reader(read)),
+            Self::MayBeLeft(resource) => Kept::MayBeLeft(name(resource)),
+        }
+    }
 }
 
 /// Why a pass is culled.
@@ -80,7 +109,7 @@ pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>
             if kept[producer.index()].is_none() {
                 let is_coarse = graph.is_coarse(pass, resource);
                 let reason = if is_coarse { KeepReason::MayBeReadBy } else { KeepReason::ReadBy };
-                kept[producer.index()] = Some(reason(pass, resource));
+                kept[producer.index()] = Some(reason((pass, resource)));
                 queue.push_back(producer);
             }
         }
@@ -97,7 +126,7 @@ pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>
                         kept[writer.index()] = Some(if is_coarse {
                             KeepReason::MayBeLeft(history.of)
                         } else {
-                            KeepReason::ReadLater(pass, one.resource)
+                            KeepReason::ReadLater((pass, one.resource))
                         });
                         queue.push_back(writer);
                     }

@@ -28,11 +28,6 @@ impl Objective {
             Self::FewPasses => "few-passes",
         }
     }
-
-    /// An objective by its name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|objective| objective.name() == name)
-    }
 }
 
 /// How the order was chosen, and its bytes.

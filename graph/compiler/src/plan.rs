@@ -140,11 +140,11 @@ impl Plan {
             let (step, then) = match planned.reason {
                 KeepReason::SideEffect => ("it has a side effect".to_owned(), None),
                 KeepReason::Output(handle) => (format!("writes the output {}", resource(handle)), None),
-                KeepReason::ReadBy(reader, handle) => (
+                KeepReason::ReadBy((reader, handle)) => (
                     format!("{} reads {}", self.pipeline.pass(reader).name, resource(handle)),
                     self.pass(reader),
                 ),
-                KeepReason::MayBeReadBy(reader, handle) => (
+                KeepReason::MayBeReadBy((reader, handle)) => (
                     format!(
                         "{} reads {}, perhaps nothing of it: it has more writers of different subresource ranges, or with \
                          different toggles, than are told apart",
@@ -161,7 +161,7 @@ impl Plan {
                     ),
                     None,
                 ),
-                KeepReason::ReadLater(reader, handle) => {
+                KeepReason::ReadLater((reader, handle)) => {
                     let back = self.pipeline.resource(handle).history.map_or(1, |history| history.back);
                     let when = if back == 1 {
                         "in the next frame".to_owned()

@@ -7,7 +7,7 @@ use serde::Serialize;
 use wgpu_types::{TextureFormat, TextureUsages};
 
 use super::copies::PlannedCopy;
-use super::cull::{CullReason, KeepReason};
+use super::cull::{CullReason, KeepReason, Kept};
 use super::history::PlannedHistory;
 use super::order_report::OrderReport;
 use super::parameters::{PlannedParameter, PlannedSetting};
@@ -139,41 +139,6 @@ impl PlannedPass {
     pub fn attachments(&self) -> impl Iterator<Item = &PlannedAttachment> {
         self.color.iter().chain(&self.depth).chain(&self.stencil)
     }
-}
-
-/// Why a pass is kept, by names.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Kept {
-    /// It says that it has a side effect.
-    SideEffect,
-    /// It writes a resource that outlives the frame.
-    Output(String),
-    /// A kept pass reads what it writes.
-    ReadBy {
-        /// The reader.
-        pass: String,
-        /// The resource that it reads.
-        resource: String,
-    },
-    /// A kept pass reads what it writes some frames later.
-    ReadLater {
-        /// The reader.
-        pass: String,
-        /// The earlier frame that it reads.
-        resource: String,
-    },
-    /// A kept pass reads what it may write: the resource has more writers of different subresource ranges, or with
-    /// different toggles, than are told apart.
-    MayBeReadBy {
-        /// The reader.
-        pass: String,
-        /// The resource that it reads.
-        resource: String,
-    },
-    /// It may leave something in a resource that outlives the frame, which has more such writers than are told apart.
-    MayBeLeft(String),
 }
 
 /// The load and store operations of an attachment.

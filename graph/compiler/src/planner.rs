@@ -3,7 +3,7 @@
 
 use super::cull::KeepReason;
 use super::format;
-use super::planned::{Kept, PlannedAttachment, PlannedPass};
+use super::planned::{PlannedAttachment, PlannedPass};
 use super::resolved_resources::ResolvedResources;
 use crate::diagnostic::Diagnostic;
 use crate::pipeline::{Access, Condition, Pipeline};
@@ -50,27 +50,12 @@ impl<'a> Planner<'a> {
         diagnostics: &mut Vec<Diagnostic>,
     ) -> PlannedPass {
         let pass = self.pipeline.pass(handle);
-        let pass_name = |handle| self.pipeline.pass(handle).name.clone();
-        let resource_name = |handle| self.pipeline.resource(handle).name.clone();
         let mut planned = PlannedPass {
             name: pass.name.clone(),
             kind: pass.kind.clone(),
             toggle: pass.condition.map(|condition| self.pipeline.condition_name(condition)),
             passthrough: super::toggles::passthrough_names(self.pipeline, pass),
-            kept: match reason {
-                KeepReason::SideEffect => Kept::SideEffect,
-                KeepReason::Output(resource) => Kept::Output(resource_name(resource)),
-                KeepReason::ReadBy(reader, of) => {
-                    Kept::ReadBy { pass: pass_name(reader), resource: resource_name(of) }
-                }
-                KeepReason::MayBeReadBy(reader, of) => {
-                    Kept::MayBeReadBy { pass: pass_name(reader), resource: resource_name(of) }
-                }
-                KeepReason::MayBeLeft(resource) => Kept::MayBeLeft(resource_name(resource)),
-                KeepReason::ReadLater(reader, of) => {
-                    Kept::ReadLater { pass: pass_name(reader), resource: resource_name(of) }
-                }
-            },
+            kept: reason.named(self.pipeline),
             color: Vec::new(),
             depth: None,
             stencil: None,

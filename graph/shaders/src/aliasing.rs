@@ -11,7 +11,8 @@ use naga::{
     Block, Expression, Function, GlobalVariable, Handle, LocalVariable, Module, Span, Statement, TypeInner,
 };
 
-use super::wgsl_error::{Rejection, Stage};
+use super::wgsl_error::Rejection;
+use super::{codes, ir};
 
 /// What a pointer goes back to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -72,19 +73,12 @@ impl Visit<'_> {
     fn block(&mut self, block: &Block) {
         for (statement, span) in block.span_iter() {
             match statement {
-                Statement::Block(inner) => self.block(inner),
-                Statement::If { accept, reject, .. } => {
-                    [accept, reject].into_iter().for_each(|one| self.block(one));
+                Statement::Store { pointer, .. } | Statement::Atomic { pointer, .. } => {
+                    self.touch(*pointer, true);
                 }
-                Statement::Switch { cases, .. } => cases.iter().for_each(|case| self.block(&case.body)),
-                Statement::Loop { body, continuing, .. } => {
-                    [body, continuing].into_iter().for_each(|one| self.block(one));
-                }
-                Statement::Store { pointer, .. } => self.touch(*pointer, true),
-                Statement::Atomic { pointer, .. } => self.touch(*pointer, true),
                 Statement::WorkGroupUniformLoad { pointer, .. } => self.touch(*pointer, false),
                 Statement::Call { function, arguments, .. } => self.call(*function, arguments, *span),
-                _ => {}
+                _ => ir::blocks(statement).for_each(|inner| self.block(inner)),
             }
         }
     }
@@ -134,8 +128,7 @@ impl Visit<'_> {
     }
 
     fn reject(&mut self, message: String, span: Span, help: &str) {
-        let rejection = Rejection::new(Stage::Aliasing, message, span);
-        self.rejections.push(Rejection { help: Some(help.to_owned()), ..rejection });
+        self.rejections.push(Rejection::new(codes::POINTER_ALIAS, message, span).help(help));
     }
 
     fn name(&self, root: Root) -> String {

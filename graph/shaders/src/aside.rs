@@ -12,6 +12,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use super::render::Source;
 use super::templates::TemplateSet;
 use super::text_map::{Origin, Segment, TextMap};
 use crate::source::{FileId, Span};
@@ -30,11 +31,11 @@ struct Declaration {
 }
 
 /// The text with the library's bindings out of the way of others.
-pub(crate) fn move_aside(set: &TemplateSet, (text, map): (String, TextMap)) -> (String, TextMap) {
+pub(crate) fn move_aside(set: &TemplateSet, source: Source) -> Source {
     if !set.has_own_templates() {
-        return (text, map);
+        return source;
     }
-    let declarations = declarations(&text, &map);
+    let declarations = declarations(&source.wgsl, &source.map);
     let numbers = |one: &Declaration| (one.group, one.number);
     let all: BTreeSet<(u32, u32)> = declarations.iter().map(numbers).collect();
     let own = declarations.iter().filter(|one| !set.is_of_library(one.file));
@@ -48,7 +49,7 @@ pub(crate) fn move_aside(set: &TemplateSet, (text, map): (String, TextMap)) -> (
             (&one.range, free.unwrap_or(one.number).to_string())
         })
         .collect();
-    if moved.is_empty() { (text, map) } else { replaced(&text, &map, &moved) }
+    if moved.is_empty() { source } else { replaced(&source.wgsl, &source.map, &moved) }
 }
 
 fn declarations(text: &str, map: &TextMap) -> Vec<Declaration> {
@@ -94,7 +95,7 @@ fn group_behind(text: &str, at: usize) -> Option<u32> {
 }
 
 /// The text and its map with other bytes in some places, which are in order.
-fn replaced(text: &str, map: &TextMap, places: &[(&Range<usize>, String)]) -> (String, TextMap) {
+fn replaced(text: &str, map: &TextMap, places: &[(&Range<usize>, String)]) -> Source {
     let mut new = String::with_capacity(text.len() + 4 * places.len());
     let mut segments = Vec::with_capacity(map.segments.len() + 2 * places.len());
     let mut places = places.iter().peekable();
@@ -131,5 +132,5 @@ fn replaced(text: &str, map: &TextMap, places: &[(&Range<usize>, String)]) -> (S
         push(at, piece.end, &mut new, &mut segments);
     }
     let length = new.len() as u32;
-    (new, TextMap { segments, length })
+    Source { wgsl: new, map: TextMap { segments, length } }
 }

@@ -4,6 +4,8 @@
 //! means writing it. Bindings keep their WGSL numbers; the host's driver layer maps them in its own way later, which
 //! changes numbers and nothing else.
 
+use std::error::Error;
+
 use naga::back::{glsl, hlsl, msl, spv, wgsl as wgsl_out};
 use naga::proc::BoundsCheckPolicies;
 use naga::valid::ModuleInfo;
@@ -11,7 +13,8 @@ use naga::{Expression, ImageClass, Module, Span, TypeInner};
 
 use super::profile::TargetLanguage;
 use super::wgsl::guarded;
-use super::wgsl_error::{Rejection, Stage, one_line};
+use super::wgsl_error::{Rejection, one_line};
+use super::{codes, ir};
 
 /// A module in the language of a target.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,24 +44,21 @@ pub(crate) fn emit(
     info: &ModuleInfo,
     language: TargetLanguage,
 ) -> Result<Emitted, Rejection> {
+    let failed = |error: &dyn Error| reject(language, &error.to_string());
     guarded(|| match language {
         TargetLanguage::Wgsl => wgsl_out::write_string(module, info, wgsl_out::WriterFlags::empty())
             .map(Emitted::Text)
-            .map_err(|error| reject(language, &error.to_string())),
+            .map_err(|error| failed(&error)),
         TargetLanguage::Spirv => {
             let options = spv::Options { lang_version: (1, 3), ..spv::Options::default() };
-            spv::write_vec(module, info, &options, None)
-                .map(Emitted::Words)
-                .map_err(|error| reject(language, &error.to_string()))
+            spv::write_vec(module, info, &options, None).map(Emitted::Words).map_err(|error| failed(&error))
         }
         TargetLanguage::Msl => {
             let options = msl::Options { lang_version: (2, 3), ..msl::Options::default() };
             let (text, found) = msl::write_string(module, info, &options, &msl::PipelineOptions::default())
-                .map_err(|error| reject(language, &error.to_string()))?;
-            match found.entry_point_names.into_iter().find_map(Result::err) {
-                Some(error) => Err(reject(language, &error.to_string())),
-                None => Ok(Emitted::Text(text)),
-            }
+                .map_err(|error| failed(&error))?;
+            let error = found.entry_point_names.into_iter().find_map(Result::err);
+            error.map_or(Ok(Emitted::Text(text)), |error| Err(failed(&error)))
         }
         TargetLanguage::Hlsl => {
             let options = hlsl::Options { shader_model: hlsl::ShaderModel::V6_0, ..hlsl::Options::default() };
@@ -66,11 +66,9 @@ pub(crate) fn emit(
             let pipeline = hlsl::PipelineOptions::default();
             let found = hlsl::Writer::new(&mut text, &options, &pipeline)
                 .write(module, info, None)
-                .map_err(|error| reject(language, &error.to_string()))?;
-            match found.entry_point_names.into_iter().find_map(Result::err) {
-                Some(error) => Err(reject(language, &error.to_string())),
-                None => Ok(Emitted::Text(text)),
-            }
+                .map_err(|error| failed(&error))?;
+            let error = found.entry_point_names.into_iter().find_map(Result::err);
+            error.map_or(Ok(Emitted::Text(text)), |error| Err(failed(&error)))
         }
         TargetLanguage::Glsl => glsl_texts(module, info).map(Emitted::Text),
     })
@@ -78,51 +76,36 @@ pub(crate) fn emit(
 
 fn glsl_texts(module: &Module, info: &ModuleInfo) -> Result<String, Rejection> {
     let mut text = String::new();
-    for entry_point in &module.entry_points {
-        let options = glsl::Options { version: glsl::Version::new_gles(310), ..glsl::Options::default() };
-        let pipeline = glsl::PipelineOptions {
-            shader_stage: entry_point.stage,
-            entry_point: entry_point.name.clone(),
-            multiview: None,
-        };
+    let options = glsl::Options { version: glsl::Version::new_gles(310), ..glsl::Options::default() };
+    for naga::EntryPoint { stage, name, .. } in &module.entry_points {
+        let pipeline =
+            glsl::PipelineOptions { shader_stage: *stage, entry_point: name.clone(), multiview: None };
         let mut one = String::new();
         glsl::Writer::new(&mut one, module, info, &options, &pipeline, BoundsCheckPolicies::default())
             .and_then(|mut writer| writer.write())
             .map_err(|error| Rejection {
                 range: depth_load(module).filter(|_| error.to_string().contains("depth textures")),
-                ..reject(
-                    TargetLanguage::Glsl,
-                    &format!("{error} (in the entry point \"{}\")", entry_point.name),
-                )
+                ..reject(TargetLanguage::Glsl, &format!("{error} (in the entry point \"{name}\")"))
             })?;
-        text.push_str(&format!("// entry point {}\n{one}", entry_point.name));
+        text.push_str(&format!("// entry point {name}\n{one}"));
     }
     Ok(text)
 }
 
 /// The first load from a depth texture; GLSL's writer rejects it without saying where.
 fn depth_load(module: &Module) -> Option<std::ops::Range<usize>> {
-    let functions = module.functions.iter().map(|(_, function)| function);
-    functions.chain(module.entry_points.iter().map(|entry_point| &entry_point.function)).find_map(
-        |function| {
-            let (handle, _) = function.expressions.iter().find(|(_, expression)| {
-                let Expression::ImageLoad { image, .. } = expression else { return false };
-                let ty = match function.expressions[*image] {
-                    Expression::GlobalVariable(variable) => module.global_variables[variable].ty,
-                    Expression::FunctionArgument(at) => match function.arguments.get(at as usize) {
-                        Some(argument) => argument.ty,
-                        None => return false,
-                    },
-                    _ => return false,
-                };
-                matches!(module.types[ty].inner, TypeInner::Image { class: ImageClass::Depth { .. }, .. })
-            })?;
-            function.expressions.get_span(handle).to_range()
-        },
-    )
+    ir::functions(module).find_map(|function| {
+        let is_depth_load = |expression: &Expression| {
+            let Expression::ImageLoad { image, .. } = expression else { return false };
+            let image = ir::image(module, function, *image);
+            matches!(image, Some(TypeInner::Image { class: ImageClass::Depth { .. }, .. }))
+        };
+        let (handle, _) = function.expressions.iter().find(|(_, each)| is_depth_load(each))?;
+        function.expressions.get_span(handle).to_range()
+    })
 }
 
 fn reject(language: TargetLanguage, message: &str) -> Rejection {
     let message = format!("{} cannot express this: {}", language.name(), one_line(message));
-    Rejection::new(Stage::Backend, message, Span::UNDEFINED)
+    Rejection::new(codes::BACKEND_REJECTS, message, Span::UNDEFINED)
 }

@@ -1,6 +1,6 @@
 //! One variant of a template, from values to a reflected module.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use naga::back::PipelineConstants;
@@ -8,14 +8,14 @@ use naga::{Module, Scalar, Span, TypeInner};
 
 use super::axes::{Axes, AxisMode};
 use super::codes;
-use super::markers::{self, MarkedTemplates};
+use super::markers;
 use super::profile::TargetProfile;
 use super::reflection::{self, Reflection};
-use super::render::{self, Rendered};
+use super::render::{self, Source};
 use super::templates::TemplateSet;
 use super::text_map::TextMap;
 use super::wgsl;
-use super::wgsl_error::{Rejection, Stage};
+use super::wgsl_error::Rejection;
 use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, Severity, describe};
 use crate::source::Span as SourceSpan;
 
@@ -61,9 +61,9 @@ pub fn compile(
 /// The text of one variant, also where naga refuses it; `None` where the template does not render.
 pub fn generate(templates: &TemplateSet, template: &str, values: &AxisValues) -> Option<String> {
     let values = complete(templates, template, values).ok()?;
-    let rendered =
+    let (source, _) =
         render::render(templates, template, &template_values(templates, template, &values)).ok()?;
-    Some(rendered.text)
+    Some(source.wgsl)
 }
 
 /// The values of all axes: the given ones, checked, and defaults for the rest.
@@ -142,34 +142,35 @@ fn check(
     templates: &TemplateSet,
     template: &str,
     values: &AxisValues,
-    rendered: &Rendered,
+    (source, read): &(Source, BTreeSet<String>),
     profile: &TargetProfile,
 ) -> Result<ShaderModule, Vec<Diagnostic>> {
-    let axes = templates.axes(template);
-    let checked = wgsl::check(&rendered.text, profile.capabilities, |module| {
-        axes.map_or_else(|| Ok(PipelineConstants::default()), |axes| constants(axes, values, module))
-    });
-    let Some(file) = templates.file(template) else {
+    let (Some(axes), Some(file)) = (templates.axes(template), templates.file(template)) else {
         return Err(vec![templates.unknown(template, Place::Nowhere)]);
     };
     let place = |rejection: &Rejection| {
-        markers::place(rejection, &rendered.text, &rendered.map, file, || {
+        markers::place(rejection, &source.wgsl, &source.map, file, || {
             let values = template_values(templates, template, values);
-            MarkedTemplates::new(templates).map(template, &values, &rendered.text)
+            templates.marked().map(template, &values, &source.wgsl)
         })
     };
-    let checked = checked.map_err(|rejection| vec![place(&rejection)])?;
+    let proven = || {
+        let module = wgsl::parse(&source.wgsl)?;
+        let constants = constants(axes, values, &module)?;
+        let info = wgsl::validate(&module, profile.capabilities)?;
+        let sizes = wgsl::workgroup_sizes(&wgsl::resolve_overrides(&module, &info, &constants)?);
+        let reflection = reflection::reflect(&module, &info, &sizes);
+        Ok((module, constants, reflection))
+    };
+    let (module, constants, reflection) = proven().map_err(|rejection| vec![place(&rejection)])?;
     let mut warnings = Vec::new();
-    for mut rejection in wgsl::beyond_naga(&checked.module) {
+    for mut rejection in wgsl::beyond_naga(&module) {
         rejection.warning |= !profile.is_browser();
         warnings.push(place(&rejection));
     }
     if warnings.iter().any(|one| one.severity == Severity::Error) {
         return Err(warnings);
     }
-    let constants =
-        axes.map(|axes| constants(axes, values, &checked.module)).and_then(Result::ok).unwrap_or_default();
-    let read = &rendered.read;
     Ok(ShaderModule {
         template: template.to_owned(),
         axes: values
@@ -178,10 +179,10 @@ fn check(
             .map(|(k, v)| (k.clone(), v.clone()))
             .collect(),
         constants: constants.into_iter().collect(),
-        hash: *blake3::hash(rendered.text.as_bytes()).as_bytes(),
-        wgsl: rendered.text.as_str().into(),
-        reflection: reflection::reflect(&checked.module, &checked.info, &checked.workgroup_sizes),
-        map: rendered.map.clone(),
+        hash: *blake3::hash(source.wgsl.as_bytes()).as_bytes(),
+        wgsl: source.wgsl.as_str().into(),
+        reflection,
+        map: source.map.clone(),
         warnings,
     })
 }
@@ -217,8 +218,7 @@ pub(crate) fn constants(
                 let span: Span = module.overrides.get_span(handle);
                 let help =
                     "a boolean axis is a `bool`, an integer axis an `i32` or `u32` that holds all its values";
-                let rejection = Rejection::new(Stage::OverrideAxis, message, span);
-                return Err(Rejection { help: Some(help.to_owned()), ..rejection });
+                return Err(Rejection::new(codes::AXIS_OVERRIDE, message, span).help(help));
             }
         };
         // An override with an `@id` is set by that number, any other by its name.

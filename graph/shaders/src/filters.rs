@@ -8,19 +8,11 @@ use minijinja::value::{Kwargs, Rest, Value, ValueKind};
 use minijinja::{Environment, Error, State, UndefinedBehavior, escape_formatter, filters, functions, tests};
 
 use super::scan::syntax;
-use super::{growth, guard};
+use super::{guard, tree};
 
 /// The names that are functions in every template.
-pub(crate) const FUNCTIONS: &[&str] = &[
-    "range",
-    "namespace",
-    "dict",
-    guard::GUARD,
-    growth::FITS,
-    growth::FACTOR,
-    growth::SEEN,
-    growth::INDEXED,
-];
+pub(crate) const FUNCTIONS: &[&str] =
+    &["range", "namespace", "dict", guard::GUARD, tree::FITS, tree::FACTOR, tree::SEEN, tree::INDEXED];
 
 /// The names of the filters.
 pub(crate) const FILTERS: &[&str] = &[
@@ -65,10 +57,10 @@ pub(crate) fn environment() -> Environment<'static> {
     environment.add_function("namespace", functions::namespace);
     environment.add_function("dict", functions::dict);
     environment.add_function(guard::GUARD, |values: Rest<Value>| guard::guard(values));
-    environment.add_function(growth::FITS, guard::grown);
-    environment.add_function(growth::FACTOR, guard::factor);
-    environment.add_function(growth::SEEN, guard::seen);
-    environment.add_function(growth::INDEXED, guard::indexed);
+    environment.add_function(tree::FITS, guard::grown);
+    environment.add_function(tree::FACTOR, guard::factor);
+    environment.add_function(tree::SEEN, guard::seen);
+    environment.add_function(tree::INDEXED, guard::indexed);
     environment
 }
 

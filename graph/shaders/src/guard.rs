@@ -8,7 +8,7 @@
 //! no line break and take over the whitespace control of their tag, so they change no output; [`Prepared::original`]
 //! maps offsets back.
 //!
-//! What grows within one expression is [looked at](super::growth) there.
+//! What grows within one expression is [looked at](super::tree) there.
 
 use std::cell::Cell;
 use std::time::{Duration, Instant};
@@ -16,8 +16,8 @@ use std::time::{Duration, Instant};
 use minijinja::value::{Rest, Tuple, Value, ValueKind};
 use minijinja::{Error, ErrorKind};
 
-use super::growth;
-use super::scan::{Tag, WordKind};
+use super::scan::Tag;
+use super::tree::{self, Names};
 
 /// The largest value that may be kept in a variable, in bytes of text or in elements.
 pub(crate) const MAX_VALUE: usize = 1 << 20;
@@ -41,6 +41,7 @@ pub(crate) struct Prepared {
     pub(crate) text: String,
     /// Offset in the original text and length of each insertion, in order.
     insertions: Vec<(usize, usize)>,
+    pub(crate) names: Names,
 }
 
 impl Prepared {
@@ -63,10 +64,9 @@ impl Prepared {
 
 /// Inserts the guards.
 pub(crate) fn prepare(text: &str, tags: &[Tag]) -> Prepared {
-    let mut inserted = growth::insertions(text);
-    inserted.extend(behind_tags(text, tags));
-    inserted.sort_by_key(|(at, _)| *at);
-    let mut prepared = Prepared { text: String::with_capacity(text.len() + 256), insertions: Vec::new() };
+    let (inserted, names) = tree::read(text, tags);
+    let text_with_guards = String::with_capacity(text.len() + 256);
+    let mut prepared = Prepared { text: text_with_guards, insertions: Vec::new(), names };
     let mut copied = 0;
     for (at, insertion) in inserted {
         prepared.text.push_str(&text[copied..at]);
@@ -76,123 +76,6 @@ pub(crate) fn prepare(text: &str, tags: &[Tag]) -> Prepared {
     }
     prepared.text.push_str(&text[copied..]);
     prepared
-}
-
-/// The guards of the names that tags bind.
-fn behind_tags(text: &str, tags: &[Tag]) -> Vec<(usize, String)> {
-    let mut guards = Vec::new();
-    let mut open_sets: Vec<Vec<String>> = Vec::new();
-    for tag in tags {
-        let words: Vec<(&str, WordKind)> =
-            tag.words.iter().filter_map(|word| Some((text.get(word.range.clone())?, word.kind))).collect();
-        let names = match tag.keyword(text) {
-            Some("set") => {
-                let (names, block) = set_targets(&words[1..]);
-                if block {
-                    open_sets.push(names);
-                    continue;
-                }
-                if is_literal(&words[1..]) {
-                    continue;
-                }
-                names
-            }
-            Some("endset") => open_sets.pop().unwrap_or_default(),
-            Some("for") => {
-                let at = words.iter().position(|(word, _)| *word == "in").unwrap_or(words.len());
-                // What has a name was looked at when it was bound, elements included.
-                if matches!(words.get(at + 1..), Some([(_, WordKind::Identifier)])) {
-                    continue;
-                }
-                let names = words[1..at].iter().filter(|(_, kind)| *kind == WordKind::Identifier);
-                names.map(|(name, _)| (*name).to_owned()).collect()
-            }
-            Some("macro") => parameters(words.get(2..).unwrap_or_default()),
-            Some("call") => parameters(&words[1..]),
-            Some("with") => assigned(&words[1..]),
-            _ => continue,
-        };
-        if names.is_empty() || tag.is_open {
-            continue;
-        }
-        let closing = &text.as_bytes()[..tag.range.end];
-        let control = match closing.get(closing.len().wrapping_sub(3)) {
-            Some(b'-') => "-",
-            Some(b'+') => "+",
-            _ => "",
-        };
-        guards.push((tag.range.end, format!("{{%do {GUARD}({}){control}%}}", names.join(","))));
-    }
-    guards
-}
-
-/// Whether what a `set` binds is written out in the template: it is no larger than the text of the tag, and a table of
-/// numbers need not be looked through in every rendering.
-fn is_literal(words: &[(&str, WordKind)]) -> bool {
-    let Some(equals) = words.iter().position(|(word, _)| *word == "=") else { return false };
-    words[equals + 1..].iter().all(|(word, kind)| match kind {
-        WordKind::Identifier => false,
-        WordKind::Text | WordKind::Number => true,
-        WordKind::Sign => matches!(*word, "[" | "]" | "{" | "}" | "(" | ")" | "," | ":" | "." | "-"),
-    })
-}
-
-/// The targets of a `set`, attributes included, and whether it is the form with a block.
-fn set_targets(words: &[(&str, WordKind)]) -> (Vec<String>, bool) {
-    let position = |sign: &str| words.iter().position(|(word, _)| *word == sign);
-    let equals = position("=");
-    let mut names: Vec<String> = Vec::new();
-    let mut attribute = false;
-    for (word, kind) in &words[..equals.or_else(|| position("|")).unwrap_or(words.len())] {
-        match (kind, names.last_mut()) {
-            (WordKind::Identifier, Some(name)) if attribute => name.extend([".", word]),
-            (WordKind::Identifier, _) => names.push((*word).to_owned()),
-            _ => {}
-        }
-        attribute = *word == ".";
-    }
-    (names, equals.is_none())
-}
-
-/// The names in the first pair of parentheses that stand at the start of a parameter.
-fn parameters(words: &[(&str, WordKind)]) -> Vec<String> {
-    let mut depth = 0_usize;
-    let mut names = Vec::new();
-    let mut start = false;
-    for (word, kind) in words {
-        depth = depth_after(depth, word);
-        if depth == 0 {
-            break;
-        }
-        if start && *kind == WordKind::Identifier {
-            names.push((*word).to_owned());
-        }
-        start = depth == 1 && matches!(*word, "(" | ",");
-    }
-    names
-}
-
-/// The names that a `with` binds: those before an `=` outside of brackets.
-fn assigned(words: &[(&str, WordKind)]) -> Vec<String> {
-    let mut depth = 0_usize;
-    let mut names = Vec::new();
-    for (at, (word, kind)) in words.iter().enumerate() {
-        depth = depth_after(depth, word);
-        let is_bound = words.get(at + 1).is_some_and(|(next, _)| *next == "=");
-        if depth == 0 && *kind == WordKind::Identifier && is_bound {
-            names.push((*word).to_owned());
-        }
-    }
-    names
-}
-
-/// How many brackets are open behind a word.
-fn depth_after(depth: usize, word: &str) -> usize {
-    match word {
-        "(" | "[" | "{" => depth + 1,
-        ")" | "]" | "}" => depth.saturating_sub(1),
-        _ => depth,
-    }
 }
 
 thread_local! {
@@ -354,20 +237,21 @@ mod tests {
         assert_eq!(guarded("{% set ns.a = ns.a + 1 %}").as_deref(), Some("ns.a"));
         assert_eq!(guarded("{% set a, b = c %}").as_deref(), Some("a,b"));
         assert_eq!(guarded("{% set a %}x{% endset %}").as_deref(), Some("a"));
-        assert_eq!(guarded("{% for k, v in d|items %}").as_deref(), Some("k,v"));
-        assert_eq!(guarded("{% for k in d %}"), None);
-        assert_eq!(guarded("{% for %}{% for in %}{% for k %}").as_deref(), Some("k"));
-        assert_eq!(guarded("{% for k in d ~ d %}").as_deref(), Some("k"));
-        assert_eq!(guarded("{% macro m(a, b=[c, d]) %}").as_deref(), Some("a,b"));
-        assert_eq!(guarded("{% call(u, v) m(x) %}").as_deref(), Some("u,v"));
-        assert_eq!(guarded("{% with a = b == c, d = 1 %}").as_deref(), Some("a,d"));
-        assert_eq!(guarded("{% if a %}"), None);
-        assert_eq!(guarded("{% call m(x) %}"), None);
+        assert_eq!(guarded("{% for k, v in d|items %}{% endfor %}").as_deref(), Some("k,v"));
+        assert_eq!(guarded("{% for k in d %}{% endfor %}"), None);
+        assert_eq!(guarded("{% for %}{% for in %}{% for k %}"), None, "no template");
+        assert_eq!(guarded("{% for k in d ~ d %}{% endfor %}").as_deref(), Some("k"));
+        assert_eq!(guarded("{% macro m(a, b=[c, d]) %}{% endmacro %}").as_deref(), Some("a,b"));
+        assert_eq!(guarded("{% call(u, v) m(x) %}{% endcall %}").as_deref(), Some("u,v"));
+        assert_eq!(guarded("{% with a = b == c, d = 1 %}{% endwith %}").as_deref(), Some("a,d"));
+        assert_eq!(guarded("{% with (a, b) = c %}{% endwith %}").as_deref(), Some("a,b"));
+        assert_eq!(guarded("{% if a %}{% endif %}"), None);
+        assert_eq!(guarded("{% call m(x) %}{% endcall %}"), None);
     }
 
     #[test]
     fn offsets_map_back_across_insertions() {
-        let text = "a{% set x = 1 %}b{%- for i in r -%}c";
+        let text = "a{% set x = 1 + y %}b{%- for i in r + r -%}c{% endfor %}";
         let prepared = prepared(text);
         for (at, character) in prepared.text.char_indices() {
             let back = prepared.original(at);

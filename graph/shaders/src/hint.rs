@@ -10,12 +10,18 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use super::complexity;
 use super::wgsl_error::Rejection;
 use crate::diagnostic::suggested_name;
 
 /// Moves a rejection to the bracket that provoked it, or adds the name that was meant.
 pub(super) fn improve(text: &str, mut rejection: Rejection) -> Rejection {
-    let words = words(text);
+    // Identifiers, keywords and brackets.
+    let is_word = |range: &Range<usize>| {
+        let first = text.as_bytes()[range.start];
+        first.is_ascii_alphanumeric() || b"_()[]{}".contains(&first)
+    };
+    let words: Vec<Range<usize>> = complexity::words(text).filter(is_word).collect();
     if let Some((range, message)) = unmatched(text, &words) {
         if let Some(noticed) = rejection.range.replace(range) {
             rejection.labels.insert(0, (noticed, format!("noticed here: {}", rejection.message)));
@@ -37,31 +43,6 @@ fn structs(text: &str, rejection: &Rejection, words: &[Range<usize>]) -> Option<
     let declared = words.windows(2).filter(|pair| &text[pair[0].clone()] == "struct");
     let names: Vec<&str> = declared.map(|pair| &text[pair[1].clone()]).collect();
     (!names.is_empty()).then(|| names.join(", "))
-}
-
-/// Identifiers, keywords and brackets, in order; comments are left out.
-fn words(text: &str) -> Vec<Range<usize>> {
-    let bytes = text.as_bytes();
-    let mut words = Vec::new();
-    let mut at = 0;
-    while at < bytes.len() {
-        let start = at;
-        at += 1;
-        match bytes[start] {
-            b'/' if bytes.get(at) == Some(&b'/') => {
-                at = bytes[at..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |end| at + end);
-            }
-            b'/' if bytes.get(at) == Some(&b'*') => at = super::complexity::comment_end(bytes, start),
-            b'(' | b')' | b'[' | b']' | b'{' | b'}' => words.push(start..at),
-            byte if byte.is_ascii_alphanumeric() || byte == b'_' => {
-                let tail = |byte: &&u8| byte.is_ascii_alphanumeric() || **byte == b'_';
-                at += bytes[at..].iter().take_while(tail).count();
-                words.push(start..at);
-            }
-            _ => {}
-        }
-    }
-    words
 }
 
 fn unmatched(text: &str, words: &[Range<usize>]) -> Option<(Range<usize>, String)> {
@@ -112,12 +93,15 @@ fn suggested<'t>(text: &'t str, message: &str, words: &[Range<usize>]) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wgsl_error::Stage;
+    use crate::codes;
 
     fn improved(text: &str, message: &str) -> Rejection {
         improve(
             text,
-            Rejection { range: Some(0..1), ..Rejection::new(Stage::Parsing, message, naga::Span::UNDEFINED) },
+            Rejection {
+                range: Some(0..1),
+                ..Rejection::new(codes::WGSL_SYNTAX, message, naga::Span::UNDEFINED)
+            },
         )
     }
 
@@ -126,7 +110,7 @@ mod tests {
         let text = "struct Covered { uv: vec2f }\nfn f(a: VertexOutput) {}";
         let at = text.find("VertexOutput").unwrap();
         let message = "no definition in scope for identifier: `VertexOutput`";
-        let rejection = Rejection::new(Stage::Parsing, message, naga::Span::UNDEFINED);
+        let rejection = Rejection::new(codes::WGSL_SYNTAX, message, naga::Span::UNDEFINED);
         let rejection = improve(text, Rejection { range: Some(at..at + 12), ..rejection });
         assert_eq!(rejection.help.as_deref(), Some("the structs here are Covered"));
     }

@@ -10,7 +10,7 @@
 //! - A [`TargetProfile`] says what a target guarantees.
 //! - [`Reflection`] is the one source of what host and shader agree on: bindings, memory layouts, entry points.
 
-use umbragraph_text::{diagnostic, document, source};
+use umbragraph_text::{diagnostic, document, language, source};
 
 mod aliasing;
 mod aside;
@@ -21,15 +21,14 @@ mod comparisons;
 mod compile;
 mod complexity;
 mod filters;
-mod growth;
 mod guard;
 mod hint;
 pub mod interface;
+mod ir;
 mod limits;
 mod listing;
 mod markers;
 mod named_limits;
-mod names;
 pub mod permutations;
 mod profile;
 mod reflection;
@@ -44,6 +43,7 @@ mod templates;
 mod tests;
 mod text_map;
 mod texture_reads;
+mod tree;
 mod uniform_branches;
 mod uniformity;
 mod wgsl;

@@ -5,13 +5,15 @@
 //! attachments, workgroups. The place of an excess is the declaration that goes beyond: the variable, the size of the
 //! workgroup, or the entry point.
 
-use naga::{BuiltIn, Handle, Module, Span, Type, TypeInner};
+use naga::{BuiltIn, Module, ShaderStage, Span, TypeInner};
 use wgpu_types::{BindGroupLayoutEntry, BindingType, BufferBindingType};
 
+use super::codes;
+use super::ir::{self, Bound};
 use super::profile::TargetProfile;
-use super::reflection::{Binding, EntryPoint, Reflection, Stage as ShaderStage};
+use super::reflection::{Binding, EntryPoint, Reflection, Stage};
 use super::stages;
-use super::wgsl_error::{Excess, Rejection, Stage};
+use super::wgsl_error::{Excess, Rejection};
 
 /// Every limit of the profile that the module exceeds.
 pub(crate) fn exceeded(
@@ -26,7 +28,12 @@ pub(crate) fn exceeded(
     }
     for entry_point in &reflection.entry_points {
         check.bindings_of_stage(reflection, entry_point);
-        check.entry_point(entry_point);
+        let is_it = |entry: &&naga::EntryPoint| {
+            (&entry.name, entry.stage) == (&entry_point.name, entry_point.stage.to_naga())
+        };
+        if let Some(entry) = module.entry_points.iter().find(is_it) {
+            check.entry_point(entry_point, entry);
+        }
     }
     check.found
 }
@@ -38,11 +45,11 @@ struct Kind {
     is: fn(&BindingType) -> bool,
 }
 
-fn kinds(profile: &TargetProfile, stage: ShaderStage) -> [Kind; 5] {
+fn kinds(profile: &TargetProfile, stage: Stage) -> [Kind; 5] {
     let limits = &profile.limits;
     let storage_buffers = match stage {
-        ShaderStage::Vertex => profile.vertex_storage_buffers,
-        ShaderStage::Fragment | ShaderStage::Compute => limits.max_storage_buffers_per_shader_stage,
+        Stage::Vertex => profile.vertex_storage_buffers,
+        Stage::Fragment | Stage::Compute => limits.max_storage_buffers_per_shader_stage,
     };
     let kind = |what, allowed, is| Kind { what, allowed, is };
     [
@@ -69,7 +76,7 @@ pub fn exceeded_by_layout<'a>(
     profile: &TargetProfile,
 ) -> Vec<String> {
     let mut found = Vec::new();
-    for stage in [ShaderStage::Vertex, ShaderStage::Fragment, ShaderStage::Compute] {
+    for stage in [Stage::Vertex, Stage::Fragment, Stage::Compute] {
         for Kind { what, allowed, is } in kinds(profile, stage) {
             let of_kind =
                 entries.clone().filter(|entry| entry.visibility.contains(stage.stages()) && is(&entry.ty));
@@ -90,33 +97,22 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    /// Neither the place nor the words are worked out for what is within its limit.
+    /// Notes what goes beyond a limit; what has one cause with other excesses is `of` one thing. No place is worked out
+    /// for what is within its limit.
     fn over(
         &mut self,
         span: &dyn Fn(&Self) -> Span,
-        what: std::fmt::Arguments<'_>,
+        of: &str,
+        what: &str,
         found: u64,
-        allowed: u64,
+        allowed: impl Into<u64>,
     ) {
-        self.over_as(span, what, what, found, allowed);
-    }
-
-    /// The same for what has one cause with other excesses `of` one thing.
-    fn over_as(
-        &mut self,
-        span: &dyn Fn(&Self) -> Span,
-        of: std::fmt::Arguments<'_>,
-        what: std::fmt::Arguments<'_>,
-        found: u64,
-        allowed: u64,
-    ) {
+        let allowed = allowed.into();
         if found > allowed {
             let message = format!("{what} is {found}, but only {allowed} is guaranteed");
-            let excess = Excess { of: of.to_string(), found };
-            self.found.push(Rejection {
-                excess: Some(excess),
-                ..Rejection::new(Stage::Limit, message, span(self))
-            });
+            let excess = Some(Excess { of: of.to_owned(), found });
+            let rejection = Rejection::new(codes::LIMIT_EXCEEDED, message, span(self));
+            self.found.push(Rejection { excess, ..rejection });
         }
     }
 
@@ -143,72 +139,46 @@ impl Check<'_> {
     }
 
     /// The first variable between stages beyond those that are allowed, or the last of all.
-    fn span_of_variable(&self, entry_point: &EntryPoint, allowed: u64) -> Span {
-        let stage = entry_point.stage.to_naga();
-        stages::variable_beyond(self.text, self.module, stage, &entry_point.name, allowed)
+    fn span_of_variable(&self, entry_point: &EntryPoint, entry: &naga::EntryPoint, allowed: u64) -> Span {
+        stages::variable_beyond(self.text, self.module, entry, allowed)
             .map_or_else(|| self.span_of_entry_point(entry_point), Span::from)
     }
 
     /// How many of the variables that may go between stages built-in ones take: one each for what a fragment stage is
     /// given beside its position, one for four distances that a vertex stage clips by.
-    fn built_in_variables(&self, entry_point: &EntryPoint) -> u64 {
-        let is_it = |entry: &&naga::EntryPoint| {
-            (&entry.name, entry.stage) == (&entry_point.name, entry_point.stage.to_naga())
+    fn built_in_variables(&self, entry: &naga::EntryPoint) -> u64 {
+        let is_fragment = entry.stage == ShaderStage::Fragment;
+        let between = match is_fragment {
+            true => ir::inputs(self.module, &entry.function),
+            false => ir::outputs(self.module, &entry.function),
         };
-        let Some(entry) = self.module.entry_points.iter().find(is_it) else { return 0 };
-        let function = &entry.function;
-        let taken = |ty: Handle<Type>, binding: Option<&naga::Binding>| -> u64 {
-            let of = |ty: Handle<Type>, binding: &naga::Binding| match (binding, &self.module.types[ty].inner)
-            {
-                (naga::Binding::Location { .. } | naga::Binding::BuiltIn(BuiltIn::Position { .. }), _) => 0,
-                (naga::Binding::BuiltIn(BuiltIn::Barycentric { .. }), _) => 3,
-                (naga::Binding::BuiltIn(BuiltIn::ClipDistances), TypeInner::Array { size, .. }) => match size
-                {
-                    naga::ArraySize::Constant(size) => u64::from(size.get()).div_ceil(4),
-                    _ => 0,
-                },
-                (naga::Binding::BuiltIn(_), _) => u64::from(entry_point.stage == ShaderStage::Fragment),
-            };
-            match (binding, &self.module.types[ty].inner) {
-                (Some(binding), _) => of(ty, binding),
-                (None, TypeInner::Struct { members, .. }) => {
-                    members.iter().filter_map(|member| Some(of(member.ty, member.binding.as_ref()?))).sum()
-                }
-                (None, _) => 0,
-            }
+        let taken = |variable: &Bound<'_>| match (variable.binding, &self.module.types[variable.ty].inner) {
+            (naga::Binding::Location { .. } | naga::Binding::BuiltIn(BuiltIn::Position { .. }), _) => 0,
+            (naga::Binding::BuiltIn(BuiltIn::Barycentric { .. }), _) => 3,
+            (naga::Binding::BuiltIn(BuiltIn::ClipDistances), TypeInner::Array { size, .. }) => match size {
+                naga::ArraySize::Constant(size) => u64::from(size.get()).div_ceil(4),
+                _ => 0,
+            },
+            (naga::Binding::BuiltIn(_), _) => u64::from(is_fragment),
         };
-        match entry_point.stage {
-            ShaderStage::Vertex => {
-                function.result.as_ref().map_or(0, |result| taken(result.ty, result.binding.as_ref()))
-            }
-            ShaderStage::Fragment => {
-                let arguments = function.arguments.iter();
-                arguments.map(|argument| taken(argument.ty, argument.binding.as_ref())).sum()
-            }
-            ShaderStage::Compute => 0,
-        }
+        between.iter().map(taken).sum()
     }
 
     fn binding(&mut self, binding: &Binding) {
         let limits = &self.profile.limits;
-        let (groups, bindings) = (limits.max_bind_groups, limits.max_bindings_per_bind_group);
-        let (uniform, storage) =
-            (limits.max_uniform_buffer_binding_size, limits.max_storage_buffer_binding_size);
         let span = &|check: &Self| check.span_of_binding(binding);
         let name = &binding.name;
-        let count = u64::from(binding.group) + 1;
-        self.over(span, format_args!("the number of bind groups with \"{name}\""), count, u64::from(groups));
-        let count = u64::from(binding.binding) + 1;
-        self.over(span, format_args!("the number of bindings with \"{name}\""), count, u64::from(bindings));
+        let what = format!("the number of bind groups with \"{name}\"");
+        self.over(span, &what, &what, u64::from(binding.group) + 1, limits.max_bind_groups);
+        let what = format!("the number of bindings with \"{name}\"");
+        self.over(span, &what, &what, u64::from(binding.binding) + 1, limits.max_bindings_per_bind_group);
         if let BindingType::Buffer { ty, min_binding_size: Some(size), .. } = binding.entry.ty {
-            match ty {
-                BufferBindingType::Uniform => {
-                    self.over(span, format_args!("the size of \"{name}\" in bytes"), size.get(), uniform);
-                }
-                BufferBindingType::Storage { .. } => {
-                    self.over(span, format_args!("the size of \"{name}\" in bytes"), size.get(), storage);
-                }
-            }
+            let allowed = match ty {
+                BufferBindingType::Uniform => limits.max_uniform_buffer_binding_size,
+                BufferBindingType::Storage { .. } => limits.max_storage_buffer_binding_size,
+            };
+            let what = format!("the size of \"{name}\" in bytes");
+            self.over(span, &what, &what, size.get(), allowed);
         }
     }
 
@@ -229,95 +199,60 @@ impl Check<'_> {
             let span = &|check: &Self| check.span_of_binding(beyond);
             let names: Vec<&str> = used.map(|binding| binding.name.as_str()).collect();
             let before = self.found.len();
-            self.over(
-                span,
-                format_args!("the number of {what} in \"{}\"", entry_point.name),
-                count,
-                u64::from(allowed),
-            );
+            let what = format!("the number of {what} in \"{}\"", entry_point.name);
+            self.over(span, &what, &what, count, allowed);
             for rejection in &mut self.found[before..] {
                 rejection.help = Some(format!("they are {}", names.join(", ")));
             }
         }
     }
 
-    fn entry_point(&mut self, entry_point: &EntryPoint) {
+    fn entry_point(&mut self, entry_point: &EntryPoint, entry: &naga::EntryPoint) {
         let limits = &self.profile.limits;
         let span = &|check: &Self| check.span_of_entry_point(entry_point);
         let name = &entry_point.name;
-        let count = |length: usize| length as u64;
-        let highest =
-            |locations: &mut dyn Iterator<Item = u32>| locations.max().map_or(0, |at| u64::from(at) + 1);
+        let highest = |location: Option<u32>| location.map_or(0, |at| u64::from(at) + 1);
         match entry_point.stage {
-            ShaderStage::Vertex | ShaderStage::Fragment => {
+            Stage::Vertex | Stage::Fragment => {
                 let allowed = u64::from(limits.max_inter_stage_shader_variables);
-                let between = &|check: &Self| check.span_of_variable(entry_point, allowed);
-                let built_in = self.built_in_variables(entry_point);
+                let between = &|check: &Self| check.span_of_variable(entry_point, entry, allowed);
+                let built_in = self.built_in_variables(entry);
                 let among =
                     if built_in > 0 { format!(", {built_in} of them built in,") } else { String::new() };
-                self.over_as(
-                    between,
-                    format_args!("variables between stages"),
-                    format_args!("the number of variables between stages in \"{name}\"{among}"),
-                    count(entry_point.varyings.len()) + built_in,
-                    allowed,
-                );
+                let what = format!("the number of variables between stages in \"{name}\"{among}");
+                let count = entry_point.varyings.len() as u64 + built_in;
+                self.over(between, "variables between stages", &what, count, allowed);
                 // Distances to clip planes take locations, which what a fragment stage is given does not.
-                let taken = if entry_point.stage == ShaderStage::Vertex { built_in } else { 0 };
-                self.over_as(
-                    between,
-                    format_args!("variables between stages"),
-                    format_args!("the number of locations between stages in \"{name}\""),
-                    highest(&mut entry_point.varyings.iter().copied()) + taken,
-                    allowed,
-                );
-                let locations = &mut entry_point.inputs.iter().map(|input| input.location);
-                self.over(
-                    span,
-                    format_args!("the number of vertex attributes in \"{name}\""),
-                    highest(locations),
-                    u64::from(limits.max_vertex_attributes),
-                );
-                let locations = &mut entry_point.outputs.iter().map(|output| output.location);
-                self.over(
-                    span,
-                    format_args!("the number of colour attachments in \"{name}\""),
-                    highest(locations),
-                    u64::from(limits.max_color_attachments),
-                );
+                let taken = if entry_point.stage == Stage::Vertex { built_in } else { 0 };
+                let what = format!("the number of locations between stages in \"{name}\"");
+                let count = highest(entry_point.varyings.iter().copied().max()) + taken;
+                self.over(between, "variables between stages", &what, count, allowed);
+                let what = format!("the number of vertex attributes in \"{name}\"");
+                let count = highest(entry_point.inputs.iter().map(|input| input.location).max());
+                self.over(span, &what, &what, count, limits.max_vertex_attributes);
+                let what = format!("the number of colour attachments in \"{name}\"");
+                let count = highest(entry_point.outputs.iter().map(|output| output.location).max());
+                self.over(span, &what, &what, count, limits.max_color_attachments);
             }
-            ShaderStage::Compute => {
-                let [x, y, z] = entry_point.workgroup_size;
-                let sides = [
-                    ("width", x, limits.max_compute_workgroup_size_x),
-                    ("height", y, limits.max_compute_workgroup_size_y),
-                    ("depth", z, limits.max_compute_workgroup_size_z),
-                ];
+            Stage::Compute => {
+                let [x, y, z] = entry_point.workgroup_size.map(u64::from);
                 let size_span = &|check: &Self| check.span_of_workgroup_size(entry_point);
-                for (side, size, allowed) in sides {
-                    self.over_as(
-                        size_span,
-                        format_args!("the workgroup of \"{name}\""),
-                        format_args!("the {side} of the workgroup of \"{name}\""),
-                        u64::from(size),
-                        u64::from(allowed),
-                    );
+                let workgroup = format!("the workgroup of \"{name}\"");
+                for (side, size, allowed) in [
+                    ("the width of", x, limits.max_compute_workgroup_size_x),
+                    ("the height of", y, limits.max_compute_workgroup_size_y),
+                    ("the depth of", z, limits.max_compute_workgroup_size_z),
+                    (
+                        "the number of invocations in",
+                        x.saturating_mul(y).saturating_mul(z),
+                        limits.max_compute_invocations_per_workgroup,
+                    ),
+                ] {
+                    self.over(size_span, &workgroup, &format!("{side} {workgroup}"), size, allowed);
                 }
-                let invocations = u64::from(x).saturating_mul(u64::from(y)).saturating_mul(u64::from(z));
-                self.over_as(
-                    size_span,
-                    format_args!("the workgroup of \"{name}\""),
-                    format_args!("the number of invocations in the workgroup of \"{name}\""),
-                    invocations,
-                    u64::from(limits.max_compute_invocations_per_workgroup),
-                );
-                let allowed = u64::from(limits.max_compute_workgroup_storage_size);
-                self.over(
-                    span,
-                    format_args!("the workgroup memory of \"{name}\" in bytes"),
-                    u64::from(entry_point.workgroup_storage),
-                    allowed,
-                );
+                let what = format!("the workgroup memory of \"{name}\" in bytes");
+                let size = u64::from(entry_point.workgroup_storage);
+                self.over(span, &what, &what, size, limits.max_compute_workgroup_storage_size);
             }
         }
     }

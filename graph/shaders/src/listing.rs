@@ -32,7 +32,7 @@ impl ShaderModule {
             let mut pieces = self.map.pieces();
             Box::new(match pieces.find_map(|(_, span)| span) {
                 Some(span) => rejection.to_diagnostic(&self.wgsl, &self.map, span.file),
-                None => Diagnostic::error(rejection.stage.code(), Place::Nowhere, rejection.message),
+                None => Diagnostic::error(rejection.code, Place::Nowhere, rejection.message),
             })
         })
     }

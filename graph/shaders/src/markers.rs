@@ -31,8 +31,11 @@ pub(crate) struct MarkedMap {
 impl MarkedMap {
     /// The tags through which a byte of the generated text was written, the innermost first.
     pub(crate) fn trail(&self, offset: usize) -> impl Iterator<Item = Span> {
-        let at = self.map.segments.partition_point(|segment| segment.start as usize <= offset).checked_sub(1);
-        at.and_then(|at| self.trails.get(at)).into_iter().flat_map(|trail| trail.iter().rev().copied())
+        self.map
+            .index(offset)
+            .and_then(|at| self.trails.get(at))
+            .into_iter()
+            .flat_map(|trail| trail.iter().rev().copied())
     }
 }
 
@@ -164,7 +167,6 @@ impl MarkedTemplates {
         let mut text = String::with_capacity(marked.len());
         let mut found = MarkedMap::default();
         let mut open: Vec<Span> = Vec::new();
-        let mut trail: Arc<[Span]> = Arc::from([]);
         let mut rest = marked;
         while let Some(at) = rest.find(OPEN) {
             text.push_str(&rest[..at]);
@@ -174,30 +176,22 @@ impl MarkedTemplates {
             });
             let end = rest[at..].find(CLOSE).map_or(rest.len(), |end| at + end + CLOSE.len_utf8());
             rest = &rest[end..];
-            let origin = match self.marks.get(number as usize) {
-                Some(Mark::Text(file, offset)) => Some(Origin::Literal(*file, *offset)),
+            let (origin, depth) = match self.marks.get(number as usize) {
+                Some(Mark::Text(file, offset)) => (Some(Origin::Literal(*file, *offset)), open.len()),
                 Some(Mark::Begin(span)) => {
                     open.push(*span);
-                    trail = open[..open.len() - 1].into();
-                    Some(Origin::Tag(*span))
+                    (Some(Origin::Tag(*span)), open.len() - 1)
                 }
-                Some(Mark::Here(span)) => {
-                    trail = open.as_slice().into();
-                    Some(Origin::Tag(*span))
-                }
+                Some(Mark::Here(span)) => (Some(Origin::Tag(*span)), open.len()),
                 Some(Mark::End) => {
                     open.pop();
-                    trail = open.as_slice().into();
-                    None
+                    (None, open.len())
                 }
-                None => None,
+                None => (None, open.len()),
             };
-            if matches!(origin, Some(Origin::Literal(..))) {
-                trail = open.as_slice().into();
-            }
             let start = text.len() as u32;
             found.map.segments.push(Segment { start, origin });
-            found.trails.push(trail.clone());
+            found.trails.push(open[..depth].into());
         }
         text.push_str(rest);
         found.map.length = text.len() as u32;

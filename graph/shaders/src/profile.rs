@@ -41,11 +41,6 @@ impl TargetLanguage {
             Self::Glsl => "glsl",
         }
     }
-
-    /// A language by its name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|language| language.name() == name)
-    }
 }
 
 /// The features and limits that a shader may rely on.
@@ -113,13 +108,7 @@ impl TargetProfile {
 
     /// WebGPU in a browser, core mode, without optional features.
     pub fn webgpu() -> Self {
-        Self::new(
-            "webgpu",
-            Features::empty(),
-            DownlevelFlags::all(),
-            Limits::defaults(),
-            TargetLanguage::Wgsl,
-        )
+        Self::core("webgpu", TargetLanguage::Wgsl)
     }
 
     /// WebGPU in compatibility mode.
@@ -137,46 +126,27 @@ impl TargetProfile {
             max_storage_buffers_per_shader_stage: 4,
             ..Limits::defaults()
         };
-        let missing = DownlevelFlags::CUBE_ARRAY_TEXTURES
-            | DownlevelFlags::MULTISAMPLED_SHADING
-            | DownlevelFlags::INDEPENDENT_BLEND
-            | DownlevelFlags::VERTEX_STORAGE;
-        let flags = DownlevelFlags::all() - missing;
-        let profile = Self::new("webgpu-compat", Features::empty(), flags, limits, TargetLanguage::Wgsl);
-        Self { vertex_storage_buffers: 0, ..profile }
+        Self::reduced("webgpu-compat", limits, TargetLanguage::Wgsl)
     }
 
     /// Vulkan through wgpu.
     pub fn vulkan() -> Self {
-        Self::new(
-            "vulkan",
-            Features::empty(),
-            DownlevelFlags::all(),
-            Limits::defaults(),
-            TargetLanguage::Spirv,
-        )
+        Self::core("vulkan", TargetLanguage::Spirv)
     }
 
     /// Metal through wgpu.
     pub fn metal() -> Self {
-        Self::new("metal", Features::empty(), DownlevelFlags::all(), Limits::defaults(), TargetLanguage::Msl)
+        Self::core("metal", TargetLanguage::Msl)
     }
 
     /// Direct3D 12 through wgpu.
     pub fn dx12() -> Self {
-        Self::new("dx12", Features::empty(), DownlevelFlags::all(), Limits::defaults(), TargetLanguage::Hlsl)
+        Self::core("dx12", TargetLanguage::Hlsl)
     }
 
     /// OpenGL ES 3.1 through wgpu.
     pub fn gles() -> Self {
-        let missing = DownlevelFlags::CUBE_ARRAY_TEXTURES
-            | DownlevelFlags::MULTISAMPLED_SHADING
-            | DownlevelFlags::INDEPENDENT_BLEND
-            | DownlevelFlags::VERTEX_STORAGE;
-        let limits = Limits::downlevel_defaults();
-        let flags = DownlevelFlags::all() - missing;
-        let profile = Self::new("gles", Features::empty(), flags, limits, TargetLanguage::Glsl);
-        Self { vertex_storage_buffers: 0, ..profile }
+        Self::reduced("gles", Limits::downlevel_defaults(), TargetLanguage::Glsl)
     }
 
     /// Whether a browser takes the text itself.
@@ -214,20 +184,27 @@ impl TargetProfile {
         self
     }
 
-    fn new(
-        name: &str,
-        features: Features,
-        flags: DownlevelFlags,
-        limits: Limits,
-        language: TargetLanguage,
-    ) -> Self {
+    fn core(name: &str, language: TargetLanguage) -> Self {
+        let (limits, features) = (Limits::defaults(), Features::empty());
         Self {
             name: name.to_owned(),
             features,
-            capabilities: wgpu_naga_bridge::features_to_naga_capabilities(features, flags),
+            capabilities: wgpu_naga_bridge::features_to_naga_capabilities(features, DownlevelFlags::all()),
             vertex_storage_buffers: limits.max_storage_buffers_per_shader_stage,
             limits,
             language,
         }
+    }
+
+    /// A profile of devices without what compatibility mode lacks.
+    fn reduced(name: &str, limits: Limits, language: TargetLanguage) -> Self {
+        let missing = DownlevelFlags::CUBE_ARRAY_TEXTURES
+            | DownlevelFlags::MULTISAMPLED_SHADING
+            | DownlevelFlags::INDEPENDENT_BLEND
+            | DownlevelFlags::VERTEX_STORAGE;
+        let flags = DownlevelFlags::all() - missing;
+        let core = Self::core(name, language);
+        let capabilities = wgpu_naga_bridge::features_to_naga_capabilities(core.features, flags);
+        Self { capabilities, limits, vertex_storage_buffers: 0, ..core }
     }
 }

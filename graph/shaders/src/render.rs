@@ -6,12 +6,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
+use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use minijinja::value::{Object, Value};
 
 use super::axes::{Axes, AxisMode};
-use super::names::{NameUse, find_name};
 use super::template::Template;
 use super::templates::TemplateSet;
 use super::text_map::{Origin, Segment, TextMap};
@@ -19,16 +19,14 @@ use super::{aside, codes, complexity, filters, guard, template_error};
 use crate::diagnostic::{AxisValue, AxisValues, Diagnostic};
 use crate::source::{FileId, Span};
 
-/// A generated text.
+/// A generated text with its map.
 #[derive(Clone, Debug)]
-pub(crate) struct Rendered {
-    pub(crate) text: String,
+pub(crate) struct Source {
+    pub(crate) wgsl: String,
     pub(crate) map: TextMap,
-    /// The axes that were read.
-    pub(crate) read: BTreeSet<String>,
 }
 
-/// Renders a template with the values of all its axes.
+/// Renders a template with the values of all its axes; with the text come the axes that were read.
 ///
 /// # Errors
 /// The error in the template, with its place.
@@ -36,16 +34,16 @@ pub(crate) fn render(
     set: &TemplateSet,
     name: &str,
     values: &AxisValues,
-) -> Result<Rendered, Vec<Diagnostic>> {
+) -> Result<(Source, BTreeSet<String>), Vec<Diagnostic>> {
     let context = Arc::new(Context {
         values: values.iter().map(|(name, value)| (name.clone(), to_template_value(value))).collect(),
         reads: Mutex::default(),
     });
-    let result = render_with(set, &Placement::new(set), name, Value::from_dyn_object(context.clone()));
+    let result = render_with(set, name, Value::from_dyn_object(context.clone()));
     let reads = std::mem::take(&mut *context.reads.lock().unwrap_or_else(PoisonError::into_inner));
     let undeclared = undeclared_names(set, name, &reads.unknown);
     match result {
-        Ok((text, map)) if undeclared.is_empty() => Ok(Rendered { text, map, read: reads.axes }),
+        Ok(source) if undeclared.is_empty() => Ok((source, reads.axes)),
         Ok(_) => Err(undeclared),
         // An undefined name fails the rendering as well; the diagnostic that knows the name is the better one.
         Err(diagnostic) if diagnostic.code == codes::UNDECLARED_NAME && !undeclared.is_empty() => {
@@ -66,6 +64,11 @@ pub(crate) fn calls_one_of(undeclared: &[Diagnostic], diagnostic: &Diagnostic) -
     undeclared.iter().any(|name| start(name) == start(diagnostic))
 }
 
+/// Renders a template with these values and nothing else; `None` where it fails.
+pub(crate) fn render_fixed(set: &TemplateSet, name: &str, values: &AxisValues) -> Option<Source> {
+    render_with(set, name, fixed_context(values)).ok()
+}
+
 /// A context with these values and nothing else.
 pub(crate) fn fixed_context(values: &AxisValues) -> Value {
     Value::from_pairs(values.iter().map(|(name, value)| (name.as_str(), to_template_value(value))))
@@ -81,12 +84,7 @@ pub(crate) fn to_template_value(value: &AxisValue) -> Value {
 }
 
 /// Renders a template with a context object.
-pub(crate) fn render_with(
-    set: &TemplateSet,
-    placement: &Placement<'_>,
-    name: &str,
-    context: Value,
-) -> Result<(String, TextMap), Box<Diagnostic>> {
+pub(crate) fn render_with(set: &TemplateSet, name: &str, context: Value) -> Result<Source, Box<Diagnostic>> {
     let Some(template) = set.templates.get(name) else {
         return Err(Box::new(set.unknown(name, crate::diagnostic::Place::Nowhere)));
     };
@@ -97,14 +95,14 @@ pub(crate) fn render_with(
         .environment
         .get_template(name)
         .map_err(|error| Box::new(template_error::explain(set, name, &error, None)))?;
-    let mut sink = Sink::new(placement);
+    let mut sink = Sink::new(set.placement());
     guard::begin();
     let result = compiled.render_captured_to(context, &mut sink).map(drop);
     match result {
         Ok(()) => Ok(aside::move_aside(set, sink.finish())),
         Err(error) => {
             let last = sink.last.and_then(|(at, offset)| {
-                let template = placement.0.get(at)?.template;
+                let template = &set.placement().0.get(at)?.template;
                 Some(Span::new(
                     template.file,
                     template.prepared.original(offset)..template.prepared.original(offset),
@@ -150,22 +148,24 @@ impl Object for Context {
 }
 
 /// The texts of all templates, in the order of their addresses in memory.
-pub(crate) struct Placement<'s>(Vec<Placed<'s>>);
+#[derive(Debug)]
+pub(crate) struct Placement(Vec<Placed>);
 
-struct Placed<'s> {
+#[derive(Debug)]
+struct Placed {
     address: usize,
     length: usize,
-    template: &'s Template,
+    template: Arc<Template>,
 }
 
-impl<'s> Placement<'s> {
-    pub(crate) fn new(set: &'s TemplateSet) -> Self {
-        let mut placed: Vec<Placed<'s>> = set
+impl Placement {
+    pub(crate) fn new(set: &TemplateSet) -> Self {
+        let mut placed: Vec<Placed> = set
             .environment
             .templates()
             .filter_map(|(name, compiled)| {
                 let source = compiled.source();
-                let template = set.templates.get(name)?;
+                let template = set.templates.get(name)?.clone();
                 Some(Placed { address: source.as_ptr() as usize, length: source.len(), template })
             })
             .collect();
@@ -183,7 +183,7 @@ impl<'s> Placement<'s> {
 }
 
 struct Sink<'p> {
-    placement: &'p Placement<'p>,
+    placement: &'p Placement,
     text: Vec<u8>,
     segments: Vec<Segment>,
     /// The template of the last literal text, and the offset after it.
@@ -215,14 +215,14 @@ impl Overflow {
 }
 
 impl<'p> Sink<'p> {
-    fn new(placement: &'p Placement<'p>) -> Self {
+    fn new(placement: &'p Placement) -> Self {
         let (text, segments) = (Vec::with_capacity(1 << 14), Vec::with_capacity(1 << 8));
         Self { placement, text, segments, last: None, written: 0, overflow: None }
     }
 
     fn origin_of_expression(&mut self) -> Option<Origin> {
         let (at, offset) = self.last?;
-        let template = self.placement.0[at].template;
+        let template = &self.placement.0[at].template;
         let offset = template.prepared.original(offset);
         let first = template.scan.tags.partition_point(|tag| tag.range.start < offset);
         let expressions =
@@ -238,7 +238,7 @@ impl<'p> Sink<'p> {
     /// The origin of a piece of text.
     fn origin(&mut self, bytes: &[u8]) -> Option<Origin> {
         let Some((at, offset)) = self.placement.locate(bytes) else { return self.origin_of_expression() };
-        let template = self.placement.0[at].template;
+        let template = &self.placement.0[at].template;
         self.last = Some((at, offset + bytes.len()));
         self.written = 0;
         // Guards are inside tags, so a literal piece never straddles an insertion.
@@ -271,12 +271,12 @@ impl<'p> Sink<'p> {
         max.map(|(bytes, _, span)| Overflow { span, bytes })
     }
 
-    fn finish(self) -> (String, TextMap) {
+    fn finish(self) -> Source {
         let length = self.text.len() as u32;
         // Every piece was a `str`, so the whole is; the lossy form only spares a panic.
-        let text = String::from_utf8(self.text)
+        let wgsl = String::from_utf8(self.text)
             .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned());
-        (text, TextMap { segments: self.segments, length })
+        Source { wgsl, map: TextMap { segments: self.segments, length } }
     }
 }
 
@@ -313,16 +313,22 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
     let axes = set.axes(root);
     let mut diagnostics = Vec::new();
     for name in candidates {
-        let uses: Vec<NameUse> =
-            order.clone().filter_map(|(_, template)| find_name(template, name)).collect();
-        if uses.iter().any(|found| found.bound) {
-            continue;
+        // The templates that know the name: their files, and where they read it.
+        let mut uses: Vec<(FileId, Vec<Range<usize>>)> = Vec::new();
+        let mut is_bound = false;
+        for (_, template) in order.clone() {
+            let names = &template.prepared.names;
+            let found = names.uses.iter().filter(|(known, _)| known == name);
+            let found: Vec<Range<usize>> = found.map(|(_, range)| range.clone()).collect();
+            is_bound |= names.bound.contains(name);
+            uses.extend((!found.is_empty()).then_some((template.file, found)));
         }
-        let Some((file, range)) =
-            uses.iter().find_map(|found| Some((found.file, found.uses.first()?.clone())))
-        else {
+        let Some((file, range)) = uses.first().map(|(file, found)| (*file, found[0].clone())) else {
             continue;
         };
+        if is_bound {
+            continue;
+        }
         let message = format!("\"{name}\" is no axis of \"{root}\" and is bound by nothing");
         let diagnostic = Diagnostic::error(codes::UNDECLARED_NAME, Span::new(file, range.clone()), message);
         if axes.and_then(|axes| axes.get(name)).is_some_and(|axis| axis.mode == AxisMode::Override) {
@@ -340,7 +346,7 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
         // Another template that has the word may mean an axis of its own, and this one only where it is included.
         let fix = diagnostic.fix.take().filter(|_| uses.len() == 1);
         let replacement = fix.and_then(|fix| Some(fix.edits.first()?.replacement.clone()));
-        for range in uses.iter().flat_map(|found| &found.uses) {
+        for range in uses.iter().flat_map(|(_, found)| found) {
             if let Some(replacement) = &replacement {
                 diagnostic = diagnostic.fix(Span::new(file, range.clone()), replacement);
             }

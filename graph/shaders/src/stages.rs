@@ -14,20 +14,34 @@
 
 use std::ops::Range;
 
-use naga::common::wgsl::TypeContext as _;
-use naga::{EntryPoint, Handle, Interpolation, Module, Sampling, ShaderStage, Span, Type, TypeInner};
+use naga::common::wgsl::{ToWgsl as _, TypeContext as _};
+use naga::{EntryPoint, Handle, Interpolation, Module, Sampling, ShaderStage, Span, Type};
 
-use super::wgsl_error::{Rejection, Stage};
+use super::ir::{self, Bound};
+use super::wgsl_error::Rejection;
+use super::{codes, complexity};
 
 /// A variable between stages.
 struct Variable<'a> {
-    name: &'a str,
+    bound: Bound<'a>,
     location: u32,
-    ty: Handle<Type>,
     interpolation: Option<Interpolation>,
     sampling: Option<Sampling>,
-    /// The structure that it is a member of.
-    owner: Option<Handle<Type>>,
+}
+
+/// The variables among what an entry point takes or returns, by location.
+fn variables(all: Vec<Bound<'_>>) -> Vec<Variable<'_>> {
+    let all = all.into_iter();
+    let mut found: Vec<Variable<'_>> = all
+        .filter_map(|bound| match *bound.binding {
+            naga::Binding::Location { location, interpolation, sampling, .. } => {
+                Some(Variable { bound, location, interpolation, sampling })
+            }
+            naga::Binding::BuiltIn(_) => None,
+        })
+        .collect();
+    found.sort_by_key(|variable| variable.location);
+    found
 }
 
 /// Every input of the fragment stage that the vertex stage does not write, or writes otherwise.
@@ -53,41 +67,10 @@ fn mismatched_pair(
     vertex: &EntryPoint,
     fragment: &EntryPoint,
 ) -> Vec<Rejection> {
-    let mut written = Vec::new();
-    if let Some(result) = &vertex.function.result {
-        collect(module, result.ty, result.binding.as_ref(), "", None, &mut written);
-    }
-    let mut read = Vec::new();
-    for argument in &fragment.function.arguments {
-        let name = argument.name.as_deref().unwrap_or_default();
-        collect(module, argument.ty, argument.binding.as_ref(), name, None, &mut read);
-    }
-    read.sort_by_key(|input| input.location);
+    let written = variables(ir::outputs(module, &vertex.function));
+    let read = variables(ir::inputs(module, &fragment.function));
     let pair = Pair { text, module, vertex, fragment };
     read.iter().filter_map(|input| pair.rejection(input, &written)).collect()
-}
-
-fn collect<'a>(
-    module: &'a Module,
-    ty: Handle<Type>,
-    binding: Option<&naga::Binding>,
-    name: &'a str,
-    owner: Option<Handle<Type>>,
-    found: &mut Vec<Variable<'a>>,
-) {
-    match (binding, &module.types[ty].inner) {
-        (Some(naga::Binding::Location { location, interpolation, sampling, .. }), _) => {
-            let (location, interpolation, sampling) = (*location, *interpolation, *sampling);
-            found.push(Variable { name, location, ty, interpolation, sampling, owner });
-        }
-        (None, TypeInner::Struct { members, .. }) => {
-            for member in members.iter().filter(|member| member.binding.is_some()) {
-                let name = member.name.as_deref().unwrap_or_default();
-                collect(module, member.ty, member.binding.as_ref(), name, Some(ty), found);
-            }
-        }
-        _ => {}
-    }
 }
 
 struct Pair<'a> {
@@ -99,41 +82,35 @@ struct Pair<'a> {
 
 impl Pair<'_> {
     fn rejection(&self, input: &Variable<'_>, written: &[Variable<'_>]) -> Option<Rejection> {
-        let Variable { name, location, .. } = input;
+        let Variable { bound: Bound { name, ty, .. }, location, .. } = input;
         let (vertex, fragment) = (&self.vertex.name, &self.fragment.name);
         // Neither words nor places are worked out for what fits.
         let reads = || format!("\"{fragment}\" reads \"{name}\" at @location({location})");
-        let type_of = |variable: &Variable<'_>| self.module.to_ctx().type_to_string(variable.ty);
-        let Some(output) = written.iter().find(|output| output.location == *location) else {
-            let elsewhere = written.iter().find(|output| output.name == *name);
-            let label = match elsewhere {
-                Some(output) => format!("\"{vertex}\" writes \"{name}\" at @location({})", output.location),
-                None => format!("\"{vertex}\" is the vertex stage"),
-            };
-            let place =
-                elsewhere.map_or_else(|| self.entry_point(vertex), |output| self.place(output, vertex));
-            let help = match elsewhere {
-                Some(_) => "give it one location in both stages",
-                None => "write it in the vertex stage too, or do not read it",
-            };
-            return Some(self.reject(
-                input,
-                format!("{}, where \"{vertex}\" writes nothing", reads()),
-                place,
-                label,
-                help,
-            ));
+        let type_of = |ty: Handle<Type>| self.module.to_ctx().type_to_string(ty);
+        let output = written.iter().find(|output| output.location == *location);
+        let Some(output) = output else {
+            let message = format!("{}, where \"{vertex}\" writes nothing", reads());
+            return Some(match written.iter().find(|output| output.bound.name == *name) {
+                Some(output) => {
+                    let label = format!("\"{vertex}\" writes \"{name}\" at @location({})", output.location);
+                    let place = self.place(output, vertex);
+                    self.reject(input, message, place, label, "give it one location in both stages")
+                }
+                None => {
+                    let label = format!("\"{vertex}\" is the vertex stage");
+                    let help = "write it in the vertex stage too, or do not read it";
+                    self.reject(input, message, entry_point(self.text, vertex), label, help)
+                }
+            });
         };
-        let (message, help) = if self.module.types[input.ty].inner != self.module.types[output.ty].inner {
-            let (read, written) = (type_of(input), type_of(output));
-            (
-                format!("{} as {read}, but \"{vertex}\" writes {written}", reads()),
-                "use one type in both stages",
-            )
+        let (message, help) = if self.module.types[*ty].inner != self.module.types[output.bound.ty].inner {
+            let (read, written) = (type_of(*ty), type_of(output.bound.ty));
+            let message = format!("{} as {read}, but \"{vertex}\" writes {written}", reads());
+            (message, "use one type in both stages")
         } else if (input.interpolation, input.sampling) != (output.interpolation, output.sampling) {
             let (read, written) = (interpolation(input), interpolation(output));
-            let help = "use one interpolation in both stages, and write it alike";
-            (format!("{} {read}, but \"{vertex}\" writes it {written}", reads()), help)
+            let message = format!("{} {read}, but \"{vertex}\" writes it {written}", reads());
+            (message, "use one interpolation in both stages, and write it alike")
         } else {
             return None;
         };
@@ -150,53 +127,38 @@ impl Pair<'_> {
         help: &str,
     ) -> Rejection {
         let at = self.place(input, &self.fragment.name).map_or(Span::UNDEFINED, Span::from);
-        let mut rejection = Rejection::new(Stage::Interface, message, at);
+        let mut rejection = Rejection::new(codes::STAGES_MISMATCH, message, at).help(help);
         rejection.labels.extend(place.map(|place| (place, label)));
-        rejection.help = Some(help.to_owned());
         rejection
     }
 
-    /// Where a variable is declared: as a member of its structure, or as an argument; else its entry point.
     fn place(&self, variable: &Variable<'_>, entry_point: &str) -> Option<Range<usize>> {
-        let entry_point = self.entry_point(entry_point);
-        let within = match variable.owner {
-            Some(owner) => self.module.types.get_span(owner).to_range(),
-            None => entry_point.as_ref().map(|name| {
-                let rest = &self.text[name.end..];
-                name.end..name.end + rest.find('{').unwrap_or(rest.len())
-            }),
-        };
-        let declared = within.and_then(|within| {
-            let text = self.text.get(within.clone())?;
-            let found =
-                words(text, variable.name).find(|range| text[range.end..].trim_start().starts_with(':'));
-            found.map(|range| within.start + range.start..within.start + range.end)
-        });
-        declared.or(entry_point)
-    }
-
-    fn entry_point(&self, name: &str) -> Option<Range<usize>> {
-        entry_point(self.text, name)
+        place(self.text, self.module, &variable.bound, entry_point)
     }
 }
 
+/// Where a variable is declared: as a member of its structure, or as an argument; else its entry point.
+fn place(text: &str, module: &Module, variable: &Bound<'_>, name: &str) -> Option<Range<usize>> {
+    let entry_point = entry_point(text, name);
+    let within = match variable.owner {
+        Some(owner) => module.types.get_span(owner).to_range(),
+        None => entry_point.as_ref().map(|name| {
+            let rest = &text[name.end..];
+            name.end..name.end + rest.find('{').unwrap_or(rest.len())
+        }),
+    };
+    let declared = within.and_then(|within| {
+        let text = text.get(within.clone())?;
+        let found = words(text, variable.name).find(|range| text[range.end..].trim_start().starts_with(':'));
+        found.map(|range| within.start + range.start..within.start + range.end)
+    });
+    declared.or(entry_point)
+}
+
 fn interpolation(variable: &Variable<'_>) -> String {
-    let kind = match variable.interpolation {
-        None => return "without interpolation".to_owned(),
-        Some(Interpolation::Perspective) => "perspective",
-        Some(Interpolation::Linear) => "linear",
-        Some(Interpolation::Flat) => "flat",
-        Some(Interpolation::PerVertex) => "per_vertex",
-    };
-    let sampling = match variable.sampling {
-        None => "",
-        Some(Sampling::Center) => ", center",
-        Some(Sampling::Centroid) => ", centroid",
-        Some(Sampling::Sample) => ", sample",
-        Some(Sampling::First) => ", first",
-        Some(Sampling::Either) => ", either",
-    };
-    format!("with @interpolate({kind}{sampling})")
+    let Some(interpolation) = variable.interpolation else { return "without interpolation".to_owned() };
+    let sampling = variable.sampling.map(|sampling| format!(", {}", sampling.to_wgsl()));
+    format!("with @interpolate({}{})", interpolation.to_wgsl(), sampling.unwrap_or_default())
 }
 
 /// Where the name of an entry point stands: naga keeps no span of it.
@@ -220,31 +182,22 @@ pub(super) fn workgroup_size(text: &str, name: &str) -> Option<Range<usize>> {
 pub(super) fn variable_beyond(
     text: &str,
     module: &Module,
-    stage: ShaderStage,
-    name: &str,
+    entry: &EntryPoint,
     allowed: u64,
 ) -> Option<Range<usize>> {
-    let entry = module.entry_points.iter().find(|entry| entry.stage == stage && entry.name == name)?;
-    let mut variables = Vec::new();
-    if stage == ShaderStage::Vertex {
-        let result = entry.function.result.as_ref()?;
-        collect(module, result.ty, result.binding.as_ref(), "", None, &mut variables);
-    } else {
-        for argument in &entry.function.arguments {
-            let name = argument.name.as_deref().unwrap_or_default();
-            collect(module, argument.ty, argument.binding.as_ref(), name, None, &mut variables);
-        }
-    }
-    variables.sort_by_key(|variable| variable.location);
-    let beyond = variables.iter().enumerate();
-    let beyond = beyond.filter(|(at, each)| *at as u64 >= allowed || u64::from(each.location) >= allowed);
-    let (_, variable) = { beyond }.next().or(variables.last().map(|last| (0, last)))?;
-    Pair { text, module, vertex: entry, fragment: entry }.place(variable, name)
+    let variables = variables(match entry.stage {
+        ShaderStage::Vertex => ir::outputs(module, &entry.function),
+        _ => ir::inputs(module, &entry.function),
+    });
+    let is_beyond =
+        |(at, each): &(usize, &Variable<'_>)| *at as u64 >= allowed || u64::from(each.location) >= allowed;
+    let beyond = variables.iter().enumerate().find(is_beyond).map(|(_, variable)| variable);
+    place(text, module, &beyond.or(variables.last())?.bound, &entry.name)
 }
 
 /// The places of a name as a whole word; none of nothing.
-fn words<'t>(text: &'t str, name: &'t str) -> impl Iterator<Item = Range<usize>> + 't {
-    let is_word = |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
+pub(super) fn words<'t>(text: &'t str, name: &'t str) -> impl Iterator<Item = Range<usize>> + 't {
+    let is_word = |byte: Option<&u8>| byte.is_some_and(complexity::is_of_word);
     let bytes = text.as_bytes();
     let found = text.match_indices(name).map(|(at, name)| at..at + name.len());
     found.filter(move |range| {

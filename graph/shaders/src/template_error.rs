@@ -21,7 +21,8 @@ pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option
         chain.iter().filter_map(|error| Some((*error, span(set, error)?))).collect();
     let innermost = chain.last().copied().unwrap_or(error);
     // A template with broken syntax was reported when it was added; including it is no diagnostic of its own.
-    if let Some(broken) = broken_include(set, innermost) {
+    let included = missing(innermost).and_then(|name| set.templates.get(name));
+    if let Some(broken) = included.and_then(|included| included.broken.clone()) {
         return broken;
     }
     let too_large = chain.iter().any(|error| {
@@ -81,16 +82,10 @@ fn span(set: &TemplateSet, error: &Error) -> Option<Span> {
     Some(Span::new(template.file, syntax_help::range(template, error)?))
 }
 
-fn broken_include(set: &TemplateSet, error: &Error) -> Option<Diagnostic> {
-    if error.kind() != ErrorKind::TemplateNotFound {
-        return None;
-    }
-    set.templates.get(quoted(error.detail()?)?)?.broken.clone()
-}
-
 /// The template that an error says does not exist.
 fn missing(error: &Error) -> Option<&str> {
-    quoted(error.detail()?).filter(|_| error.kind() == ErrorKind::TemplateNotFound)
+    let is_missing = error.kind() == ErrorKind::TemplateNotFound;
+    error.detail().filter(|_| is_missing)?.split(['"', '\'']).nth(1)
 }
 
 /// The filter, test or function that an error says does not exist, and those that do.
@@ -116,10 +111,6 @@ fn word(template: &Template, place: Span, kind: WordKind, text: &str) -> Option<
     let mut found = inside.filter(|range| template.text.get(range.clone()) == Some(text));
     let first = found.next()?;
     found.next().is_none().then(|| Span::new(template.file, first))
-}
-
-fn quoted(text: &str) -> Option<&str> {
-    text.split(['"', '\'']).nth(1)
 }
 
 fn recursive(placed: &[(&Error, Span)], place: Place) -> (String, Place, &'static str) {

@@ -14,12 +14,14 @@ use std::sync::{Arc, OnceLock};
 
 use minijinja::Environment;
 
-use super::axes::{self, Axes};
+use super::axes::{self, Axes, Constraint};
+use super::markers::MarkedTemplates;
 use super::permutations::Space;
+use super::render::Placement;
 use super::scan::{Scan, scan};
 use super::template::Template;
-use super::{codes, comparisons, filters, growth, guard, syntax_help};
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use super::{codes, comparisons, filters, guard, syntax_help, tree};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::source::{FileId, Sources, Span};
 
 /// What the names of the files of templates end in.
@@ -29,10 +31,14 @@ pub const TEMPLATE_ENDS: [&str; 2] = [".jinja", ".axes.json"];
 #[derive(Debug)]
 pub struct TemplateSet {
     pub(crate) environment: Environment<'static>,
-    pub(crate) templates: BTreeMap<String, Template>,
+    pub(crate) templates: BTreeMap<String, Arc<Template>>,
     declarations: BTreeMap<String, Declared>,
     /// The axes with those inherited: of all templates at once, when they are first asked for.
     resolved: OnceLock<BTreeMap<String, Resolved>>,
+    /// Where the texts lie in memory, found when first wanted.
+    placement: OnceLock<Placement>,
+    /// The templates with markers, made when first wanted.
+    marked: OnceLock<MarkedTemplates>,
     longest_literal: usize,
     /// The templates whose bindings give way.
     library: BTreeSet<FileId>,
@@ -51,8 +57,6 @@ struct Resolved {
     lost: axes::Lost,
 }
 
-static NO_AXES: Axes = Axes::new();
-
 impl Default for TemplateSet {
     fn default() -> Self {
         Self::new()
@@ -67,6 +71,8 @@ impl TemplateSet {
             templates: BTreeMap::new(),
             declarations: BTreeMap::new(),
             resolved: OnceLock::new(),
+            placement: OnceLock::new(),
+            marked: OnceLock::new(),
             longest_literal: 0,
             library: BTreeSet::new(),
         }
@@ -121,9 +127,9 @@ impl TemplateSet {
             }
             let template = self.prepare(file, name, &text);
             diagnostics.extend(template.broken.clone());
-            self.templates.insert(name.to_owned(), template);
+            self.templates.insert(name.to_owned(), template.into());
         }
-        self.resolved = OnceLock::new();
+        self.changed();
     }
 
     /// Notes that a template, or the axes of one, cannot be read: whatever uses it gets this diagnostic, and not that
@@ -144,26 +150,34 @@ impl TemplateSet {
             let (text, scan): (Arc<str>, _) = ("".into(), Scan::default());
             let prepared = guard::prepare(&text, &scan.tags);
             let template = Template { file, text, scan, prepared, broken: Some(diagnostic) };
-            self.templates.insert(name.to_owned(), template);
+            self.templates.insert(name.to_owned(), template.into());
         }
-        self.resolved = OnceLock::new();
+        self.changed();
+    }
+
+    fn changed(&mut self) {
+        (self.resolved, self.marked) = (OnceLock::new(), OnceLock::new());
+        self.placement = OnceLock::new();
+    }
+
+    pub(crate) fn placement(&self) -> &Placement {
+        self.placement.get_or_init(|| Placement::new(self))
+    }
+
+    pub(crate) fn marked(&self) -> &MarkedTemplates {
+        self.marked.get_or_init(|| MarkedTemplates::new(self))
     }
 
     fn prepare(&mut self, file: FileId, name: &str, text: &Arc<str>) -> Template {
         let scan = scan(text);
         self.longest_literal = scan.literals.iter().map(Range::len).fold(self.longest_literal, usize::max);
         self.environment.set_fuel(Some(guard::fuel(self.longest_literal)));
-        if let Some((range, what)) = growth::too_long(text, &scan.tags) {
+        if let Some((range, what)) = tree::too_long(text, &scan.tags) {
             let message = format!("the template exceeds a limit: {what}");
             let broken = Diagnostic::error(codes::TEMPLATE_LIMIT, Span::new(file, range), message)
                 .help("put parts of it into variables, with {% set %}, or a table into a list");
-            return Template {
-                file,
-                text: text.clone(),
-                scan,
-                prepared: guard::prepare("", &[]),
-                broken: Some(broken),
-            };
+            let prepared = guard::prepare("", &[]);
+            return Template { file, text: text.clone(), scan, prepared, broken: Some(broken) };
         }
         let prepared = guard::prepare(text, &scan.tags);
         let mut template = Template { file, text: text.clone(), scan, prepared, broken: None };
@@ -193,9 +207,13 @@ impl TemplateSet {
     /// The axes of a template, its own and the inherited ones; none for a template without a side file. `None` if there
     /// is no such template.
     pub fn axes(&self, template: &str) -> Option<&Axes> {
-        self.templates
-            .contains_key(template)
-            .then(|| self.resolved().get(template).map_or(&NO_AXES, |found| &found.axes))
+        self.resolved().get(template).map(|found| &found.axes)
+    }
+
+    /// The names of the axes of some templates.
+    pub fn axes_of(&self, wanted: impl Fn(&str) -> bool) -> BTreeSet<&str> {
+        let wanted = self.names().filter(|name| wanted(name));
+        wanted.filter_map(|name| self.axes(name)).flat_map(Axes::names).collect()
     }
 
     /// What is wrong with the axes of a template, so that it cannot be rendered: as far as it takes other files to see
@@ -215,7 +233,7 @@ impl TemplateSet {
     }
 
     /// The diagnostic for a name that is no template of this set.
-    pub fn unknown(&self, name: &str, place: impl Into<crate::diagnostic::Place>) -> Diagnostic {
+    pub fn unknown(&self, name: &str, place: impl Into<Place>) -> Diagnostic {
         let diagnostic =
             Diagnostic::error(codes::TEMPLATE_UNKNOWN, place, format!("there is no template \"{name}\""));
         let mut diagnostic = self.suggest(diagnostic, name, None);
@@ -325,13 +343,15 @@ impl TemplateSet {
 /// The diagnostic for constraints that leave no configuration at all.
 fn clash(template: &str, axes: &Axes) -> Option<Diagnostic> {
     let clash = Space::new(axes, &BTreeMap::new()).clash();
-    let first = clash.first()?.span;
     let message = format!("the constraints of \"{template}\" leave no configuration");
-    let mut diagnostic = Diagnostic::error(codes::CONSTRAINTS_CONTRADICT, first, message);
-    for constraint in &clash {
-        diagnostic = diagnostic.related(constraint.span, constraint.to_string());
-    }
-    Some(diagnostic.help("without any one of these constraints there would be a configuration"))
+    Some(contradiction(&clash, clash.first()?.span, message))
+}
+
+/// The diagnostic for a smallest set of constraints that leave no configuration.
+pub(crate) fn contradiction(clash: &[Constraint], place: impl Into<Place>, message: String) -> Diagnostic {
+    let diagnostic = Diagnostic::error(codes::CONSTRAINTS_CONTRADICT, place, message)
+        .help("without any one of these constraints there would be a configuration");
+    clash.iter().fold(diagnostic, |diagnostic, one| diagnostic.related(one.span, one.to_string()))
 }
 
 /// `lib/noise` for `lib/noise.wgsl.jinja`.

@@ -90,7 +90,7 @@ impl TextMap {
         self.segments.get(at + 1).map_or(self.length, |next| next.start) as usize
     }
 
-    fn index(&self, offset: usize) -> Option<usize> {
+    pub(crate) fn index(&self, offset: usize) -> Option<usize> {
         // One past the end belongs to the last piece: parsers point there when text is missing.
         let offset = offset.min(self.length.saturating_sub(1) as usize);
         self.segments.partition_point(|segment| segment.start as usize <= offset).checked_sub(1)

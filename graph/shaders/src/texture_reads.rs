@@ -10,10 +10,7 @@ use std::collections::HashMap;
 
 use naga::back::PipelineConstants;
 use naga::valid::Capabilities;
-use naga::{
-    BinaryOperator, Block, Expression, Function, Handle, Literal, Module, ScalarKind, Statement,
-    UnaryOperator,
-};
+use naga::{BinaryOperator, Block, Expression, Function, Handle, Literal, Module, ScalarKind, Statement};
 
 use super::compile::ShaderModule;
 use super::wgsl;
@@ -117,7 +114,6 @@ impl Count<'_> {
             Expression::Binary { op: BinaryOperator::Multiply, left, right } => {
                 return self.constant(function, *left)?.checked_mul(self.constant(function, *right)?);
             }
-            Expression::Unary { op: UnaryOperator::Negate, .. } => return None,
             _ => return None,
         };
         match literal {

@@ -18,7 +18,8 @@ use naga::{
     AddressSpace, Block, Expression, Function, Handle, LocalVariable, Module, ShaderStage, Span, Statement,
 };
 
-use super::wgsl_error::{Rejection, Stage};
+use super::wgsl_error::Rejection;
+use super::{codes, ir};
 
 /// What something depends on, as bits.
 type Sources = u8;
@@ -47,24 +48,18 @@ pub(super) fn found(module: &Module) -> Vec<Rejection> {
             })
             .collect();
         let mut own = Known { arguments: vec![OTHER; entry.function.arguments.len()], ..Known::default() };
-        loop {
+        let conditions = loop {
             let before = (known.clone(), own.clone());
-            Visit::new(module, &entry.function, &mut own, &mut known).conditions();
+            let mut conditions = Visit::new(module, &entry.function, &mut own, &mut known).conditions();
             for (handle, function) in module.functions.iter() {
                 let Some(mut one) = known.get(&handle).filter(|one| one.reached).cloned() else { continue };
-                Visit::new(module, function, &mut one, &mut known).conditions();
+                conditions.extend(Visit::new(module, function, &mut one, &mut known).conditions());
                 known.insert(handle, one);
             }
             if before == (known.clone(), own.clone()) {
-                break;
+                break conditions;
             }
-        }
-        let mut conditions = Visit::new(module, &entry.function, &mut own, &mut known).conditions();
-        for (handle, function) in module.functions.iter() {
-            if let Some(mut one) = known.get(&handle).filter(|one| one.reached).cloned() {
-                conditions.extend(Visit::new(module, function, &mut one, &mut known).conditions());
-            }
-        }
+        };
         for (sources, span) in conditions {
             if sources == UNIFORM {
                 places.insert(span.to_range().map_or(0, |range| range.start), span);
@@ -75,7 +70,7 @@ pub(super) fn found(module: &Module) -> Vec<Rejection> {
         let message = "uniforms alone decide this branch of a fragment stage";
         let help = "multiply with the value instead, or make it an override: drivers compile the shader once more for \
                     each value of such a uniform";
-        Rejection { help: Some(help.to_owned()), ..Rejection::new(Stage::UniformBranch, message, span) }
+        Rejection::new(codes::UNIFORM_BRANCH, message, span).help(help)
     };
     places.into_values().map(rejection).collect()
 }
@@ -113,37 +108,15 @@ impl<'a> Visit<'a> {
         self.sources.get(expression.index()).copied().unwrap_or(OTHER)
     }
 
+    fn of_all(&self, expressions: impl IntoIterator<Item = Handle<Expression>>) -> Sources {
+        expressions.into_iter().fold(0, |all, one| all | self.of(one))
+    }
+
     /// Expressions stand after those that they are made of.
     fn expressions(&mut self) {
         for (handle, expression) in self.function.expressions.iter() {
             let sources = match expression {
                 Expression::CallResult(callee) => self.known.get(callee).map_or(OTHER, |known| known.result),
-                Expression::Literal(_)
-                | Expression::Constant(_)
-                | Expression::Override(_)
-                | Expression::ZeroValue(_) => 0,
-                Expression::Compose { components, .. } => {
-                    components.iter().fold(0, |all, component| all | self.of(*component))
-                }
-                Expression::Access { base, index } => self.of(*base) | self.of(*index),
-                Expression::AccessIndex { base: one, .. }
-                | Expression::Splat { value: one, .. }
-                | Expression::Swizzle { vector: one, .. }
-                | Expression::Load { pointer: one }
-                | Expression::Unary { expr: one, .. }
-                | Expression::Derivative { expr: one, .. }
-                | Expression::Relational { argument: one, .. }
-                | Expression::As { expr: one, .. } => self.of(*one),
-                Expression::Binary { left, right, .. } => self.of(*left) | self.of(*right),
-                Expression::Select { condition, accept, reject } => {
-                    self.of(*condition) | self.of(*accept) | self.of(*reject)
-                }
-                Expression::Math { arg, arg1, arg2, arg3, .. } => {
-                    [Some(arg), arg1.as_ref(), arg2.as_ref(), arg3.as_ref()]
-                        .into_iter()
-                        .flatten()
-                        .fold(0, |all, argument| all | self.of(*argument))
-                }
                 Expression::FunctionArgument(at) => {
                     self.own.arguments.get(*at as usize).copied().unwrap_or(OTHER)
                 }
@@ -156,7 +129,8 @@ impl<'a> Visit<'a> {
                     self.own.locals.get(variable).copied().unwrap_or(0)
                         | initial.map_or(0, |initial| self.of(initial))
                 }
-                _ => OTHER,
+                Expression::AtomicResult { .. } | Expression::WorkGroupUniformLoadResult { .. } => OTHER,
+                _ => ir::operands(expression).map_or(OTHER, |all| self.of_all(all)),
             };
             self.sources[handle.index()] = sources;
         }
@@ -165,24 +139,13 @@ impl<'a> Visit<'a> {
     /// Follows the statements of a block that runs, or not, depending on `around`.
     fn block(&mut self, block: &Block, around: Sources) {
         for statement in block {
+            let mut within = around | ir::condition(statement).map_or(0, |each| self.condition(each));
+            if matches!(statement, Statement::Loop { .. }) {
+                // How often the body runs depends on every condition in it.
+                within |= self.deciding(statement);
+            }
+            ir::blocks(statement).for_each(|inner| self.block(inner, within));
             match statement {
-                Statement::Block(inner) => self.block(inner, around),
-                Statement::If { condition, accept, reject } => {
-                    let within = around | self.condition(*condition);
-                    self.block(accept, within);
-                    self.block(reject, within);
-                }
-                Statement::Switch { selector, cases } => {
-                    let within = around | self.condition(*selector);
-                    cases.iter().for_each(|case| self.block(&case.body, within));
-                }
-                Statement::Loop { body, continuing, break_if } => {
-                    // How often the body runs depends on every condition in it.
-                    let last = break_if.map_or(0, |condition| self.condition(condition));
-                    let within = around | last | self.deciding(body) | self.deciding(continuing);
-                    self.block(body, within);
-                    self.block(continuing, within);
-                }
                 Statement::Store { pointer, value } => self.store(*pointer, self.of(*value) | around),
                 Statement::Return { value: Some(value) } => self.own.result |= self.of(*value) | around,
                 Statement::Call { function, arguments, .. } => {
@@ -210,25 +173,10 @@ impl<'a> Visit<'a> {
         sources
     }
 
-    /// What all conditions within a block depend on.
-    fn deciding(&self, block: &Block) -> Sources {
-        block.iter().fold(0, |all, statement| {
-            all | match statement {
-                Statement::Block(inner) => self.deciding(inner),
-                Statement::If { condition, accept, reject } => {
-                    self.of(*condition) | self.deciding(accept) | self.deciding(reject)
-                }
-                Statement::Switch { selector, cases } => {
-                    cases.iter().fold(self.of(*selector), |all, case| all | self.deciding(&case.body))
-                }
-                Statement::Loop { body, continuing, break_if } => {
-                    self.deciding(body)
-                        | self.deciding(continuing)
-                        | break_if.map_or(0, |condition| self.of(condition))
-                }
-                _ => 0,
-            }
-        })
+    /// What all conditions within a statement depend on.
+    fn deciding(&self, statement: &Statement) -> Sources {
+        let own = self.of_all(ir::condition(statement));
+        ir::blocks(statement).flatten().fold(own, |all, inner| all | self.deciding(inner))
     }
 
     /// Adds to what the variable behind a pointer depends on; nothing for what is no pointer to a variable.

@@ -18,22 +18,15 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Module, Span};
 
 use super::aliasing;
+use super::codes;
 use super::complexity;
 use super::hint;
 use super::reflection::WorkgroupSizes;
 use super::uniformity;
-use super::wgsl_error::{self, Rejection, Stage};
+use super::wgsl_error::{self, Rejection};
 
 /// Stack for parsing and validating nested text.
 pub(crate) const STACK_BYTES: usize = 32 << 20;
-
-/// A validated module.
-#[derive(Debug)]
-pub(crate) struct ValidatedModule {
-    pub(crate) module: Module,
-    pub(crate) info: ModuleInfo,
-    pub(crate) workgroup_sizes: WorkgroupSizes,
-}
 
 /// Parses WGSL.
 ///
@@ -55,7 +48,7 @@ pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<Mo
     guarded(|| {
         Validator::new(ValidationFlags::all(), capabilities)
             .validate(module)
-            .map_err(|error| wgsl_error::validation(Stage::Validation, module, &error))
+            .map_err(|error| wgsl_error::validation(codes::WGSL_INVALID, module, &error))
     })
 }
 
@@ -93,22 +86,6 @@ pub(crate) fn workgroup_sizes(resolved: &Resolved<'_>) -> WorkgroupSizes {
     module.entry_points.iter().map(|entry| (entry.name.clone(), entry.workgroup_size)).collect()
 }
 
-/// Parses, validates and resolves overrides.
-///
-/// # Errors
-/// Why naga rejects it.
-pub(crate) fn check(
-    text: &str,
-    capabilities: Capabilities,
-    constants: impl Fn(&Module) -> Result<PipelineConstants, Rejection>,
-) -> Result<ValidatedModule, Rejection> {
-    let module = parse(text)?;
-    let constants = constants(&module)?;
-    let info = validate(&module, capabilities)?;
-    let workgroup_sizes = workgroup_sizes(&resolve_overrides(&module, &info, &constants)?);
-    Ok(ValidatedModule { module, info, workgroup_sizes })
-}
-
 /// Runs `work` on a thread whose stack is deep enough for naga; where no thread can be had, on the stack at hand.
 pub(crate) fn with_stack<T: Send>(work: impl Fn() -> T + Sync) -> T {
     if cfg!(target_family = "wasm") {
@@ -129,7 +106,11 @@ pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, Rejection>) -> Result<
             .map(String::as_str)
             .or_else(|| panic.downcast_ref::<&str>().copied())
             .unwrap_or("no message");
-        Err(Rejection::new(Stage::Panic, format!("the shader compiler failed: {message}"), Span::UNDEFINED))
+        Err(Rejection::new(
+            codes::WGSL_COMPILER,
+            format!("the shader compiler failed: {message}"),
+            Span::UNDEFINED,
+        ))
     })
 }
 
@@ -140,7 +121,7 @@ mod tests {
     #[test]
     fn a_defect_of_the_shader_compiler_is_a_diagnostic() {
         let rejection = guarded(|| -> Result<(), _> { panic!("a handle out of range") }).unwrap_err();
-        assert_eq!(rejection.stage.code().id, "UG0523");
+        assert_eq!(rejection.code.id, "UG0523");
         assert_eq!(rejection.message, "the shader compiler failed: a handle out of range");
     }
 }

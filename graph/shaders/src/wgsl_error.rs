@@ -20,50 +20,10 @@ use super::uniformity;
 use crate::diagnostic::{AxisValues, Code, Diagnostic, Place};
 use crate::source::{self, FileId};
 
-/// At which step a text was rejected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) enum Stage {
-    Size,
-    Parsing,
-    Validation,
-    Overrides,
-    OverrideAxis,
-    Interface,
-    UniformBranch,
-    Uniformity,
-    Aliasing,
-    Limit,
-    Backend,
-    External,
-    ExternalTimeout,
-    Panic,
-}
-
-impl Stage {
-    pub(crate) fn code(self) -> Code {
-        match self {
-            Stage::Size => codes::WGSL_TOO_LARGE,
-            Stage::Parsing => codes::WGSL_SYNTAX,
-            Stage::Validation => codes::WGSL_INVALID,
-            Stage::Overrides => codes::WGSL_OVERRIDES,
-            Stage::OverrideAxis => codes::AXIS_OVERRIDE,
-            Stage::Interface => codes::STAGES_MISMATCH,
-            Stage::UniformBranch => codes::UNIFORM_BRANCH,
-            Stage::Uniformity => codes::NON_UNIFORM,
-            Stage::Aliasing => codes::POINTER_ALIAS,
-            Stage::Limit => codes::LIMIT_EXCEEDED,
-            Stage::Backend => codes::BACKEND_REJECTS,
-            Stage::External => codes::EXTERNAL_REJECTS,
-            Stage::ExternalTimeout => codes::EXTERNAL_TIMEOUT,
-            Stage::Panic => codes::WGSL_COMPILER,
-        }
-    }
-}
-
 /// Why a text was rejected, in terms of that text.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Rejection {
-    pub(crate) stage: Stage,
+    pub(crate) code: Code,
     pub(crate) message: String,
     /// Where, as bytes of the generated text.
     pub(crate) range: Option<Range<usize>>,
@@ -87,17 +47,21 @@ pub(crate) struct Excess {
 }
 
 impl Rejection {
-    pub(crate) fn new(stage: Stage, message: impl Into<String>, span: Span) -> Self {
+    pub(crate) fn new(code: Code, message: impl Into<String>, span: Span) -> Self {
         Self {
-            stage,
+            code,
             message: message.into(),
             range: span.to_range(),
             labels: Vec::new(),
             help: None,
-            warning: stage == Stage::UniformBranch,
+            warning: code == codes::UNIFORM_BRANCH,
             excess: None,
             overrides: AxisValues::new(),
         }
+    }
+
+    pub(crate) fn help(self, help: impl Into<String>) -> Self {
+        Self { help: Some(help.into()), ..self }
     }
 
     /// The diagnostic in the template. `template` is where it falls if the text cannot be mapped.
@@ -105,7 +69,7 @@ impl Rejection {
         let span = self.range.clone().and_then(|range| map.span(range));
         let span = span.unwrap_or(source::Span::new(template, 0..0));
         let make = if self.warning { Diagnostic::warning } else { Diagnostic::error };
-        let mut diagnostic = make(self.stage.code(), span, self.message.clone());
+        let mut diagnostic = make(self.code, span, self.message.clone());
         for (range, label) in &self.labels {
             if let Some(span) = map.span(range.clone()) {
                 diagnostic = diagnostic.related(span, label.clone());
@@ -147,7 +111,7 @@ pub(crate) fn parse(text: &str, error: &ParseError) -> Rejection {
     let range =
         if message.starts_with("expected `;`") { range.map(|range| end_before(text, range)) } else { range };
     let help = (!notes.is_empty()).then(|| one_line(&notes.join("; ")));
-    Rejection { range, labels, help, ..Rejection::new(Stage::Parsing, message, Span::UNDEFINED) }
+    Rejection { range, labels, help, ..Rejection::new(codes::WGSL_SYNTAX, message, Span::UNDEFINED) }
 }
 
 /// What is missing before a range belongs to the end of the text before it, not to the next line.
@@ -168,10 +132,10 @@ fn end_before(text: &str, range: Range<usize>) -> Range<usize> {
     }
 }
 
-pub(crate) fn validation(stage: Stage, module: &Module, error: &WithSpan<ValidationError>) -> Rejection {
+pub(crate) fn validation(code: Code, module: &Module, error: &WithSpan<ValidationError>) -> Rejection {
     if let ValidationError::EntryPoint { source: EntryPointError::BindingCollision(handle), .. } =
         error.as_inner()
-        && let Some(rejection) = collision(stage, module, *handle)
+        && let Some(rejection) = collision(code, module, *handle)
     {
         return rejection;
     }
@@ -204,7 +168,7 @@ pub(crate) fn validation(stage: Stage, module: &Module, error: &WithSpan<Validat
         ValidationError::Type { handle, .. } => use_of_type(module, *handle),
         _ => None,
     });
-    Rejection { range, ..Rejection::new(stage, format!("{cause}{context}"), Span::UNDEFINED) }
+    Rejection { range, ..Rejection::new(code, format!("{cause}{context}"), Span::UNDEFINED) }
 }
 
 /// Control flow that naga itself finds not to be uniform: the analysis of WGSL knows the reasons.
@@ -219,7 +183,7 @@ fn non_uniform(module: &Module, error: &ValidationError) -> Option<Rejection> {
 }
 
 /// Two variables at one binding, as where an author's template includes one that takes the same number.
-fn collision(stage: Stage, module: &Module, handle: Handle<GlobalVariable>) -> Option<Rejection> {
+fn collision(code: Code, module: &Module, handle: Handle<GlobalVariable>) -> Option<Rejection> {
     let binding = module.global_variables[handle].binding?;
     let name =
         |handle: Handle<GlobalVariable>| module.global_variables[handle].name.as_deref().unwrap_or_default();
@@ -238,9 +202,9 @@ fn collision(stage: Stage, module: &Module, handle: Handle<GlobalVariable>) -> O
     };
     let free = (0..).find(|number| !taken(*number))?;
     let span = |handle| module.global_variables.get_span(handle);
-    let mut rejection = Rejection::new(stage, message, span(handle));
+    let help = format!("@binding({free}) is the first of the group that is free here");
+    let mut rejection = Rejection::new(code, message, span(handle)).help(help);
     rejection.labels.extend(span(other).to_range().map(|range| (range, "taken here".to_owned())));
-    rejection.help = Some(format!("@binding({free}) is the first of the group that is free here"));
     Some(rejection)
 }
 
@@ -253,7 +217,7 @@ fn use_of_type(module: &Module, ty: Handle<Type>) -> Option<Range<usize>> {
 pub(crate) fn overrides(module: &Module, error: &PipelineConstantError) -> Rejection {
     match error {
         PipelineConstantError::ValidationError(error) => {
-            let rejection = validation(Stage::Overrides, module, error);
+            let rejection = validation(codes::WGSL_OVERRIDES, module, error);
             let help = "with its overrides set the module fails though it is valid: a local `let` of a constant vector \
                         has to be a `const`";
             let help = rejection.message.contains("already in scope").then(|| help.to_owned());
@@ -265,9 +229,9 @@ pub(crate) fn overrides(module: &Module, error: &PipelineConstantError) -> Rejec
             let span = found.map(|(handle, _)| module.overrides.get_span(handle)).unwrap_or_default();
             let message =
                 format!("the override \"{name}\" has no value: it has no initializer and is no axis");
-            Rejection::new(Stage::Overrides, message, span)
+            Rejection::new(codes::WGSL_OVERRIDES, message, span)
         }
-        error => Rejection::new(Stage::Overrides, one_line(&error.to_string()), Span::UNDEFINED),
+        error => Rejection::new(codes::WGSL_OVERRIDES, one_line(&error.to_string()), Span::UNDEFINED),
     }
 }
 

@@ -14,7 +14,7 @@ use serde_json::json;
 use crate::compiler::{Physical, Plan, PlannedPass, PlannedResource};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use crate::language::{Reference, TextureShape};
-use crate::pipeline::SubresourceRange;
+use crate::pipeline::{SubresourceRange, is_of};
 
 /// What is captured: a texture, or the version of it that one pass wrote.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -96,6 +96,7 @@ fn overwriter<'p>(plan: &'p Plan, resource: &PlannedResource, capture: &Capture)
         accesses.any(|one| one.resource == resource.handle && one.usage.writes() && one.range.overlaps(shown))
     };
     let written = version.and_then(|version| {
+        // A loop, or a use of a subgraph, means the last of its passes.
         let by = plan.passes.iter().rposition(|pass| is_of(&pass.name, version))?;
         (by + 1..plan.passes.len()).find(|at| overwrites(&plan.passes[*at]))
     });
@@ -103,11 +104,6 @@ fn overwriter<'p>(plan: &'p Plan, resource: &PlannedResource, capture: &Capture)
     let others = plan.resources.values().filter(|one| shares && one.physical == resource.physical);
     let aliased = others.map(|one| one.first).filter(|first| *first > resource.last).min();
     plan.passes.get(written.into_iter().chain(aliased).min()?)
-}
-
-/// Whether a pass is meant by a name: that of a loop or of a use of a subgraph means the last of its passes.
-fn is_of(pass: &str, name: &str) -> bool {
-    pass.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
 /// A name that no resource and no pass has.

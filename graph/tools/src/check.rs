@@ -93,29 +93,24 @@ pub fn check_sharing(
     modules: &mut Modules,
 ) -> CheckReport {
     let mut own = Diagnostics::new();
-    let checked = check_own(document, options, sources, &mut own, modules);
+    let CheckOptions { registry, templates, profile, overrides, plan: options } = options;
+    let load = LoadOptions { registry, templates, profile, overrides };
+    let pipeline = pipeline::load(document, &load, sources, &mut own, modules);
+    let checked = pipeline.map(|pipeline| compiled(pipeline, options, sources, &mut own)).unwrap_or_default();
     diagnostics.extend(pipeline::as_written(document, compose::with_users(document, own)));
     checked
 }
 
-fn check_own(
-    document: &Document,
-    options: &CheckOptions<'_>,
+/// Takes a pipeline to a plan, without what the device of the options lacks.
+pub(crate) fn compiled(
+    mut pipeline: Pipeline,
+    options: &PlanOptions,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
-    modules: &mut Modules,
 ) -> CheckReport {
-    let mut checked = CheckReport::default();
-    let CheckOptions { registry, templates, profile, overrides, plan: options } = options;
-    let load = LoadOptions { registry, templates, profile, overrides };
-    let Some(mut pipeline) = pipeline::load(document, &load, sources, diagnostics, modules) else {
-        return checked;
-    };
     compiler::set_aside(&mut pipeline, options, sources, diagnostics);
     let pipeline = Arc::new(pipeline);
-    checked.pipeline = Some(pipeline.clone());
-    let Some(graph) = compiler::build(&pipeline, diagnostics) else { return checked };
-    checked.plan = compiler::plan(&pipeline, &graph, options, sources, diagnostics);
-    checked.graph = Some(graph);
-    checked
+    let graph = compiler::build(&pipeline, diagnostics);
+    let plan = |graph| compiler::plan(&pipeline, graph, options, sources, diagnostics);
+    CheckReport { plan: graph.as_ref().and_then(plan), graph, pipeline: Some(pipeline.clone()) }
 }

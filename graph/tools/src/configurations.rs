@@ -72,6 +72,8 @@ pub struct Configurations {
     pub number: Count,
     /// The cover of the list.
     pub cover: Cover,
+    /// Whether these are all that can differ in their shaders or passes.
+    pub(super) are_all: bool,
     /// Whether the list shows every state of every configuration.
     pub(super) exact: bool,
     /// Axes that can have values which no configuration here gives them.
@@ -148,7 +150,7 @@ impl Configurations {
         if !exact {
             found.list.extend(presets(written, &Overrides::default()));
         }
-        Self { exact, free, ..found }
+        Self { exact, free, are_all: true, ..found }
     }
 
     /// Whether passes may have states that none of these shows.

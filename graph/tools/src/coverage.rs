@@ -6,8 +6,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::check::{CheckOptions, CheckReport};
-use crate::compiler::{self, Plan};
+use crate::check::{CheckOptions, CheckReport, compiled};
+use crate::compiler::Plan;
 use crate::compose::with_users;
 use crate::configurations::Configurations;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, Severity};
@@ -51,40 +51,30 @@ pub fn check_configurations(
     let mut modules = Modules::default();
     let mut found = Found::default();
     let mut violations: BTreeMap<String, Vec<usize>> = BTreeMap::new();
-    let checked = configurations.load(
-        document,
-        check_options,
-        sources,
-        &mut modules,
-        |at, _, mut pipeline, mut own, _| {
-            compiler::set_aside(&mut pipeline, options, sources, &mut own);
-            let pipeline = Arc::new(pipeline);
+    let checked =
+        configurations.load(document, check_options, sources, &mut modules, |at, _, pipeline, mut own, _| {
             for program in &pipeline.programs {
                 let variants = program.variants.iter();
                 coverage
                     .variants
                     .extend(variants.map(|variant| (program.template.clone(), variant.module.axes.clone())));
             }
-            let graph = compiler::build(&pipeline, &mut own);
-            let plan =
-                graph.as_ref().and_then(|graph| compiler::plan(&pipeline, graph, options, sources, &mut own));
+            let mut report = compiled(pipeline, options, sources, &mut own);
             // A plan that is made in spite of errors shows what else is wrong; it promises nothing that could be verified.
-            if let Some(plan) = plan.as_ref().filter(|_| verified && !own.has_errors()) {
+            if let Some(plan) = report.plan.as_ref().filter(|_| verified && !own.has_errors()) {
                 for violation in verify(plan, options) {
                     violations.entry(violation.to_string()).or_default().push(at);
                 }
             }
-            let plan = plan.map(Arc::new);
+            let plan = report.plan.take().map(Arc::new);
             if let Some(plan) = plan.as_ref().filter(|_| !own.has_errors()) {
                 own.extend(judge(plan));
             }
             found.add(as_written(document, with_users(document, own)), at);
             if at == 0 {
-                let plan = plan.map(Arc::unwrap_or_clone);
-                coverage.first = CheckReport { pipeline: Some(pipeline), graph, plan };
+                coverage.first = CheckReport { plan: plan.map(Arc::unwrap_or_clone), ..report };
             }
-        },
-    );
+        });
     if let Err(own_diagnostics) = checked {
         diagnostics.extend(as_written(document, with_users(document, own_diagnostics)));
         return coverage;
@@ -120,8 +110,7 @@ impl Found {
     fn add(&mut self, diagnostics: Diagnostics, at: usize) {
         self.sound += usize::from(!diagnostics.has_errors());
         for diagnostic in diagnostics {
-            let key = (diagnostic.code, diagnostic.place.clone(), diagnostic.message.clone());
-            let position = *self.known.entry(key).or_insert_with(|| {
+            let position = *self.known.entry(diagnostic.key()).or_insert_with(|| {
                 self.list.push((diagnostic, Vec::new()));
                 self.list.len() - 1
             });

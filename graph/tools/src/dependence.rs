@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::document::{Document, Entry, Kind, Value};
 use crate::pipeline::{has_word, is_name};
-use crate::shader::{Axes, TemplateSet};
+use crate::shader::TemplateSet;
 
 /// One entry of `passes`, `resources` or `subgraphs`.
 struct Node<'a> {
@@ -90,13 +90,7 @@ fn node<'a>(
     entry.value.for_each_text(&mut |text| texts.push(text));
     let mut deciding = Vec::new();
     collect(&entry.value, &mut deciding);
-    let is_named = |template: &&str| texts.iter().any(|text| text == template || text.contains('{'));
-    let axes: BTreeSet<&str> = templates
-        .names()
-        .filter(is_named)
-        .filter_map(|name| templates.axes(name))
-        .flat_map(Axes::names)
-        .collect();
+    let axes = templates.axes_of(|template| texts.iter().any(|text| *text == template || text.contains('{')));
     let axes_derived = derived.iter().filter(|entry| axes.contains(entry.key.as_str()));
     axes_derived.for_each(|entry| collect(&entry.value, &mut deciding));
     let depends = |name: &str| axes.contains(name) || deciding.iter().any(|text| has_word(text, name));

@@ -41,5 +41,5 @@ pub use check::{CheckOptions, CheckReport, check, check_document, check_sharing}
 pub use configurations::{Configuration, Configurations, MAX as MAX_CONFIGURATIONS};
 pub use cover::Cover;
 pub use coverage::{Coverage, Judge, check_configurations};
-pub use reach::{AxisProduct, Configured, Reached, ReachedProgram, reach};
+pub use reach::{AxisProduct, Reached, ReachedProgram, reach};
 pub use remarks::Remarks;

@@ -9,8 +9,7 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 
 use super::configurations::{Configurations, FreeAxis, cannot_hold};
-use crate::check::CheckOptions;
-use crate::compiler;
+use crate::check::{CheckOptions, compiled};
 use crate::compose::with_users;
 use crate::coverage::Judge;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
@@ -55,16 +54,6 @@ pub struct ReachedProgram {
     pub place: Span,
 }
 
-/// The configurations to consider.
-#[derive(Clone, Copy, Debug)]
-#[non_exhaustive]
-pub enum Configured<'a> {
-    /// Every one that can differ in shaders or passes.
-    All,
-    /// One.
-    One(&'a Overrides),
-}
-
 /// Loads the configurations of a document one after the other.
 ///
 /// Diagnostics of shaders themselves are left to the proof of all variants ([`crate::shader::permutations`]); each
@@ -80,14 +69,10 @@ pub enum Configured<'a> {
 pub fn reach(
     document: &Document,
     options: &CheckOptions<'_>,
-    (configured, judge): (Configured<'_>, Judge<'_>),
+    (configurations, judge): (&Configurations, Judge<'_>),
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Reached {
-    let configurations = match configured {
-        Configured::All => Configurations::all(document, options.templates, options.profile),
-        Configured::One(overrides) => Configurations::one(overrides),
-    };
     let mut modules = Modules::proven_elsewhere();
     let mut known = BTreeSet::new();
     let mut rejected = Rejected::default();
@@ -104,13 +89,10 @@ pub fn reach(
                 own.extend(realized.judge(pipeline, options, sources));
             }
             let mut here = std::mem::take(&mut modules.present);
-            let key = |diagnostic: &Diagnostic| {
-                (diagnostic.code, diagnostic.place.clone(), diagnostic.message.clone())
-            };
             // What is known already is no matter of these values.
             let own = with_users(document, own);
             let new: Vec<Diagnostic> =
-                own.into_iter().filter(|diagnostic| !known.contains(&key(diagnostic))).collect();
+                own.into_iter().filter(|diagnostic| !known.contains(&diagnostic.key())).collect();
             let do_not_fit = new.iter().any(is_about_values);
             if do_not_fit {
                 modules.wanted.truncate(wanted);
@@ -123,8 +105,8 @@ pub fn reach(
             }
             present.append(&mut here);
             for mut diagnostic in new {
-                if known.insert(key(&diagnostic)) {
-                    if let (Configured::All, Some(settings)) = (configured, describe(overrides)) {
+                if known.insert(diagnostic.key()) {
+                    if let Some(settings) = describe(overrides).filter(|_| configurations.are_all) {
                         diagnostic = diagnostic.related(Place::Nowhere, format!("with {settings}"));
                     }
                     diagnostics.push(diagnostic);
@@ -137,7 +119,7 @@ pub fn reach(
         return Reached::default();
     }
     modules.absent.retain(|entry, _| !present.contains(entry));
-    if matches!(configured, Configured::All) {
+    if configurations.are_all {
         diagnostics.extend(unproven(document, options, &modules, configurations.exact));
     }
     let programs = programs(options, &modules, &configurations.free, configurations.is_sampled());
@@ -154,12 +136,7 @@ struct Realized<'j> {
 }
 
 impl Realized<'_> {
-    fn judge(
-        &mut self,
-        mut pipeline: Pipeline,
-        options: &CheckOptions<'_>,
-        sources: &Sources,
-    ) -> Diagnostics {
+    fn judge(&mut self, pipeline: Pipeline, options: &CheckOptions<'_>, sources: &Sources) -> Diagnostics {
         let mut is_new = false;
         for pass in &pipeline.passes {
             let mut hasher = DefaultHasher::new();
@@ -172,13 +149,10 @@ impl Realized<'_> {
         if !is_new || !pipeline.gaps.is_empty() || !pipeline.refused.is_empty() {
             return own;
         }
-        compiler::set_aside(&mut pipeline, options.plan, sources, &mut own);
-        let pipeline = Arc::new(pipeline);
-        let graph = compiler::build(&pipeline, &mut own);
-        let plan = graph.and_then(|graph| compiler::plan(&pipeline, &graph, options.plan, sources, &mut own));
+        let plan = compiled(pipeline, options.plan, sources, &mut own).plan;
         // Values of parameters may ask for what no device has: whoever gives them is told so then.
-        let is_sound = !own.has_errors();
-        plan.filter(|_| is_sound).map(|plan| (self.judge)(&Arc::new(plan))).unwrap_or_default()
+        let plan = plan.filter(|_| !own.has_errors());
+        plan.map(|plan| (self.judge)(&Arc::new(plan))).unwrap_or_default()
     }
 }
 

@@ -11,7 +11,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::expression::{BinaryOperator, Expression, ExpressionKind, Scope, Value, evaluate};
+use crate::expression::{BinaryOperator, Expression, ExpressionKind, Value, evaluate};
 
 /// The points of a range between which changes of sign are looked for.
 const POINTS: usize = 64;
@@ -27,26 +27,15 @@ pub(super) struct Number<'a> {
     pub(super) defaults: &'a BTreeMap<String, Value>,
 }
 
-/// Settings of which one has another value.
-struct With<'a> {
-    number: &'a Number<'a>,
-    value: f64,
-}
-
-impl Scope for With<'_> {
-    fn lookup(&self, name: &str) -> Option<Value> {
-        if name == self.number.name {
-            return Some(Value::Number(self.value));
-        }
-        self.number.defaults.get(name).cloned()
-    }
-
-    fn names(&self) -> Vec<String> {
-        Vec::new()
-    }
-}
-
 impl Number<'_> {
+    /// The settings, this one with another value.
+    fn with(&self, value: f64) -> impl Fn(&str) -> Option<Value> {
+        move |name: &str| match name == self.name {
+            true => Some(Value::Number(value)),
+            false => self.defaults.get(name).cloned(),
+        }
+    }
+
     /// The whole numbers beside and on each bound, within the range, in order.
     pub(super) fn whole_values(&self, expressions: &[Expression]) -> Vec<f64> {
         let beside = |bound: f64| [bound.floor() - 1.0, bound.floor(), bound.ceil(), bound.ceil() + 1.0];
@@ -102,7 +91,7 @@ impl Number<'_> {
     /// Where two sides are equal, or change their order.
     fn roots(&self, left: &Expression, right: &Expression, found: &mut Vec<f64>) {
         let difference = |value: f64| {
-            let scope = With { number: self, value };
+            let scope = self.with(value);
             Some(evaluate(left, &scope).ok()?.number()? - evaluate(right, &scope).ok()?.number()?)
         };
         if let (Some(here), Some(next)) = (difference(self.default), difference(self.default + 1.0))
@@ -183,8 +172,7 @@ mod tests {
             assert!(whole.iter().all(|value| value.fract() == 0.0 && (0.0..=1000.0).contains(value)));
             // Both outcomes are shown by whole numbers and by real ones.
             for values in [whole, number.real_values(&expressions)] {
-                let outcome =
-                    |value: f64| evaluate(&expressions[0], &With { number: &number, value }).unwrap();
+                let outcome = |value: f64| evaluate(&expressions[0], &number.with(value)).unwrap();
                 let holds = |wanted| values.iter().any(|value| outcome(*value) == Value::Bool(wanted));
                 assert!(holds(true) && holds(false), "{condition}: {values:?}");
             }

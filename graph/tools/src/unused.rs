@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use crate::compose::is_path;
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity, codes};
 use crate::document::{Document, Entry, Kind, Value, pointer_join};
-use crate::shader::{Axes, TemplateSet};
+use crate::shader::TemplateSet;
 
 /// The names that a part of a document mentions.
 #[derive(Default)]
@@ -47,8 +47,7 @@ impl<'a> Mentioned<'a> {
 
     /// The names of the axes of the templates that are mentioned.
     fn axes<'t>(&self, templates: &'t TemplateSet) -> BTreeSet<&'t str> {
-        let named = templates.names().filter(|name| self.is_open || self.texts.contains(name));
-        named.filter_map(|name| templates.axes(name)).flat_map(Axes::names).collect()
+        templates.axes_of(|name| self.is_open || self.texts.contains(name))
     }
 }
 
@@ -59,7 +58,7 @@ pub(crate) fn unused(document: &Document, templates: &TemplateSet, diagnostics: 
     for name in ["resources", "passes", "derived", "constraints", "geometry", "profiles"] {
         root.get(name).into_iter().for_each(|section| all.read(section));
     }
-    for subgraph in entries(root, "subgraphs") {
+    for subgraph in root.entries_of("subgraphs") {
         let mut own = Mentioned::default();
         for name in ["resources", "passes", "derived"] {
             subgraph.value.get(name).into_iter().for_each(|section| own.read(section));
@@ -68,10 +67,10 @@ pub(crate) fn unused(document: &Document, templates: &TemplateSet, diagnostics: 
         let axes = if is_file { own.axes(templates) } else { BTreeSet::new() };
         let above = pointer_join("/subgraphs", &subgraph.key);
         for (section, what) in [("parameters", "parameter"), ("derived", "derived value")] {
-            for entry in entries(&subgraph.value, section) {
+            for entry in subgraph.value.entries_of(section) {
                 let name = entry.key.as_str();
                 if !own.words.contains(name) && !axes.contains(name) {
-                    diagnostics.push(note(what, entry, &format!("{above}/{section}")));
+                    diagnostics.push(unused_setting(what, entry, &format!("{above}/{section}")));
                 }
             }
         }
@@ -79,25 +78,25 @@ pub(crate) fn unused(document: &Document, templates: &TemplateSet, diagnostics: 
             continue;
         }
         let of_its_own =
-            ["inputs", "parameters", "derived"].into_iter().flat_map(|name| entries(&subgraph.value, name));
+            ["inputs", "parameters", "derived"].into_iter().flat_map(|name| subgraph.value.entries_of(name));
         let of_its_own: BTreeSet<&str> = of_its_own.map(|entry| entry.key.as_str()).collect();
         all.words.extend(own.words.difference(&of_its_own));
         all.texts.extend(own.texts);
         all.is_open |= own.is_open;
     }
-    for owner in entries(root, "subgraphs").iter().map(|subgraph| &subgraph.value).chain([root]) {
+    for owner in root.entries_of("subgraphs").iter().map(|subgraph| &subgraph.value).chain([root]) {
         unused_groups(root, owner, diagnostics);
     }
     let axes = all.axes(templates);
     for (section, what) in
         [("parameters", "parameter"), ("features", "feature"), ("derived", "derived value")]
     {
-        for entry in entries(root, section) {
+        for entry in root.entries_of(section) {
             let name = entry.key.as_str();
             // What a feature requires of others, or others of it, decides about those that are used.
-            let decides = section == "features" && is_tied(entry, entries(root, section));
+            let decides = section == "features" && is_tied(entry, root.entries_of(section));
             if !all.words.contains(name) && !axes.contains(name) && !decides {
-                diagnostics.push(note(what, entry, &format!("/{section}")));
+                diagnostics.push(unused_setting(what, entry, &format!("/{section}")));
             }
         }
     }
@@ -105,13 +104,13 @@ pub(crate) fn unused(document: &Document, templates: &TemplateSet, diagnostics: 
 
 /// Finds the shared settings of a pipeline, or of a subgraph, that no pass and no other group extends.
 fn unused_groups(root: &Value, owner: &Value, diagnostics: &mut Diagnostics) {
-    let groups = entries(owner, "shared_settings");
+    let groups = owner.entries_of("shared_settings");
     if groups.is_empty() {
         return;
     }
     let mut named = BTreeSet::new();
-    for user in entries(root, "subgraphs").iter().map(|subgraph| &subgraph.value).chain([root]) {
-        for entry in ["passes", "shared_settings"].into_iter().flat_map(|section| entries(user, section)) {
+    for user in root.entries_of("subgraphs").iter().map(|subgraph| &subgraph.value).chain([root]) {
+        for entry in ["passes", "shared_settings"].into_iter().flat_map(|section| user.entries_of(section)) {
             entry.value.get("extends").into_iter().for_each(|names| {
                 names.for_each_text(&mut |name| {
                     named.insert(name);
@@ -121,15 +120,9 @@ fn unused_groups(root: &Value, owner: &Value, diagnostics: &mut Diagnostics) {
     }
     for group in groups.iter().filter(|group| !named.contains(group.key.as_str())) {
         let message = format!("the shared settings \"{}\" are declared, but no pass extends them", group.key);
-        let diagnostic = Diagnostic::error(codes::UNUSED_SETTING, group.key_span, message);
-        let diagnostic = diagnostic.pointer(pointer_join("/shared_settings", &group.key));
-        let diagnostic = diagnostic.help("let a pass say \"extends\", or remove them");
-        diagnostics.push(diagnostic.severity(Severity::Note));
+        let help = "let a pass say \"extends\", or remove them";
+        diagnostics.push(note(group, "/shared_settings", message, help));
     }
-}
-
-fn entries<'a>(value: &'a Value, section: &str) -> &'a [Entry] {
-    value.entries_of(section)
 }
 
 /// Whether a feature is tied to others, so that its value decides about theirs.
@@ -143,11 +136,13 @@ fn is_tied(entry: &Entry, features: &[Entry]) -> bool {
         || features.iter().any(|other| names(other, &entry.key))
 }
 
-fn note(what: &str, entry: &Entry, section: &str) -> Diagnostic {
+fn unused_setting(what: &str, entry: &Entry, section: &str) -> Diagnostic {
     let message = format!("the {what} \"{}\" is declared, but nothing uses it", entry.key);
-    let diagnostic = Diagnostic::error(codes::UNUSED_SETTING, entry.key_span, message);
-    let diagnostic = diagnostic.pointer(pointer_join(section, &entry.key));
-    let diagnostic =
-        diagnostic.help("use it in an expression, let a template have an axis of its name, or remove it");
-    diagnostic.severity(Severity::Note)
+    let help = "use it in an expression, let a template have an axis of its name, or remove it";
+    note(entry, section, message, help)
+}
+
+fn note(entry: &Entry, section: &str, message: String, help: &str) -> Diagnostic {
+    let diagnostic = Diagnostic::error(codes::UNUSED_SETTING, entry.key_span, message).help(help);
+    diagnostic.pointer(pointer_join(section, &entry.key)).severity(Severity::Note)
 }

@@ -65,27 +65,16 @@ pub(super) fn mentions_of<'d>(
     for entry in entries("subgraphs") {
         collect(&entry.value, None, None, false, &mut mentions);
     }
-    let axes = axes_of(&mentions, templates);
+    let axes = templates.axes_of(|template| {
+        let computed = |text: &str| text.contains('{');
+        mentions
+            .iter()
+            .any(|mention| mention.text == template || (mention.deciding && computed(mention.text)))
+    });
     for entry in entries("derived").iter().filter(|entry| axes.contains(entry.key.as_str())) {
         collect(&entry.value, None, Some(&entry.key), true, &mut mentions);
     }
     (mentions, axes)
-}
-
-/// The axes of all templates that are named.
-fn axes_of<'t>(mentions: &[Mention<'_>], templates: &'t TemplateSet) -> BTreeSet<&'t str> {
-    let is_named = |template: &&str| {
-        let computed = |text: &str| text.contains('{');
-        mentions
-            .iter()
-            .any(|mention| mention.text == *template || (mention.deciding && computed(mention.text)))
-    };
-    templates
-        .names()
-        .filter(is_named)
-        .filter_map(|name| templates.axes(name))
-        .flat_map(crate::shader::Axes::names)
-        .collect()
 }
 
 /// The declared defaults of features and parameters.

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::cover::Rules;
 use crate::document;
-use crate::expression::{BinaryOperator, Expression, ExpressionKind, Scope, UnaryOperator, Value, evaluate};
+use crate::expression::{BinaryOperator, Expression, ExpressionKind, UnaryOperator, Value, evaluate};
 use crate::varied_setting::Varied;
 
 /// The maximum number of values that one condition's settings get.
@@ -33,24 +33,6 @@ pub(super) enum Witness {
     Nowhere,
     /// The search was too long, or the condition says nothing of settings alone.
     Unknown,
-}
-
-struct Trial<'t> {
-    settings: &'t Settings<'t>,
-    pick: &'t [Option<usize>],
-}
-
-impl Scope for Trial<'_> {
-    fn lookup(&self, name: &str) -> Option<Value> {
-        match self.settings.position(name) {
-            Some(at) => value_of(self.settings.varied[at].values.get((*self.pick.get(at)?)?)?),
-            None => self.settings.defaults.get(name).cloned(),
-        }
-    }
-
-    fn names(&self) -> Vec<String> {
-        Vec::new()
-    }
 }
 
 impl<'a> Settings<'a> {
@@ -75,7 +57,11 @@ impl<'a> Settings<'a> {
 
     /// The value of an expression with chosen values.
     pub(super) fn value(&self, expression: &Expression, pick: &[Option<usize>]) -> Option<Value> {
-        evaluate(expression, &Trial { settings: self, pick }).ok()
+        let scope = |name: &str| match self.position(name) {
+            Some(at) => value_of(self.varied[at].values.get((*pick.get(at)?)?)?),
+            None => self.defaults.get(name).cloned(),
+        };
+        evaluate(expression, &scope).ok()
     }
 
     /// Whether a condition holds, as far as the values chosen so far decide it.

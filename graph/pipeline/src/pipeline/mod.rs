@@ -51,7 +51,7 @@ pub use expression_diagnostic::expression_diagnostic;
 pub use history::History;
 pub use inlined::inlined;
 pub use live::{Constraint, Following, LiveSetting, LiveTarget, Structural, is_alike};
-pub use load::{LoadOptions, as_written, has_word, is_name, load};
+pub use load::{LoadOptions, as_written, has_word, is_name, is_of, load};
 pub use modules::{Absent, Chosen, EntryPoints, Modules, Wanted};
 pub use usage::Usage;
 pub use version::Version;

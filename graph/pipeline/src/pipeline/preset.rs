@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 
 use super::overrides::{Overrides, Setting};
-use super::setting;
+use super::setting::{self, SettingKind, declared, not_there};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::language::{FeatureDeclaration, ParameterDeclaration};
@@ -117,8 +117,9 @@ pub(super) fn check(
                 }
                 None => {
                     let taken = |name: &str| is_there("parameters", entry, name);
-                    let (name, known) = (&entry.key, parameters.keys());
-                    vec![setting::not_there("parameter", name, known, entry.key_span, taken)]
+                    let (known, others) = (declared(parameters), declared(features));
+                    let (kind, place) = (SettingKind::Parameter, entry.key_span);
+                    vec![not_there(kind, &entry.key, &known, &others, place, taken)]
                 }
             };
             diagnostics.extend(found.into_iter().map(|diagnostic| diagnostic.pointer(&pointer)));
@@ -129,9 +130,9 @@ pub(super) fn check(
                 Some(declaration) => setting::decode_feature(&entry.key, declaration, &entry.value).err(),
                 None => {
                     let taken = |name: &str| is_there("features", entry, name);
-                    let diagnostic =
-                        setting::not_there("feature", &entry.key, features.keys(), entry.key_span, taken);
-                    Some(Box::new(diagnostic))
+                    let (known, others) = (declared(features), declared(parameters));
+                    let (kind, place) = (SettingKind::Feature, entry.key_span);
+                    Some(Box::new(not_there(kind, &entry.key, &known, &others, place, taken)))
                 }
             };
             diagnostics.extend(diagnostic.map(|diagnostic| diagnostic.pointer(pointer)));

@@ -2,7 +2,7 @@
 
 use super::availability;
 use super::live::{Structural, is_alike};
-use super::overrides::Setting;
+use super::overrides::{Overrides, Setting};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, suggested_name};
 use crate::document::{self, Entry};
 use crate::expression::Value;
@@ -53,7 +53,6 @@ pub(super) fn parameters(
     overrides: &[Setting],
     diagnostics: &mut Diagnostics,
 ) -> BTreeMap<String, Parameter> {
-    unknown("parameter", overrides, declarations.keys(), diagnostics);
     let mut parameters = BTreeMap::new();
     for entry in entries {
         let Some(declaration) = declarations.get(&entry.key) else { continue };
@@ -96,7 +95,6 @@ pub(super) fn features(
     profile: &TargetProfile,
     diagnostics: &mut Diagnostics,
 ) -> BTreeMap<String, Feature> {
-    unknown("feature", overrides, declarations.keys(), diagnostics);
     let mut features = BTreeMap::new();
     for entry in entries {
         let Some(declaration) = declarations.get(&entry.key) else { continue };
@@ -165,7 +163,14 @@ pub(super) fn features(
                     None if entries.iter().any(|entry| entry.key == *other) => {}
                     None => {
                         let taken = |name: &str| others.iter().any(|other| other == name);
-                        let diagnostic = not_there("feature", other, declarations.keys(), written, taken);
+                        let diagnostic = not_there(
+                            SettingKind::Feature,
+                            other,
+                            &declared(declarations),
+                            &[],
+                            written,
+                            taken,
+                        );
                         diagnostics.push(diagnostic.pointer(pointer()));
                     }
                     Some(on) if on != wanted && feature.is_on() => {
@@ -258,33 +263,73 @@ fn groups(
     }
 }
 
-fn unknown<'a>(
-    what: &str,
-    overrides: &[Setting],
-    known: impl Iterator<Item = &'a String> + Clone,
+/// Finds settings of what is not declared.
+pub(super) fn unknown(
+    parameters: &BTreeMap<String, ParameterDeclaration>,
+    features: &BTreeMap<String, FeatureDeclaration>,
+    overrides: &Overrides,
     diagnostics: &mut Diagnostics,
 ) {
-    for setting in overrides {
-        if !known.clone().any(|name| *name == setting.name) {
+    let of = |kind| match kind {
+        SettingKind::Parameter => (&overrides.parameters, declared(parameters), declared(features)),
+        SettingKind::Feature => (&overrides.features, declared(features), declared(parameters)),
+    };
+    for kind in [SettingKind::Parameter, SettingKind::Feature] {
+        let (settings, known, others) = of(kind);
+        for setting in settings.iter().filter(|setting| !known.contains(&setting.name.as_str())) {
             // Another file may set it too.
             let taken = |name: &str| {
-                overrides.iter().any(|other| other.name == name && other.place.file == setting.place.file)
+                settings.iter().any(|other| other.name == name && other.place.file == setting.place.file)
             };
-            diagnostics.push(not_there(what, &setting.name, known.clone(), setting.place, taken));
+            diagnostics.push(not_there(kind, &setting.name, &known, &others, setting.place, taken));
         }
     }
 }
 
-pub(super) fn not_there<'a>(
-    what: &str,
+/// What can be set.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum SettingKind {
+    Parameter,
+    Feature,
+}
+
+impl SettingKind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Parameter => "parameter",
+            Self::Feature => "feature",
+        }
+    }
+}
+
+/// The names that are declared.
+pub(super) fn declared<T>(declarations: &BTreeMap<String, T>) -> Vec<&str> {
+    declarations.keys().map(String::as_str).collect()
+}
+
+/// The diagnostic for a name that is none of those `known`; one of the `others`, of the other kind, may be meant.
+pub(super) fn not_there(
+    kind: SettingKind,
     name: &str,
-    known: impl Iterator<Item = &'a String> + Clone,
+    known: &[&str],
+    others: &[&str],
     place: Span,
     taken: impl Fn(&str) -> bool,
 ) -> Diagnostic {
-    let diagnostic =
-        Diagnostic::error(codes::UNKNOWN_SETTING, place, format!("there is no {what} \"{name}\""));
-    diagnostic.suggest_unless(name, known.map(String::as_str), Some(place), taken, |names| match names {
+    let what = kind.name();
+    let message = format!("there is no {what} \"{name}\"");
+    let diagnostic = Diagnostic::error(codes::UNKNOWN_SETTING, place, message);
+    let is_known = suggested_name(name, known.iter().copied()).is_some();
+    let meant = suggested_name(name, others.iter().copied()).filter(|other| *other == name || !is_known);
+    if let Some(meant) = meant {
+        let (other, option) = match kind {
+            SettingKind::Parameter => ("feature", "--feature"),
+            SettingKind::Feature => ("parameter", "--set"),
+        };
+        return diagnostic
+            .help(format!("\"{meant}\" is a {other}: it stands under \"{other}s\", or behind {option}"));
+    }
+    diagnostic.suggest_unless(name, known.iter().copied(), Some(place), taken, |names| match names {
         [] => format!("this pipeline has no {what}s"),
         names => format!("the {what}s are {}", names.join(", ")),
     })

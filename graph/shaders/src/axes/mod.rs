@@ -67,20 +67,6 @@ impl AxisKind {
         }
     }
 
-    /// The value at an index, if there is one.
-    pub fn value(&self, index: u64) -> Option<AxisValue> {
-        match self {
-            AxisKind::Bool => (index < 2).then_some(AxisValue::Bool(index == 1)),
-            AxisKind::Enum(names) | AxisKind::TextureFormat(names) => {
-                names.get(usize::try_from(index).ok()?).map(|name| AxisValue::Name(name.clone()))
-            }
-            AxisKind::Integer { min, max } => {
-                let value = min.checked_add_unsigned(index)?;
-                (value <= *max).then_some(AxisValue::Integer(value))
-            }
-        }
-    }
-
     /// Whether a value belongs to the axis.
     pub fn contains(&self, value: &AxisValue) -> bool {
         match (self, value) {
@@ -149,11 +135,6 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// No axes.
-    pub const fn new() -> Self {
-        Self { axes: BTreeMap::new(), constraints: Vec::new(), inherits: Vec::new() }
-    }
-
     /// The axes in the order of their names.
     pub fn iter(&self) -> impl Iterator<Item = &Axis> {
         self.axes.values()
@@ -167,11 +148,6 @@ impl Axes {
     /// The names in order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.axes.keys().map(String::as_str)
-    }
-
-    /// The number of axes.
-    pub fn len(&self) -> usize {
-        self.axes.len()
     }
 
     /// Whether there are none.

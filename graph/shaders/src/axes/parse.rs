@@ -12,6 +12,7 @@ use crate::codes;
 use crate::diagnostic::{AxisValue, Diagnostic, Diagnostics};
 use crate::document::schema::{unknown_key, unknown_word};
 use crate::document::{Entry, Value};
+use crate::language::parse_format;
 use crate::source::{FileId, Sources, Span};
 
 /// One side file as it is written: axes, and constraints that are not yet tied to axes.
@@ -42,9 +43,8 @@ impl Lost {
 struct WrittenConstraint {
     span: Span,
     when: Option<WrittenCondition>,
-    requires: Option<Vec<WrittenCondition>>,
-    excludes: Option<Vec<WrittenCondition>>,
-    one_of: Option<Vec<WrittenCondition>>,
+    /// What is under each of the keys `requires`, `excludes` and `one_of` that are there.
+    rules: Vec<(&'static str, Vec<WrittenCondition>)>,
 }
 
 #[derive(Clone, Debug)]
@@ -98,19 +98,19 @@ impl Declaration {
                     .collect()
             };
             let when = written.when.as_ref().map(|when| read(std::slice::from_ref(when)));
-            let requires = written.requires.as_ref().map(|list| read(list));
-            let excludes = written.excludes.as_ref().map(|list| read(list));
-            let one_of = written.one_of.as_ref().map(|list| read(list));
+            let rules: Vec<_> = written.rules.iter().map(|(key, list)| (*key, read(list))).collect();
             if !complete {
                 continue;
             }
             let when = when.and_then(|mut list| list.pop());
-            let rules = [
-                requires.map(|all| Rule::Requires { when: when.clone(), all }),
-                excludes.map(|none| Rule::Excludes { when: when.clone(), none }),
-                one_of.map(Rule::OneOf),
-            ];
-            own.extend(rules.into_iter().flatten().map(|rule| Constraint { rule, span: written.span }));
+            own.extend(rules.into_iter().map(|(key, list)| {
+                let rule = match key {
+                    "requires" => Rule::Requires { when: when.clone(), all: list },
+                    "excludes" => Rule::Excludes { when: when.clone(), none: list },
+                    _ => Rule::OneOf(list),
+                };
+                Constraint { rule, span: written.span }
+            }));
         }
         own.append(&mut axes.constraints);
         axes.constraints = own;
@@ -150,6 +150,15 @@ impl Reader<'_> {
             self.wrong(value.span, format!("{what} is an object, not {}", value.kind_name()));
             &[]
         })
+    }
+
+    /// The entries of an object that can have these keys; `None` for what is no object.
+    fn known_keys(&mut self, value: &Value, what: &str, keys: &[&str]) -> Option<()> {
+        let entries = self.entries(value, what);
+        for entry in entries.iter().filter(|entry| !keys.contains(&entry.key.as_str())) {
+            self.diagnostics.push(unknown_key(entry, keys, entries));
+        }
+        value.entries().map(|_| ())
     }
 
     fn elements<'v>(&mut self, value: &'v Value, what: &str) -> &'v [Value] {
@@ -223,12 +232,7 @@ impl Reader<'_> {
             );
             return None;
         }
-        for member in self.entries(&entry.value, "an axis") {
-            if !KEYS.contains(&member.key.as_str()) {
-                self.diagnostics.push(unknown_key(member, KEYS, entry.value.entries().unwrap_or_default()));
-            }
-        }
-        entry.value.entries()?;
+        self.known_keys(&entry.value, "an axis", KEYS)?;
         let kind = self.kind(entry)?;
         let mode = self.mode(entry, &kind);
         let ends = self.ends(entry);
@@ -249,10 +253,7 @@ impl Reader<'_> {
 
     fn kind(&mut self, entry: &Entry) -> Option<AxisKind> {
         const TYPES: &[&str] = &["bool", "enum", "integer", "texture_format"];
-        let Some(written) = entry.value.get("type") else {
-            self.wrong(entry.key_span, format!("the axis \"{}\" has no \"type\"", entry.key));
-            return None;
-        };
+        let written = self.required(entry, "axis", "type")?;
         let allowed: &[&str] = match written.text() {
             Some("bool") => &[],
             Some("enum" | "texture_format") => &["values"],
@@ -289,12 +290,17 @@ impl Reader<'_> {
         }
     }
 
+    fn required<'v>(&mut self, entry: &'v Entry, what: &str, key: &str) -> Option<&'v Value> {
+        let value = entry.value.get(key);
+        if value.is_none() {
+            self.wrong(entry.key_span, format!("the {what} \"{}\" has no \"{key}\"", entry.key));
+        }
+        value
+    }
+
     fn integer(&mut self, entry: &Entry, key: &str) -> Option<i64> {
-        let Some(value) = entry.value.get(key) else {
-            self.wrong(entry.key_span, format!("the integer axis \"{}\" has no \"{key}\"", entry.key));
-            return None;
-        };
-        let number = as_integer(value);
+        let value = self.required(entry, "integer axis", key)?;
+        let number = value.decode().ok();
         if number.is_none() {
             self.wrong(value.span, format!("\"{key}\" is an integer of 64 bits"));
         }
@@ -302,16 +308,13 @@ impl Reader<'_> {
     }
 
     fn values(&mut self, entry: &Entry, formats: bool) -> Option<Vec<String>> {
-        let Some(list) = entry.value.get("values") else {
-            self.wrong(entry.key_span, format!("the axis \"{}\" has no \"values\"", entry.key));
-            return None;
-        };
+        let list = self.required(entry, "axis", "values")?;
         let mut names: Vec<String> = Vec::new();
         for element in self.elements(list, "\"values\"") {
             let Some(name) = self.text(element, "a value") else { continue };
             if names.iter().any(|known| known == name) {
                 self.wrong(element.span, format!("the value \"{name}\" stands twice"));
-            } else if formats && texture_format(name).is_none() {
+            } else if formats && parse_format(name).is_none() {
                 self.wrong(element.span, format!("\"{name}\" is not a texture format of WebGPU"));
             } else if !formats && !is_word(name) {
                 self.wrong(element.span, format!("\"{name}\" is no name: letters, digits, \"_\" and \"-\""));
@@ -347,13 +350,12 @@ impl Reader<'_> {
 
     fn ends(&mut self, entry: &Entry) -> bool {
         const WORDS: &[&str] = &["all", "ends"];
-        let written = entry.value.get("prove");
-        if let Some(written) =
-            written.filter(|written| !written.text().is_some_and(|word| WORDS.contains(&word)))
-        {
+        let Some(written) = entry.value.get("prove") else { return false };
+        let word = written.text().filter(|word| WORDS.contains(word));
+        if word.is_none() {
             self.diagnostics.push(unknown_word(written, WORDS));
         }
-        written.and_then(|written| written.text()) == Some("ends")
+        word == Some("ends")
     }
 
     fn own_layout(&mut self, entry: &Entry, mode: Option<AxisMode>) -> bool {
@@ -365,14 +367,11 @@ impl Reader<'_> {
             );
             return false;
         }
-        match written.value.kind {
-            crate::document::Kind::Bool(value) => value,
-            _ => {
-                let kind = written.value.kind_name();
-                self.wrong(written.value.span, format!("\"own_layout\" is a boolean, not {kind}"));
-                false
-            }
-        }
+        written.value.decode().unwrap_or_else(|_| {
+            let kind = written.value.kind_name();
+            self.wrong(written.value.span, format!("\"own_layout\" is a boolean, not {kind}"));
+            false
+        })
     }
 
     fn default(&mut self, entry: &Entry, kind: &AxisKind) -> Option<AxisValue> {
@@ -384,7 +383,7 @@ impl Reader<'_> {
                 .push(Diagnostic::error(codes::AXIS_DECLARATION, entry.key_span, message).help(help));
             return None;
         };
-        let value = to_axis_value(written).filter(|value| kind.contains(value));
+        let value = written.decode().ok().filter(|value| kind.contains(value));
         if value.is_none() {
             self.wrong(
                 written.span,
@@ -401,50 +400,32 @@ impl Reader<'_> {
             return;
         }
         let when = WrittenCondition { text: entry.key.clone(), span: entry.key_span };
-        let mut list =
-            |key: &str| entry.value.get(key).map(|value| (value.span, self.conditions(value, key)));
-        for (key, found) in [("requires", list("requires")), ("excludes", list("excludes"))] {
-            let Some((span, conditions)) = found else { continue };
-            let (requires, excludes) =
-                if key == "requires" { (Some(conditions), None) } else { (None, Some(conditions)) };
+        for key in ["requires", "excludes"] {
+            let Some(value) = entry.value.get(key) else { continue };
+            let rules = vec![(key, self.conditions(value, key))];
             let when = Some(when.clone());
-            self.declaration.constraints.push(WrittenConstraint {
-                span,
-                when,
-                requires,
-                excludes,
-                one_of: None,
-            });
+            self.declaration.constraints.push(WrittenConstraint { span: value.span, when, rules });
         }
     }
 
     fn constraint(&mut self, value: &Value) {
         const KEYS: &[&str] = &["when", "requires", "excludes", "one_of", "description"];
-        for entry in self.entries(value, "a constraint") {
-            if !KEYS.contains(&entry.key.as_str()) {
-                self.diagnostics.push(unknown_key(entry, KEYS, value.entries().unwrap_or_default()));
-            }
-        }
-        if value.entries().is_none() {
+        if self.known_keys(value, "a constraint", KEYS).is_none() {
             return;
         }
         let when = value.get("when").and_then(|value| {
             let text = self.text(value, "\"when\"")?.to_owned();
             Some(WrittenCondition { text, span: value.span })
         });
-        let mut list = |key: &str| value.get(key).map(|value| self.conditions(value, key));
-        let (requires, excludes, one_of) = (list("requires"), list("excludes"), list("one_of"));
-        match (&requires, &excludes, &one_of, &when) {
-            (None, None, None, _) => {
-                self.wrong(value.span, "a constraint has \"requires\", \"excludes\" or \"one_of\"");
-            }
-            (_, _, Some(_), Some(when)) => {
-                self.wrong(when.span, "\"one_of\" holds always and takes no \"when\"");
-            }
-            _ => {}
+        let rules = ["requires", "excludes", "one_of"];
+        let rules = rules.into_iter().filter_map(|key| Some((key, self.conditions(value.get(key)?, key))));
+        let rules: Vec<_> = rules.collect();
+        if rules.is_empty() {
+            self.wrong(value.span, "a constraint has \"requires\", \"excludes\" or \"one_of\"");
+        } else if let (Some(when), true) = (&when, rules.iter().any(|(key, _)| *key == "one_of")) {
+            self.wrong(when.span, "\"one_of\" holds always and takes no \"when\"");
         }
-        let span = value.span;
-        self.declaration.constraints.push(WrittenConstraint { span, when, requires, excludes, one_of });
+        self.declaration.constraints.push(WrittenConstraint { span: value.span, when, rules });
     }
 
     fn conditions(&mut self, value: &Value, key: &str) -> Vec<WrittenCondition> {
@@ -456,27 +437,6 @@ impl Reader<'_> {
         }
         conditions
     }
-}
-
-fn as_integer(value: &Value) -> Option<i64> {
-    match &value.kind {
-        crate::document::Kind::Number(number) => number.as_i64(),
-        _ => None,
-    }
-}
-
-/// A value of an axis from JSON, whatever its axis.
-pub(crate) fn to_axis_value(value: &Value) -> Option<AxisValue> {
-    match &value.kind {
-        crate::document::Kind::Bool(value) => Some(AxisValue::Bool(*value)),
-        crate::document::Kind::Text(name) => Some(AxisValue::Name(name.clone())),
-        crate::document::Kind::Number(_) => as_integer(value).map(AxisValue::Integer),
-        _ => None,
-    }
-}
-
-fn texture_format(name: &str) -> Option<wgpu_types::TextureFormat> {
-    serde_json::from_value(serde_json::Value::String(name.to_owned())).ok()
 }
 
 fn is_identifier(name: &str) -> bool {

@@ -19,9 +19,8 @@ use super::Explored;
 use super::report::TemplateReport;
 use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
 use crate::interface::{self, InterfaceConflict};
-use crate::render::Placement;
 use crate::source::Span;
-use crate::{Axes, Reflection, TemplateSet, codes};
+use crate::{Axes, Reflection, TemplateSet, codes, stages};
 
 /// The maximum number of variants of either view among which the closest pair is looked for.
 const MAX_CANDIDATES: usize = 256;
@@ -41,7 +40,6 @@ type Layout<'a> = Vec<Option<&'a AxisValue>>;
 /// Every binding that two variants of a template see differently.
 pub(super) fn disagreements(
     templates: &TemplateSet,
-    placement: &Placement<'_>,
     explored: &[Explored<'_>],
     reports: &[TemplateReport],
 ) -> Vec<Diagnostic> {
@@ -70,8 +68,7 @@ pub(super) fn disagreements(
             let (one, other) = closest(&members, &own, &conflict, one, other);
             let place = |member: &Member<'_>, name: &str| {
                 let each = explored.get(member.at.0);
-                let source = each
-                    .and_then(|each| each.exploration.source(templates, placement, template, member.at.1));
+                let source = each.and_then(|each| each.exploration.source(templates, template, member.at.1));
                 let at = source.and_then(|source| {
                     declaration_of(&source.wgsl, name).and_then(|range| source.map.span(range))
                 });
@@ -166,13 +163,9 @@ fn apart(one: &AxisValues, other: &AxisValues) -> AxisValues {
 
 /// The name in the declaration of a module-scope variable.
 fn declaration_of(wgsl: &str, name: &str) -> Option<std::ops::Range<usize>> {
-    let is_word = |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
-    let bytes = wgsl.as_bytes();
-    wgsl.match_indices(name).map(|(at, name)| at..at + name.len()).find(|range| {
+    stages::words(wgsl, name).find(|range| {
         let statement = wgsl[..range.start].rfind([';', '}']).map_or(0, |end| end + 1);
         let before = &wgsl[statement..range.start];
-        let whole = !is_word(bytes.get(range.end))
-            && !is_word(range.start.checked_sub(1).and_then(|at| bytes.get(at)));
-        whole && before.contains("@binding") && before.contains("var")
+        before.contains("@binding") && before.contains("var")
     })
 }

@@ -98,37 +98,26 @@ fn place(
     }
 }
 
-/// The place of an expression in a module.
-#[derive(Clone, Copy)]
-enum Home {
-    Module,
-    Function(Handle<naga::Function>),
-    EntryPoint(usize),
+/// The expressions of a module: those of the module itself, of its functions, of its entry points.
+fn arenas(module: &mut Module) -> impl Iterator<Item = &mut Arena<Expression>> {
+    let functions = module.functions.iter_mut().map(|(_, function)| function);
+    let functions = functions.chain(module.entry_points.iter_mut().map(|entry| &mut entry.function));
+    std::iter::once(&mut module.global_expressions).chain(functions.map(|each| &mut each.expressions))
 }
 
 fn first_failing(module: &Module, fails: &dyn Fn(&Module) -> bool) -> Option<Span> {
-    let homes = std::iter::once(Home::Module)
-        .chain(module.functions.iter().map(|(handle, _)| Home::Function(handle)))
-        .chain((0..module.entry_points.len()).map(Home::EntryPoint));
-    let mut suspects: Vec<(Home, Handle<Expression>, Expression)> = Vec::new();
-    for home in homes {
-        let Some(arena) = arena(module, home) else { continue };
-        let replaced = arena.iter().filter_map(|(handle, each)| Some((home, handle, shorter(arena, each)?)));
-        suspects.extend(replaced);
+    // What each expression is replaced by, with its place among all of the module.
+    let mut suspects: Vec<(usize, Handle<Expression>, Expression, Span)> = Vec::new();
+    for (home, arena) in arenas(&mut module.clone()).enumerate() {
+        suspects.extend(arena.iter().filter_map(|(handle, each)| {
+            Some((home, handle, shorter(arena, each)?, arena.get_span(handle)))
+        }));
     }
     let passes_from = |first: usize| {
         let mut cut = module.clone();
-        for (home, handle, shorter) in suspects.iter().skip(first) {
-            let arena = match home {
-                Home::Module => Some(&mut cut.global_expressions),
-                Home::Function(function) => Some(&mut cut.functions[*function].expressions),
-                Home::EntryPoint(at) => {
-                    cut.entry_points.get_mut(*at).map(|each| &mut each.function.expressions)
-                }
-            };
-            if let Some(arena) = arena {
-                arena[*handle] = shorter.clone();
-            }
+        for (home, arena) in arenas(&mut cut).enumerate() {
+            let here = suspects.iter().skip(first).filter(|(known, ..)| *known == home);
+            here.for_each(|(_, handle, shorter, _)| arena[*handle] = shorter.clone());
         }
         !fails(&cut)
     };
@@ -141,16 +130,7 @@ fn first_failing(module: &Module, fails: &dyn Fn(&Module) -> bool) -> Option<Spa
         let middle = low + (high - low) / 2;
         if passes_from(middle) { low = middle } else { high = middle }
     }
-    let (home, handle, _) = suspects.get(low)?;
-    Some(arena(module, *home)?.get_span(*handle))
-}
-
-fn arena(module: &Module, home: Home) -> Option<&Arena<Expression>> {
-    match home {
-        Home::Module => Some(&module.global_expressions),
-        Home::Function(function) => Some(&module.functions[function].expressions),
-        Home::EntryPoint(at) => module.entry_points.get(at).map(|each| &each.function.expressions),
-    }
+    suspects.get(low).map(|(.., span)| *span)
 }
 
 /// An expression of the same type that cannot fail by itself.

@@ -59,21 +59,12 @@ pub(crate) struct Ground<'a> {
 }
 
 /// The effect of a cause in one template.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Effect {
-    pub(crate) template: String,
-    pub(crate) variants: usize,
-    pub(crate) of_variants: usize,
-    pub(crate) configurations: Count,
-    pub(crate) provocation: AxisValues,
+struct Effect {
+    extent: Extent,
+    /// Whether not all profiles show it.
+    is_of_some_profiles: bool,
     /// The portion of the provocation that no caller may combine.
-    pub(crate) assumed: Vec<String>,
-    /// The values of overrides that belong to the provocation.
-    pub(crate) overrides: AxisValues,
-    /// The profiles that show it, if not all do.
-    pub(crate) profiles: Option<BTreeSet<String>>,
-    /// All profiles that were checked.
-    pub(crate) all_profiles: BTreeSet<String>,
+    assumed: Vec<String>,
 }
 
 /// Causes by what makes them one: code, place and message.
@@ -123,65 +114,42 @@ impl Causes {
                 if max > amount {
                     diagnostic = diagnostic.related(Place::Nowhere, format!("up to {max} in other variants"));
                 }
-                let said = |effect: &&Effect| {
-                    effect.of_variants > 1 || effect.profiles.is_some() || !effect.overrides.is_empty()
-                };
-                for effect in effects.iter().filter(said) {
-                    diagnostic = diagnostic.related(Place::Nowhere, effect.describe());
-                    for note in effect.assumed.iter().filter(|_| effect.variants < effect.of_variants) {
-                        diagnostic = diagnostic.related(Place::Nowhere, note);
+                for effect in effects {
+                    let Effect { extent, is_of_some_profiles, assumed } = effect;
+                    if extent.of_variants > 1 || is_of_some_profiles || !extent.provoked_by.is_empty() {
+                        let text = describe_extent(&extent, is_of_some_profiles);
+                        diagnostic = diagnostic.related(Place::Nowhere, text);
+                        for note in assumed.iter().filter(|_| extent.variants < extent.of_variants) {
+                            diagnostic = diagnostic.related(Place::Nowhere, note);
+                        }
                     }
+                    diagnostic.extent.push(extent);
                 }
-                diagnostic.extent = effects.into_iter().map(Effect::extent).collect();
                 diagnostic
             })
             .collect()
     }
 }
 
-impl Effect {
-    fn describe(&self) -> String {
-        let mut text = format!(
-            "in {} of {} variants of \"{}\" ({} configuration{})",
-            self.variants,
-            self.of_variants,
-            self.template,
-            self.configurations,
-            if self.configurations.number == 1 { "" } else { "s" }
-        );
-        let provoked = self.provoked_by();
-        if !provoked.is_empty() {
-            text.push_str(&format!(", provoked by {}", describe(&provoked)));
-        } else if self.variants == self.of_variants {
-            text.push_str(", whatever the axes");
-        }
-        if let Some(profiles) = &self.profiles {
-            let names: Vec<&str> = profiles.iter().map(String::as_str).collect();
-            text.push_str(&format!(", only for {}", names.join(", ")));
-        }
-        text
+fn describe_extent(extent: &Extent, is_of_some_profiles: bool) -> String {
+    let mut text = format!(
+        "in {} of {} variants of \"{}\" ({} configuration{})",
+        extent.variants,
+        extent.of_variants,
+        extent.template,
+        extent.configurations,
+        if extent.configurations.number == 1 { "" } else { "s" }
+    );
+    if !extent.provoked_by.is_empty() {
+        text.push_str(&format!(", provoked by {}", describe(&extent.provoked_by)));
+    } else if extent.variants == extent.of_variants {
+        text.push_str(", whatever the axes");
     }
-}
-
-impl Effect {
-    fn provoked_by(&self) -> AxisValues {
-        let mut values = self.overrides.clone();
-        if self.variants != self.of_variants {
-            values.extend(self.provocation.clone());
-        }
-        values
+    if is_of_some_profiles {
+        let names: Vec<&str> = extent.profiles.iter().map(String::as_str).collect();
+        text.push_str(&format!(", only for {}", names.join(", ")));
     }
-
-    fn extent(self) -> Extent {
-        Extent {
-            provoked_by: self.provoked_by(),
-            template: self.template,
-            variants: self.variants,
-            of_variants: self.of_variants,
-            configurations: self.configurations,
-            profiles: self.profiles.unwrap_or(self.all_profiles),
-        }
-    }
+    text
 }
 
 /// A message without its numbers.
@@ -196,7 +164,6 @@ fn weigh(ground: &Ground<'_>, failure: &Failure) -> Effect {
         decided.extend(failure.overrides.clone());
         configurations = configurations.plus(ground.space.count(&decided));
     }
-    let some = !failure.profiles.is_empty() && failure.profiles != ground.profiles;
     let provocation = provocation(ground, &failure.leaves);
     let note = |(axis, yielded): (&String, &String)| {
         provocation.contains_key(axis).then(|| {
@@ -205,17 +172,22 @@ fn weigh(ground: &Ground<'_>, failure: &Failure) -> Effect {
             )
         })
     };
-    Effect {
-        assumed: ground.assumed.iter().filter_map(note).collect(),
-        template: ground.template.to_owned(),
-        variants: failure.leaves.len(),
-        of_variants: ground.leaves.len(),
-        configurations,
-        provocation,
-        overrides: failure.overrides.clone(),
-        profiles: some.then(|| failure.profiles.clone()),
-        all_profiles: ground.profiles.clone(),
+    let assumed = ground.assumed.iter().filter_map(note).collect();
+    let profiles = if failure.profiles.is_empty() { &ground.profiles } else { &failure.profiles };
+    let (variants, of_variants) = (failure.leaves.len(), ground.leaves.len());
+    let mut provoked_by = failure.overrides.clone();
+    if variants != of_variants {
+        provoked_by.extend(provocation);
     }
+    let extent = Extent {
+        template: ground.template.to_owned(),
+        variants,
+        of_variants,
+        configurations,
+        provoked_by,
+        profiles: profiles.clone(),
+    };
+    Effect { extent, is_of_some_profiles: *profiles != ground.profiles, assumed }
 }
 
 /// An inclusion-minimal set of values that provokes the failure of `failing`.

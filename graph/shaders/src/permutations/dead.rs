@@ -10,8 +10,6 @@ use super::explore::{Exploration, Explorer};
 use super::request::{Request, space_of};
 use crate::axes::AxisMode;
 use crate::diagnostic::{AxisValue, Diagnostic};
-use crate::markers::MarkedTemplates;
-use crate::render::Placement;
 use crate::scan::{Piece, TagKind};
 use crate::source::{FileId, Span};
 use crate::text_map::Origin;
@@ -37,14 +35,13 @@ pub(super) struct Examined<'a> {
 /// that cannot be rendered in some configuration, or that has more than 1,024 paths, nothing is said. `shared` are files
 /// that other templates use as well.
 pub fn dead(templates: &TemplateSet, names: &BTreeSet<String>, shared: &BTreeSet<FileId>) -> Vec<Diagnostic> {
-    let placement = Placement::new(templates);
     let mut explored = Vec::new();
     for name in names {
         let (Ok(space), Some(axes)) = (space_of(templates, &Request::all(name, &[])), templates.axes(name))
         else {
             return Vec::new();
         };
-        let mut explorer = Explorer::new(templates, &placement, name, &Arc::new(space), true);
+        let mut explorer = Explorer::new(templates, name, &Arc::new(space), true);
         if !explorer.take_all(MAX_LOOKED_AT) {
             return Vec::new();
         }
@@ -57,24 +54,20 @@ pub fn dead(templates: &TemplateSet, names: &BTreeSet<String>, shared: &BTreeSet
         let dead_axes = axes.iter().filter(is_dead).map(|axis| axis.name.clone()).collect();
         explored.push((name, exploration, dead_axes));
     }
-    let examined: Vec<Examined<'_>> = explored
-        .iter()
-        .map(|(template, exploration, dead_axes): &(_, _, Vec<String>)| Examined {
-            template,
-            exploration,
-            dead_axes: Some(dead_axes.clone()),
-        })
-        .collect();
-    diagnostics(templates, &placement, &examined, shared, &mut Marked(&mut None))
+    let examined = explored.iter().map(|(template, exploration, dead_axes): &(_, _, Vec<String>)| Examined {
+        template,
+        exploration,
+        dead_axes: Some(dead_axes.clone()),
+    });
+    let examined: Vec<Examined<'_>> = examined.collect();
+    diagnostics(templates, &examined, shared)
 }
 
 /// The diagnostics about axes without effect and text in no variant.
 pub(super) fn diagnostics(
     templates: &TemplateSet,
-    placement: &Placement<'_>,
     examined: &[Examined<'_>],
     shared: &BTreeSet<FileId>,
-    marked: &mut Marked<'_>,
 ) -> Vec<Diagnostic> {
     let sound =
         |each: &Examined<'_>| each.exploration.failures.is_empty() && each.exploration.diagnostics.is_empty();
@@ -97,7 +90,7 @@ pub(super) fn diagnostics(
     }
     let mut coverage = Coverage::without(shared);
     for each in examined {
-        coverage.add(templates, each.template, each.exploration, placement, marked);
+        coverage.add(templates, each.template, each.exploration);
     }
     if examined.iter().all(sound) {
         diagnostics.extend(coverage.dead(templates).into_iter().map(|span| {
@@ -176,22 +169,15 @@ impl<'s> Coverage<'s> {
     }
 
     /// Adds the text of one template's paths.
-    fn add(
-        &mut self,
-        set: &TemplateSet,
-        template: &str,
-        exploration: &Exploration,
-        placement: &Placement<'_>,
-        marked: &mut Marked<'_>,
-    ) {
+    fn add(&mut self, set: &TemplateSet, template: &str, exploration: &Exploration) {
         self.written.extend(&exploration.literals);
         if self.dead(set).is_empty() {
             return;
         }
         for leaf in exploration.leaves.iter().take(MAX_MARKED) {
-            let text = leaf.text.and_then(|at| exploration.source(set, placement, template, at));
+            let text = leaf.text.and_then(|at| exploration.source(set, template, at));
             let Some(text) = text else { continue };
-            let Some(found) = marked.get(set).map(template, &leaf.decided, &text.wgsl) else { continue };
+            let Some(found) = set.marked().map(template, &leaf.decided, &text.wgsl) else { continue };
             let before = self.written.len();
             for segment in &found.map.segments {
                 if let Some(Origin::Literal(file, offset)) = segment.origin {
@@ -242,14 +228,5 @@ impl<'s> Coverage<'s> {
             dead.extend(run);
         }
         dead
-    }
-}
-
-/// Marked templates, made when first wanted.
-pub(super) struct Marked<'m>(pub(super) &'m mut Option<MarkedTemplates>);
-
-impl Marked<'_> {
-    pub(super) fn get(&mut self, set: &TemplateSet) -> &MarkedTemplates {
-        self.0.get_or_insert_with(|| MarkedTemplates::new(set))
     }
 }

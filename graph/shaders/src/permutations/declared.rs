@@ -16,7 +16,6 @@ use naga::{Module, TypeInner};
 use super::Space;
 use super::explore::Explorer;
 use crate::diagnostic::AxisValues;
-use crate::render::Placement;
 use crate::{TemplateSet, wgsl};
 
 /// The values with which some variant of a template in which these axes are `fixed` declares a binding, with a member of
@@ -33,8 +32,7 @@ pub fn declares(
         fixed.iter().map(|(name, value)| (name.clone(), vec![value.clone()])).collect();
     wgsl::with_stack(|| {
         let space = Arc::new(Space::new(axes, &allowed));
-        let placement = Placement::new(templates);
-        let mut explorer = Explorer::new(templates, &placement, template, &space, false).nearest_first();
+        let mut explorer = Explorer::new(templates, template, &space, false).nearest_first();
         while let Some(source) = explorer.next_text() {
             if source.wgsl.contains(member.unwrap_or(binding))
                 && wgsl::parse(&source.wgsl).map_or(true, |module| has(&module, binding, member))

@@ -19,7 +19,7 @@ use crate::diagnostic::AxisValue;
 pub(super) struct Diagram {
     pub(super) layers: Vec<Layer>,
     pub(super) clauses: usize,
-    axes: BTreeSet<String>,
+    pub(super) axes: BTreeSet<String>,
 }
 
 #[derive(Clone, Debug)]
@@ -37,24 +37,16 @@ impl Diagram {
         let order = order(&clauses);
         let layers = order.iter().enumerate().map(|(position, axis)| {
             let of_clause = |(at, clause): (usize, &Clause)| {
-                let here: Vec<Condition> =
-                    clause.0.iter().filter(|each| each.axis == *axis).cloned().collect();
-                let last = clause.0.iter().all(|each| !order[position + 1..].contains(&each.axis.as_str()));
+                let here: Vec<Condition> = clause.iter().filter(|each| each.axis == *axis).cloned().collect();
+                let last = clause.iter().all(|each| !order[position + 1..].contains(&each.axis.as_str()));
                 (!here.is_empty()).then_some((at, here, last))
             };
             let clauses: Vec<_> = clauses.iter().enumerate().filter_map(of_clause).collect();
             let named = clauses.iter().flat_map(|(_, here, _)| here).map(|each| each.value.clone()).collect();
             Layer { axis: (*axis).to_owned(), named, clauses }
         });
-        Self {
-            layers: layers.collect(),
-            clauses: clauses.len(),
-            axes: order.iter().map(|axis| (*axis).to_owned()).collect(),
-        }
-    }
-
-    pub(super) fn names(&self, axis: &str) -> bool {
-        self.axes.contains(axis)
+        let axes = order.iter().map(|axis| (*axis).to_owned()).collect();
+        Self { layers: layers.collect(), clauses: clauses.len(), axes }
     }
 }
 
@@ -63,7 +55,7 @@ fn order(clauses: &[Clause]) -> Vec<&str> {
     // The first axis of the group that each axis is known to be in.
     let mut groups: BTreeMap<&str, &str> = BTreeMap::new();
     for clause in clauses {
-        let axes: BTreeSet<&str> = clause.0.iter().map(|condition| condition.axis.as_str()).collect();
+        let axes: BTreeSet<&str> = clause.iter().map(|condition| condition.axis.as_str()).collect();
         let joined: BTreeSet<&str> = axes.iter().map(|axis| *groups.get(axis).unwrap_or(axis)).collect();
         let Some(first) = joined.first().copied() else { continue };
         groups.values_mut().filter(|group| joined.contains(*group)).for_each(|group| *group = first);
@@ -75,8 +67,7 @@ fn order(clauses: &[Clause]) -> Vec<&str> {
 }
 
 /// A disjunction of conditions.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Clause(Vec<Condition>);
+type Clause = Vec<Condition>;
 
 impl Layer {
     /// The clauses satisfied once the axis has this value; `None` if a clause can no longer be.
@@ -120,21 +111,15 @@ fn clauses(constraints: &[Constraint]) -> Vec<Clause> {
     for constraint in constraints {
         match &constraint.rule {
             Rule::Requires { when, all } => {
-                clauses.extend(
-                    all.iter().map(|each| Clause(when.iter().map(not).chain([each.clone()]).collect())),
-                );
+                clauses.extend(all.iter().map(|each| when.iter().map(not).chain([each.clone()]).collect()));
             }
             Rule::Excludes { when, none } => {
-                clauses.extend(
-                    none.iter().map(|each| Clause(when.iter().map(not).chain([not(each)]).collect())),
-                );
+                clauses.extend(none.iter().map(|each| when.iter().map(not).chain([not(each)]).collect()));
             }
             Rule::OneOf(conditions) => {
-                clauses.insert(Clause(conditions.clone()));
+                clauses.insert(conditions.clone());
                 for (at, first) in conditions.iter().enumerate() {
-                    clauses.extend(
-                        conditions[at + 1..].iter().map(|second| Clause(vec![not(first), not(second)])),
-                    );
+                    clauses.extend(conditions[at + 1..].iter().map(|second| vec![not(first), not(second)]));
                 }
             }
         }

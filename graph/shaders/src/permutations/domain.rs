@@ -1,5 +1,6 @@
 //! The values that an axis may still have.
 
+use crate::axes::AxisKind;
 use crate::diagnostic::AxisValue;
 
 /// The values that an axis may still have.
@@ -12,6 +13,17 @@ pub(crate) enum Domain {
 }
 
 impl Domain {
+    /// All values of an axis.
+    pub(crate) fn of(kind: &AxisKind) -> Self {
+        match kind {
+            AxisKind::Bool => Self::Values(vec![false.into(), true.into()]),
+            AxisKind::Enum(names) | AxisKind::TextureFormat(names) => {
+                Self::Values(names.iter().cloned().map(AxisValue::Name).collect())
+            }
+            AxisKind::Integer { min, max } => Self::Range(*min, *max),
+        }
+    }
+
     pub(crate) fn count(&self) -> u64 {
         match self {
             Domain::Range(min, max) if min > max => 0,

@@ -14,7 +14,7 @@
 //! the exploration says that it is incomplete, and of which axes.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet, VecDeque};
+use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use minijinja::value::{Object, Value};
@@ -24,9 +24,9 @@ use super::space::Space;
 use crate::axes::AxisKind;
 use crate::diagnostic::{AxisValues, Diagnostic, Place};
 use crate::guard;
-use crate::render::{self, Placement, to_template_value};
+use crate::render::{self, Source, to_template_value};
 use crate::source::FileId;
-use crate::text_map::{Origin, Segment, TextMap};
+use crate::text_map::{Origin, Segment};
 use crate::{TemplateSet, codes};
 
 /// The maximum number of paths through one template.
@@ -45,13 +45,6 @@ pub(crate) struct Leaf {
     pub(crate) decided: Arc<AxisValues>,
     /// The text, by index, or none where the template could not be rendered.
     pub(crate) text: Option<usize>,
-}
-
-/// A generated text with its map.
-#[derive(Clone, Debug)]
-pub(crate) struct Source {
-    pub(crate) wgsl: String,
-    pub(crate) map: TextMap,
 }
 
 /// A distinct text.
@@ -93,17 +86,9 @@ impl Exploration {
     }
 
     /// A text once more.
-    pub(crate) fn source(
-        &self,
-        set: &TemplateSet,
-        placement: &Placement<'_>,
-        template: &str,
-        text: usize,
-    ) -> Option<Source> {
+    pub(crate) fn source(&self, set: &TemplateSet, template: &str, text: usize) -> Option<Source> {
         let leaf = self.leaves.get(self.texts.get(text)?.leaf)?;
-        let context = render::fixed_context(&leaf.decided);
-        let (wgsl, map) = render::render_with(set, placement, template, context).ok()?;
-        Some(Source { wgsl, map })
+        render::render_fixed(set, template, &leaf.decided)
     }
 
     fn is_full(&self) -> bool {
@@ -121,7 +106,6 @@ struct Pending {
 /// An exploration on its way.
 pub(crate) struct Explorer<'a> {
     set: &'a TemplateSet,
-    placement: &'a Placement<'a>,
     template: &'a str,
     space: Arc<Space>,
     /// Whether a note is taken of the literal text that paths write.
@@ -136,16 +120,9 @@ pub(crate) struct Explorer<'a> {
 }
 
 impl<'a> Explorer<'a> {
-    pub(crate) fn new(
-        set: &'a TemplateSet,
-        placement: &'a Placement<'a>,
-        template: &'a str,
-        space: &Arc<Space>,
-        track: bool,
-    ) -> Self {
+    pub(crate) fn new(set: &'a TemplateSet, template: &'a str, space: &Arc<Space>, track: bool) -> Self {
         Self {
             set,
-            placement,
             template,
             space: space.clone(),
             track,
@@ -194,30 +171,33 @@ impl<'a> Explorer<'a> {
     /// Renders the path that begins with these values; the text, if it is a new one.
     fn take_path(&mut self, start: AxisValues) -> Option<Source> {
         let before = start.clone();
-        let fork =
-            Arc::new(Fork { space: self.space.clone(), state: Mutex::new(State::starting_with(start)) });
+        let fork = Arc::new(Fork {
+            space: self.space.clone(),
+            state: Mutex::new(State { decided: start, ..State::default() }),
+        });
         let context = Value::from_dyn_object(fork.clone());
-        let result = render::render_with(self.set, self.placement, self.template, context);
+        let result = render::render_with(self.set, self.template, context);
         let state = std::mem::take(&mut *fork.state.lock().unwrap_or_else(PoisonError::into_inner));
         self.unknown.extend(state.unknown);
         let exploration = &mut self.exploration;
         let leaf = exploration.leaves.len();
         let mut new = None;
         let text = match result {
-            Ok((wgsl, map)) => {
+            Ok(source) => {
                 if self.track {
                     let literal = |segment: &Segment| match segment.origin {
                         Some(Origin::Literal(file, offset)) => Some((file, offset)),
                         _ => None,
                     };
-                    exploration.literals.extend(map.segments.iter().filter_map(literal));
+                    exploration.literals.extend(source.map.segments.iter().filter_map(literal));
                 }
-                let hash = *blake3::hash(wgsl.as_bytes()).as_bytes();
+                let hash = *blake3::hash(source.wgsl.as_bytes()).as_bytes();
                 let known = *self.by_hash.entry(hash).or_insert(exploration.texts.len());
                 if known == exploration.texts.len() {
-                    exploration.bytes += wgsl.len();
-                    exploration.texts.push(Text { hash, bytes: wgsl.len(), leaf, leaves: Vec::new() });
-                    new = Some(Source { wgsl, map });
+                    let bytes = source.wgsl.len();
+                    exploration.bytes += bytes;
+                    exploration.texts.push(Text { hash, bytes, leaf, leaves: Vec::new() });
+                    new = Some(source);
                 }
                 if let Some(text) = exploration.texts.get_mut(known) {
                     text.leaves.push(leaf);
@@ -270,7 +250,56 @@ impl<'a> Explorer<'a> {
 
     /// The outcome.
     pub(crate) fn finish(self) -> Exploration {
-        finish(self.set, self.template, &self.space, self.exploration, &self.unknown)
+        let Self { set, template, space, mut exploration, unknown, .. } = self;
+        let undeclared = render::undeclared_names(set, template, &unknown);
+        if !undeclared.is_empty() {
+            // What the undefined value breaks further on is no diagnostic of its own.
+            exploration.failures.retain(|(_, diagnostic)| {
+                diagnostic.code != codes::UNDECLARED_NAME
+                    && !diagnostic.message.contains("undefined")
+                    && !render::calls_one_of(&undeclared, diagnostic)
+            });
+            exploration.diagnostics.extend(undeclared);
+        }
+        let axes = set.axes(template);
+        for name in &exploration.read {
+            let Some(axis) = axes.and_then(|axes| axes.get(name)) else { continue };
+            let count = space.variable(name).map_or(0, Domain::count);
+            if count > MAX_VALUES {
+                exploration.complete = false;
+                exploration.partial.insert(name.clone());
+                let message = format!(
+                    "the text of \"{template}\" depends on \"{name}\", and of its {count} values only the first, the default and the last are proven"
+                );
+                let help = match axis.kind {
+                    AxisKind::Integer { .. } => {
+                        "narrow its range, and that of a parameter that it follows; write \"prove\": \"ends\" if it is only a \
+                         size, or \"as\": \"override\" if the WGSL can read it; --set proves one value"
+                    }
+                    _ => "declare fewer values; --set proves one of them",
+                };
+                let limit = format!("up to {MAX_VALUES} values of an axis are all proven");
+                exploration.diagnostics.push(
+                    Diagnostic::error(codes::PATHS_LIMIT, axis.span, message)
+                        .related(Place::Nowhere, limit)
+                        .help(help),
+                );
+            }
+        }
+        if exploration.is_full() && !exploration.complete {
+            exploration.partial = exploration.read.clone();
+            let (paths, texts) = (exploration.leaves.len(), exploration.texts.len());
+            let message = format!(
+                "\"{template}\" has more than {paths} paths with {texts} texts; the others are not proven"
+            );
+            if let Some(file) = set.file(template) {
+                let place = crate::source::Span::new(file, 0..0);
+                exploration.diagnostics.push(Diagnostic::error(codes::PATHS_LIMIT, place, message).help(
+                    "declare constraints between its axes, or make those that the WGSL can read overrides (\"as\": \"override\")",
+                ));
+            }
+        }
+        exploration
     }
 }
 
@@ -302,64 +331,6 @@ fn narrowed<'d>(space: &Space, axis: &str, domain: &'d Domain) -> Cow<'d, Domain
     Cow::Owned(Domain::Values(chosen.into_iter().collect()))
 }
 
-fn finish(
-    set: &TemplateSet,
-    template: &str,
-    space: &Space,
-    mut exploration: Exploration,
-    unknown: &BTreeSet<String>,
-) -> Exploration {
-    let undeclared = render::undeclared_names(set, template, unknown);
-    if !undeclared.is_empty() {
-        // What the undefined value breaks further on is no diagnostic of its own.
-        exploration.failures.retain(|(_, diagnostic)| {
-            diagnostic.code != codes::UNDECLARED_NAME
-                && !diagnostic.message.contains("undefined")
-                && !render::calls_one_of(&undeclared, diagnostic)
-        });
-        exploration.diagnostics.extend(undeclared);
-    }
-    let axes = set.axes(template);
-    for name in &exploration.read {
-        let Some(axis) = axes.and_then(|axes| axes.get(name)) else { continue };
-        let count = space.variable(name).map_or(0, Domain::count);
-        if count > MAX_VALUES {
-            exploration.complete = false;
-            exploration.partial.insert(name.clone());
-            let message = format!(
-                "the text of \"{template}\" depends on \"{name}\", and of its {count} values only the first, the default and the last are proven"
-            );
-            let help = match axis.kind {
-                AxisKind::Integer { .. } => {
-                    "narrow its range, and that of a parameter that it follows; write \"prove\": \"ends\" if it is only a \
-                     size, or \"as\": \"override\" if the WGSL can read it; --set proves one value"
-                }
-                _ => "declare fewer values; --set proves one of them",
-            };
-            let limit = format!("up to {MAX_VALUES} values of an axis are all proven");
-            exploration.diagnostics.push(
-                Diagnostic::error(codes::PATHS_LIMIT, axis.span, message)
-                    .related(Place::Nowhere, limit)
-                    .help(help),
-            );
-        }
-    }
-    if exploration.is_full() && !exploration.complete {
-        exploration.partial = exploration.read.clone();
-        let (paths, texts) = (exploration.leaves.len(), exploration.texts.len());
-        let message = format!(
-            "\"{template}\" has more than {paths} paths with {texts} texts; the others are not proven"
-        );
-        if let Some(file) = set.file(template) {
-            let place = crate::source::Span::new(file, 0..0);
-            exploration.diagnostics.push(Diagnostic::error(codes::PATHS_LIMIT, place, message).help(
-                "declare constraints between its axes, or make those that the WGSL can read overrides (\"as\": \"override\")",
-            ));
-        }
-    }
-    exploration
-}
-
 /// The context of one rendering: decides axes as they are read.
 #[derive(Debug)]
 struct Fork {
@@ -370,17 +341,9 @@ struct Fork {
 #[derive(Debug, Default)]
 struct State {
     decided: AxisValues,
-    values: BTreeMap<String, Value>,
     /// The axes decided in this rendering, in the order of their reading, with the index of the value taken.
     forks: Vec<(String, u64)>,
     unknown: BTreeSet<String>,
-}
-
-impl State {
-    fn starting_with(decided: AxisValues) -> Self {
-        let values = decided.iter().map(|(name, value)| (name.clone(), to_template_value(value))).collect();
-        Self { decided, values, ..Self::default() }
-    }
 }
 
 impl Object for Fork {
@@ -390,8 +353,8 @@ impl Object for Fork {
 
     fn get_value_by_str(self: &Arc<Self>, key: &str) -> Option<Value> {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(value) = state.values.get(key) {
-            return Some(value.clone());
+        if let Some(value) = state.decided.get(key) {
+            return Some(to_template_value(value));
         }
         if key == guard::GUARD {
             return None;
@@ -404,9 +367,7 @@ impl Object for Fork {
         };
         let domain = narrowed(&self.space, key, domain);
         let taken = first_possible(&self.space, &domain, key, &mut state.decided, 0)?;
-        let value = to_template_value(state.decided.get(key)?);
         state.forks.push((key.to_owned(), taken));
-        state.values.insert(key.to_owned(), value.clone());
-        Some(value)
+        state.decided.get(key).map(to_template_value)
     }
 }

@@ -4,16 +4,13 @@
 //! exactly. Where the place was captured by a macro, a block or a filter, the marked templates give it, with the tags
 //! through which it was written out.
 
-use std::collections::BTreeSet;
-
 use super::cause::Failure;
-use super::dead::Marked;
-use super::explore::Source;
 use super::prove::{Proof, Task};
 use super::validator::{Opinion, Validator};
 use super::{Explored, Proven};
-use crate::diagnostic::{AxisValues, Diagnostic, Place};
-use crate::wgsl_error::{Rejection, Stage};
+use crate::diagnostic::{Diagnostic, Place};
+use crate::render::Source;
+use crate::wgsl_error::Rejection;
 use crate::{TemplateSet, codes, markers};
 
 /// The verdict of each external validator on a text, if naga accepts it.
@@ -37,24 +34,25 @@ pub(super) fn unavailable(proven: &[Proven], validators: &[&dyn Validator]) -> V
     found.map(diagnostic).collect()
 }
 
-/// What naga, the limits and the writers reject, and what is better avoided.
+/// What naga, the limits, the writers and external validators reject, and what is better avoided.
 pub(super) fn rejections(
     templates: &TemplateSet,
     each: &Explored<'_>,
     proven: &[Proven],
-    marked: &mut Marked<'_>,
+    validators: &[&dyn Validator],
 ) -> Vec<Failure> {
+    let every: Vec<usize> = (0..each.request.profiles.len()).collect();
     let mut failures = Vec::new();
     for (text, task) in each.tasks.iter().enumerate() {
-        let Some(Proven { proof, source: Some(source), .. }) = proven.get(*task) else { continue };
-        let every: Vec<usize> = (0..each.request.profiles.len()).collect();
-        let advice = proof.advice.iter().map(|advice| (advice, &every));
-        for (rejection, profiles) in
-            proof.rejections.iter().map(|(rejection, profiles)| (rejection, profiles)).chain(advice)
-        {
+        let Some(Proven { proof, opinions, source: Some(source) }) = proven.get(*task) else { continue };
+        let opinions = opinions.iter().zip(validators);
+        let external: Vec<Rejection> =
+            opinions.filter_map(|(opinion, validator)| disagreement(opinion, *validator, source)).collect();
+        let of_all = proof.advice.iter().chain(&external).map(|rejection| (rejection, &every));
+        for (rejection, profiles) in proof.rejections.iter().map(|(one, some)| (one, some)).chain(of_all) {
             let names = profiles.iter().filter_map(|at| each.request.profiles.get(*at));
             failures.push(Failure {
-                diagnostic: place_rejection(templates, each, text, source, rejection, marked),
+                diagnostic: place_rejection(templates, each, text, source, rejection),
                 leaves: each.exploration.leaves_of(text).iter().copied().collect(),
                 profiles: names.map(|profile| profile.name.clone()).collect(),
                 excess: rejection.excess.clone(),
@@ -65,43 +63,20 @@ pub(super) fn rejections(
     failures
 }
 
-/// The rejections and time-outs of external validators.
-pub(super) fn disagreements(
-    templates: &TemplateSet,
-    each: &Explored<'_>,
-    proven: &[Proven],
-    validators: &[&dyn Validator],
-    marked: &mut Marked<'_>,
-) -> Vec<Failure> {
-    let mut failures = Vec::new();
-    for (text, task) in each.tasks.iter().enumerate() {
-        let Some(Proven { opinions, source: Some(source), .. }) = proven.get(*task) else { continue };
-        for (opinion, validator) in opinions.iter().zip(validators) {
-            let rejection = match opinion {
-                Opinion::Accepts | Opinion::Unavailable(_) => continue,
-                Opinion::Rejects { message, place } => {
-                    let message = format!("{} rejects this: {message}", validator.name());
-                    let range = place
-                        .map(|(line, column)| offset_of(&source.wgsl, line, column))
-                        .map(|at| at..at + 1);
-                    Rejection { range, ..Rejection::new(Stage::External, message, naga::Span::UNDEFINED) }
-                }
-                Opinion::TimedOut => Rejection::new(
-                    Stage::ExternalTimeout,
-                    format!("{} does not come to an end on this template", validator.name()),
-                    naga::Span::UNDEFINED,
-                ),
-            };
-            failures.push(Failure {
-                diagnostic: place_rejection(templates, each, text, source, &rejection, marked),
-                leaves: each.exploration.leaves_of(text).iter().copied().collect(),
-                profiles: BTreeSet::new(),
-                excess: None,
-                overrides: AxisValues::new(),
-            });
+/// The rejection or time-out of an external validator.
+fn disagreement(opinion: &Opinion, validator: &dyn Validator, source: &Source) -> Option<Rejection> {
+    let (code, message, place) = match opinion {
+        Opinion::Accepts | Opinion::Unavailable(_) => return None,
+        Opinion::Rejects { message, place } => {
+            (codes::EXTERNAL_REJECTS, format!("{} rejects this: {message}", validator.name()), *place)
         }
-    }
-    failures
+        Opinion::TimedOut => {
+            let message = format!("{} does not come to an end on this template", validator.name());
+            (codes::EXTERNAL_TIMEOUT, message, None)
+        }
+    };
+    let range = place.map(|(line, column)| offset_of(&source.wgsl, line, column)).map(|at| at..at + 1);
+    Some(Rejection { range, ..Rejection::new(code, message, naga::Span::UNDEFINED) })
 }
 
 fn offset_of(text: &str, line: usize, column: usize) -> usize {
@@ -116,16 +91,11 @@ fn place_rejection(
     text: usize,
     source: &Source,
     rejection: &Rejection,
-    marked: &mut Marked<'_>,
 ) -> Diagnostic {
     let template = &each.request.template;
-    let Some(found) = each.exploration.texts.get(text) else {
-        return templates.unknown(template, Place::Nowhere);
-    };
-    let file = templates.templates.get(template).map(|template| template.file);
-    let Some(file) = file else { return templates.unknown(template, Place::Nowhere) };
+    let Some(file) = templates.file(template) else { return templates.unknown(template, Place::Nowhere) };
     markers::place(rejection, &source.wgsl, &source.map, file, || {
-        let leaf = each.exploration.leaves.get(found.leaf)?;
-        marked.get(templates).map(template, &leaf.decided, &source.wgsl)
+        let leaf = each.exploration.leaves.get(each.exploration.texts.get(text)?.leaf)?;
+        templates.marked().map(template, &leaf.decided, &source.wgsl)
     })
 }

@@ -17,7 +17,7 @@ mod cause;
 mod dead;
 mod declared;
 mod diagram;
-mod domain;
+pub(crate) mod domain;
 mod explore;
 mod failure;
 mod overrides;
@@ -41,13 +41,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use cause::{Causes, Failure, Ground};
-use dead::{Examined, Marked};
-use explore::{Exploration, Explorer, Source};
+use dead::Examined;
+use explore::{Exploration, Explorer};
 use prove::{Proof, Subject, Task};
 use rayon::iter::{ParallelBridge, ParallelIterator};
 pub use space::Space;
 
-use super::render::Placement;
+use super::render::Source;
 use super::{Reflection, TemplateSet, wgsl};
 use crate::diagnostic::{AxisValues, Diagnostic, Diagnostics};
 use crate::source::FileId;
@@ -102,7 +102,6 @@ type TextsByHash = HashMap<[u8; 32], usize>;
 /// diagnostic. Diagnostics are those about requests that cannot be explored.
 fn explore_and_prove<'a>(
     templates: &'a TemplateSet,
-    placement: &Placement<'_>,
     requests: &'a [Request],
     options: &Options<'_>,
 ) -> (Vec<Explored<'a>>, Vec<Diagnostic>, Vec<Proven>) {
@@ -136,8 +135,7 @@ fn explore_and_prove<'a>(
                 (Ok(space), Some(axes)) => {
                     let space = Arc::new(space);
                     let subject = Arc::new(Subject::new(axes, &request.profiles));
-                    let explorer =
-                        Explorer::new(templates, placement, &request.template, &space, options.report_dead);
+                    let explorer = Explorer::new(templates, &request.template, &space, options.report_dead);
                     current = Some(Current { request, space, subject, explorer, tasks: Vec::new() });
                 }
                 (rejected, _) => diagnostics.extend(rejected.err().into_iter().flatten()),
@@ -188,11 +186,9 @@ struct Current<'a, 'p> {
 /// Proves every variant of the requests.
 pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_>) -> Permutations {
     let mut diagnostics = Diagnostics::new();
-    let placement = Placement::new(templates);
-    let (explored, rejected, proven) = explore_and_prove(templates, &placement, requests, options);
+    let (explored, rejected, proven) = explore_and_prove(templates, requests, options);
     diagnostics.extend(rejected);
 
-    let mut marked = None;
     let mut causes = Causes::default();
     let mut reports = Vec::new();
     for each in &explored {
@@ -208,35 +204,25 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
         let broken = |diagnostic: &Diagnostic| {
             templates.templates.values().any(|each| each.broken.as_ref() == Some(diagnostic))
         };
-        let failed = each.exploration.failures.iter();
-        diagnostics.extend(
-            failed
-                .clone()
-                .filter(|(_, diagnostic)| broken(diagnostic))
-                .map(|(_, diagnostic)| diagnostic.clone()),
-        );
-        let mut failures: Vec<Failure> = failed
-            .filter(|(_, diagnostic)| !broken(diagnostic))
-            .map(|(leaf, diagnostic)| Failure {
-                diagnostic: diagnostic.clone(),
-                leaves: [*leaf].into(),
-                profiles: BTreeSet::new(),
-                excess: None,
-                overrides: AxisValues::new(),
-            })
-            .collect();
-        failures.extend(failure::rejections(templates, each, &proven, &mut Marked(&mut marked)));
-        failures.extend(failure::disagreements(
-            templates,
-            each,
-            &proven,
-            options.external,
-            &mut Marked(&mut marked),
-        ));
+        let mut failures = Vec::new();
+        for (leaf, diagnostic) in &each.exploration.failures {
+            if broken(diagnostic) {
+                diagnostics.push(diagnostic.clone());
+            } else {
+                failures.push(Failure {
+                    diagnostic: diagnostic.clone(),
+                    leaves: [*leaf].into(),
+                    profiles: BTreeSet::new(),
+                    excess: None,
+                    overrides: AxisValues::new(),
+                });
+            }
+        }
+        failures.extend(failure::rejections(templates, each, &proven, options.external));
         causes.add(&ground, failures);
-        reports.push(summary::report_on(templates, &placement, each, &proven));
+        reports.push(summary::report_on(templates, each, &proven));
     }
-    diagnostics.extend(agree::disagreements(templates, &placement, &explored, &reports));
+    diagnostics.extend(agree::disagreements(templates, &explored, &reports));
     diagnostics.extend(failure::unavailable(&proven, options.external));
     diagnostics.extend(causes.diagnostics());
     if options.report_dead {
@@ -246,13 +232,7 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
             dead_axes: report.variants.iter().all(|variant| variant.valid).then(|| report.dead_axes.clone()),
         });
         let examined: Vec<Examined<'_>> = examined.collect();
-        diagnostics.extend(dead::diagnostics(
-            templates,
-            &placement,
-            &examined,
-            &options.shared,
-            &mut Marked(&mut marked),
-        ));
+        diagnostics.extend(dead::diagnostics(templates, &examined, &options.shared));
     }
     diagnostics.sort();
     Permutations { diagnostics, templates: reports, proven: proven.len() }

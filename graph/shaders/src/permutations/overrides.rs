@@ -7,13 +7,12 @@
 //! where it can see every use.
 
 use naga::back::PipelineConstants;
-use naga::{
-    Arena, ArraySize, BinaryOperator, Expression, Handle, Module, SampleLevel, TypeInner, UnaryOperator,
-};
+use naga::{Arena, ArraySize, BinaryOperator, Expression, Module, TypeInner, UnaryOperator};
 
 use crate::axes::{Axes, AxisKind, AxisMode};
 use crate::compile;
 use crate::diagnostic::{AxisValue, AxisValues};
+use crate::ir;
 use crate::wgsl_error::Rejection;
 
 /// Values of all override axes, and the constants that they are in a module.
@@ -72,14 +71,12 @@ fn values_matter(module: &Module) -> bool {
                 | TypeInner::BindingArray { size: ArraySize::Pending(_), .. }
         )
     });
-    let entry_points = || module.entry_points.iter();
-    let dispatched = entry_points()
-        .any(|entry_point| entry_point.workgroup_size_overrides.is_some() || entry_point.mesh_info.is_some());
+    let mut entry_points = module.entry_points.iter();
+    let dispatched =
+        entry_points.any(|entry| entry.workgroup_size_overrides.is_some() || entry.mesh_info.is_some());
     // Initial values of variables and of other overrides.
     let initial = module.global_expressions.iter().any(|(_, each)| matches!(each, Expression::Override(_)));
-    let functions = module.functions.iter().map(|(_, function)| function);
-    let functions = functions.chain(entry_points().map(|entry_point| &entry_point.function));
-    sized || dispatched || initial || { functions }.any(|function| evaluates(&function.expressions))
+    sized || dispatched || initial || ir::functions(module).any(|each| evaluates(&each.expressions))
 }
 
 /// Whether something is evaluated from overrides that could fail, or that is not known to be harmless.
@@ -92,8 +89,8 @@ fn evaluates(expressions: &Arena<Expression>) -> bool {
     for (_, expression) in expressions.iter() {
         let is_made = match expression {
             Expression::Override(_) => true,
-            _ => match uses(expression, &|operand| made.get(operand.index()).copied().unwrap_or(true)) {
-                Some(used) => used,
+            _ => match ir::operands(expression) {
+                Some(mut all) => all.any(|one| made.get(one.index()).copied().unwrap_or(true)),
                 None => return true,
             },
         };
@@ -123,53 +120,6 @@ fn compares(operator: BinaryOperator) -> bool {
             | B::LogicalAnd
             | B::LogicalOr
     )
-}
-
-/// Whether an expression has an operand of a kind; `None` where its operands are not known.
-fn uses(expression: &Expression, is: &dyn Fn(Handle<Expression>) -> bool) -> Option<bool> {
-    let maybe = |operand: &Option<Handle<Expression>>| operand.is_some_and(is);
-    Some(match expression {
-        Expression::Literal(_)
-        | Expression::Constant(_)
-        | Expression::ZeroValue(_)
-        | Expression::FunctionArgument(_)
-        | Expression::GlobalVariable(_)
-        | Expression::LocalVariable(_)
-        | Expression::CallResult(_)
-        | Expression::AtomicResult { .. }
-        | Expression::WorkGroupUniformLoadResult { .. } => false,
-        Expression::Compose { components, .. } => components.iter().copied().any(is),
-        Expression::Access { base, index } => is(*base) || is(*index),
-        Expression::AccessIndex { base: only, .. }
-        | Expression::Splat { value: only, .. }
-        | Expression::Swizzle { vector: only, .. }
-        | Expression::Load { pointer: only }
-        | Expression::Unary { expr: only, .. }
-        | Expression::Derivative { expr: only, .. }
-        | Expression::Relational { argument: only, .. }
-        | Expression::As { expr: only, .. }
-        | Expression::ArrayLength(only) => is(*only),
-        Expression::Binary { left, right, .. } => is(*left) || is(*right),
-        Expression::Select { condition, accept, reject } => is(*condition) || is(*accept) || is(*reject),
-        Expression::Math { arg, arg1, arg2, arg3, .. } => {
-            is(*arg) || maybe(arg1) || maybe(arg2) || maybe(arg3)
-        }
-        Expression::ImageSample {
-            image, sampler, coordinate, array_index, offset, level, depth_ref, ..
-        } => {
-            let level = match level {
-                SampleLevel::Auto | SampleLevel::Zero => false,
-                SampleLevel::Exact(level) | SampleLevel::Bias(level) => is(*level),
-                SampleLevel::Gradient { x, y } => is(*x) || is(*y),
-            };
-            let required = is(*image) || is(*sampler) || is(*coordinate);
-            required || level || maybe(array_index) || maybe(offset) || maybe(depth_ref)
-        }
-        Expression::ImageLoad { image, coordinate, array_index, sample, level } => {
-            is(*image) || is(*coordinate) || maybe(array_index) || maybe(sample) || maybe(level)
-        }
-        _ => return None,
-    })
 }
 
 #[cfg(test)]

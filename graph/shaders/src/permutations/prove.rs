@@ -6,12 +6,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::blame::{self, blame};
-use super::explore::Source;
 use super::overrides;
 use crate::axes::Axes;
 use crate::diagnostic::AxisValues;
 use crate::profile::{TargetLanguage, TargetProfile};
 use crate::reflection::{self, Reflection};
+use crate::render::Source;
 use crate::wgsl::Resolved;
 use crate::wgsl_error::Rejection;
 use crate::{backend, compile, limits, stages, uniform_branches, wgsl};

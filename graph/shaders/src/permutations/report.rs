@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::TemplateSet;
 use crate::diagnostic::{AxisValue, AxisValues, Count, Diagnostics};
 use crate::reflection::{Binding, Reflection};
-use crate::render::{self, Placement};
+use crate::render;
 
 /// The outcome of a check.
 #[derive(Clone, Debug, Default)]
@@ -107,10 +107,7 @@ impl VariantReport {
 impl TemplateReport {
     /// The text of one of the variants, rendered again: reports of thousands of them do not keep their texts.
     pub fn text(&self, templates: &TemplateSet, variant: &VariantReport) -> Option<String> {
-        let context = render::fixed_context(&variant.axes);
-        render::render_with(templates, &Placement::new(templates), &self.template, context)
-            .ok()
-            .map(|(text, _)| text)
+        render::render_fixed(templates, &self.template, &variant.axes).map(|source| source.wgsl)
     }
 
     /// The largest text.

@@ -6,6 +6,7 @@ use super::space::Space;
 use crate::compile::unknown_axis;
 use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
 use crate::profile::TargetProfile;
+use crate::templates::contradiction;
 use crate::{TemplateSet, codes};
 
 /// A template that is to be proven.
@@ -113,9 +114,5 @@ pub(super) fn space_of(templates: &TemplateSet, request: &Request) -> Result<Spa
     if !fixed.is_empty() {
         message.push_str(&format!(" with {}", describe(&fixed)));
     }
-    let mut diagnostic = Diagnostic::error(codes::CONSTRAINTS_CONTRADICT, place, message);
-    for constraint in &clash {
-        diagnostic = diagnostic.related(constraint.span, constraint.to_string());
-    }
-    Err(vec![diagnostic.help("without any one of these constraints there would be a configuration")])
+    Err(vec![contradiction(&clash, place, message)])
 }

@@ -51,8 +51,7 @@ impl Space {
                     let named = named.into_iter().chain(other).chain(ends).collect::<BTreeSet<_>>();
                     Domain::Values(named.into_iter().filter(|value| axis.kind.contains(value)).collect())
                 }
-                (None, AxisKind::Integer { min, max }) => Domain::Range(*min, *max),
-                (None, kind) => Domain::Values((0..kind.count()).filter_map(|at| kind.value(at)).collect()),
+                (None, kind) => Domain::of(kind),
             };
             (axis.name.clone(), (domain, axis.mode))
         });
@@ -87,23 +86,12 @@ impl Space {
 
     /// The number of configurations that agree with `decided`.
     pub fn count(&self, decided: &AxisValues) -> Count {
-        match self.walk(decided, &self.diagram) {
-            Some(count) => count,
-            None => Count { number: 1, exact: false },
-        }
+        self.walk(decided, &self.diagram).unwrap_or(Count { number: 1, exact: false })
     }
 
     /// Whether some configuration agrees with `decided`.
     pub(crate) fn possible(&self, decided: &AxisValues) -> bool {
-        if self.diagram.clauses == 0 {
-            return decided.iter().all(|(name, value)| self.allows(name, value))
-                && self.axes.values().all(|(domain, _)| domain.count() > 0);
-        }
         self.walk(decided, &self.diagram).is_none_or(|count| count.number > 0)
-    }
-
-    fn allows(&self, name: &str, value: &AxisValue) -> bool {
-        self.axes.get(name).is_some_and(|(domain, _)| domain.contains(value))
     }
 
     /// A smallest set of constraints that leave no configuration; empty if there is one.
@@ -165,7 +153,7 @@ impl Space {
             if number == 0 {
                 return Some(Count::ZERO);
             }
-            if !diagram.names(name) {
+            if !diagram.axes.contains(name) {
                 total = total.times(number);
             }
         }

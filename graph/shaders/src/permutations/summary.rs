@@ -8,16 +8,11 @@ use super::report::{TemplateReport, ValueBytes, VariantReport};
 use super::{Explored, Proven};
 use crate::compile::template_values;
 use crate::diagnostic::{AxisValues, Count};
-use crate::render::{self, Placement};
+use crate::render;
 use crate::{Axes, AxisMode, TemplateSet, interface};
 
 /// The report on one request.
-pub(super) fn report_on(
-    templates: &TemplateSet,
-    placement: &Placement<'_>,
-    each: &Explored<'_>,
-    proven: &[Proven],
-) -> TemplateReport {
+pub(super) fn report_on(templates: &TemplateSet, each: &Explored<'_>, proven: &[Proven]) -> TemplateReport {
     let Explored { request, space, exploration, tasks } = each;
     let mut variants = Vec::new();
     let mut covered = Count::ZERO;
@@ -53,7 +48,7 @@ pub(super) fn report_on(
         covered: Count { exact: covered.exact && exploration.complete, ..covered },
         paths: exploration.leaves.len(),
         dead_axes: dead_axes(templates, each, &variants),
-        bytes_of_values: bytes_of_values(templates, placement, each),
+        bytes_of_values: bytes_of_values(templates, each),
         variants,
         interface,
     }
@@ -81,18 +76,12 @@ fn dead_axes(templates: &TemplateSet, each: &Explored<'_>, variants: &[VariantRe
 }
 
 /// The size that each value of a small axis adds to the text of all defaults.
-fn bytes_of_values(
-    templates: &TemplateSet,
-    placement: &Placement<'_>,
-    each: &Explored<'_>,
-) -> Vec<ValueBytes> {
+fn bytes_of_values(templates: &TemplateSet, each: &Explored<'_>) -> Vec<ValueBytes> {
     const MAX_VALUES: u64 = 16;
     let template = &each.request.template;
     let size = |values: &AxisValues| -> Option<i64> {
         let values = template_values(templates, template, &each.space.complete(values)?);
-        render::render_with(templates, placement, template, render::fixed_context(&values))
-            .ok()
-            .map(|(text, _)| text.len() as i64)
+        render::render_fixed(templates, template, &values).map(|source| source.wgsl.len() as i64)
     };
     let Some(plain) = size(&AxisValues::new()) else { return Vec::new() };
     let mut found = Vec::new();

@@ -8,7 +8,11 @@
 //! cover anything.
 
 use naga::valid::ModuleInfo;
-use naga::{BinaryOperator, BuiltIn, Expression, Function, Handle, Literal, Module, ScalarKind, Statement};
+use naga::{
+    BinaryOperator, Binding, BuiltIn, Expression, Function, Handle, Literal, Module, ScalarKind, Statement,
+};
+
+use crate::ir::{self, Bound};
 
 /// Values, as far as they are needed.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,23 +25,27 @@ enum Value {
 
 /// Whether the fragments of an entry point all write all their samples.
 pub(super) fn keeps_all(module: &Module, info: &ModuleInfo, at: usize) -> bool {
-    let result = module.entry_points[at].function.result.as_ref();
-    !info.get_entry_point(at).may_kill
-        && result.is_none_or(|result| member(module, result, is_mask).is_none())
+    let mut outputs = ir::outputs(module, &module.entry_points[at].function).into_iter();
+    let mask = Binding::BuiltIn(BuiltIn::SampleMask);
+    !info.get_entry_point(at).may_kill && outputs.all(|output| *output.binding != mask)
 }
 
 /// Whether the vertices 0 to 2 of an entry point make a triangle that holds all of clip space.
 pub(super) fn covers(module: &Module, at: usize) -> bool {
     let function = &module.entry_points[at].function;
+    let outputs = ir::outputs(module, function);
+    // Distances to planes of the shader's own clip the triangle.
+    if outputs.iter().any(|output| *output.binding == Binding::BuiltIn(BuiltIn::ClipDistances)) {
+        return false;
+    }
+    let is_position =
+        |output: &Bound<'_>| matches!(output.binding, Binding::BuiltIn(BuiltIn::Position { .. }));
+    let Some(place) = outputs.iter().position(is_position) else { return false };
+    let is_member = outputs[place].owner.is_some();
     let corner = |index: u32| {
-        let result = function.result.as_ref()?;
-        // Distances to planes of the shader's own clip the triangle.
-        if member(module, result, |builtin| matches!(builtin, BuiltIn::ClipDistances)).is_some() {
-            return None;
-        }
-        let place = member(module, result, |builtin| matches!(builtin, BuiltIn::Position { .. }))?;
         let returned = Run { module, function, index }.value(returned(function)?)?;
-        let Value::Composite(values) = returned.at(place)? else { return None };
+        let position = if is_member { returned.at(place)? } else { returned };
+        let Value::Composite(values) = position else { return None };
         match values[..] {
             [Value::Float(x), Value::Float(y), Value::Float(z), Value::Float(w)] => {
                 (w == 1.0 && (0.0..=1.0).contains(&z)).then_some([x, y])
@@ -52,28 +60,6 @@ pub(super) fn covers(module: &Module, at: usize) -> bool {
     let is_inside =
         |p: [f32; 2]| [side(a, b, p), side(b, c, p), side(c, a, p)].iter().all(|s| s * turn >= 0.0);
     turn != 0.0 && [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].into_iter().all(is_inside)
-}
-
-fn is_mask(builtin: BuiltIn) -> bool {
-    matches!(builtin, BuiltIn::SampleMask)
-}
-
-/// Where a built-in stands in a result: `Some(None)` for the result itself.
-#[allow(clippy::option_option)]
-fn member(
-    module: &Module,
-    result: &naga::FunctionResult,
-    is_meant: impl Fn(BuiltIn) -> bool,
-) -> Option<Option<usize>> {
-    let is_it = |binding: Option<&naga::Binding>| match binding {
-        Some(naga::Binding::BuiltIn(builtin)) => is_meant(*builtin),
-        _ => false,
-    };
-    if is_it(result.binding.as_ref()) {
-        return Some(None);
-    }
-    let naga::TypeInner::Struct { members, .. } = &module.types[result.ty].inner else { return None };
-    members.iter().position(|member| is_it(member.binding.as_ref())).map(Some)
 }
 
 /// What a function without control flow returns.
@@ -111,7 +97,7 @@ impl Run<'_> {
             Expression::Literal(Literal::U32(number)) => Value::Uint(number),
             Expression::Constant(handle) => self.constant(self.module.constants[handle].init)?,
             Expression::FunctionArgument(0) => {
-                let index = naga::Binding::BuiltIn(BuiltIn::VertexIndex);
+                let index = Binding::BuiltIn(BuiltIn::VertexIndex);
                 let argument = self.function.arguments.first()?;
                 Value::Uint((argument.binding.as_ref() == Some(&index)).then_some(self.index)?)
             }
@@ -126,10 +112,10 @@ impl Run<'_> {
                 })
             }
             Expression::Splat { size, value: of } => Value::Composite(vec![value(of)?; size as usize]),
-            Expression::AccessIndex { base, index } => value(base)?.at(Some(index as usize))?,
+            Expression::AccessIndex { base, index } => value(base)?.at(index as usize)?,
             Expression::Access { base, index } => match value(index)? {
-                Value::Uint(index) => value(base)?.at(Some(index as usize))?,
-                Value::Sint(index) => value(base)?.at(Some(usize::try_from(index).ok()?))?,
+                Value::Uint(index) => value(base)?.at(index as usize)?,
+                Value::Sint(index) => value(base)?.at(usize::try_from(index).ok()?)?,
                 _ => return None,
             },
             Expression::As { expr, kind, convert: Some(4) } => value(expr)?.convert(kind)?,
@@ -147,11 +133,9 @@ impl Value {
         }
     }
 
-    /// A part of it; itself where nothing is said.
-    fn at(self, place: Option<usize>) -> Option<Self> {
-        match (place, self) {
-            (None, whole) => Some(whole),
-            (Some(at), Value::Composite(mut parts)) => (at < parts.len()).then(|| parts.swap_remove(at)),
+    fn at(self, place: usize) -> Option<Self> {
+        match self {
+            Value::Composite(mut parts) => (place < parts.len()).then(|| parts.swap_remove(place)),
             _ => None,
         }
     }

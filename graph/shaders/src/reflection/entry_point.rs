@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use naga::valid::ModuleInfo;
-use naga::{AddressSpace, Handle, Module, ShaderStage, Type, TypeInner};
+use naga::{AddressSpace, Handle, Module, ShaderStage, TypeInner};
 use wgpu_types::{ShaderStages, VertexFormat};
 
 use super::{Scalar, ScalarKind, coverage};
+use crate::ir;
 
 /// The stage of an entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
@@ -32,11 +33,7 @@ impl Stage {
 
     /// The stage as a set of one.
     pub fn stages(self) -> ShaderStages {
-        match self {
-            Stage::Vertex => ShaderStages::VERTEX,
-            Stage::Fragment => ShaderStages::FRAGMENT,
-            Stage::Compute => ShaderStages::COMPUTE,
-        }
+        wgpu_naga_bridge::map_naga_stage(self.to_naga())
     }
 
     /// naga's stage.
@@ -147,29 +144,28 @@ fn entry_point(module: &Module, info: &ModuleInfo, sizes: &WorkgroupSizes, at: u
         .filter_map(|pair| Some((place(pair.image)?, place(pair.sampler)?)))
         .collect();
     sampling_pairs.sort_unstable();
-    let mut arguments = Vec::new();
-    for argument in &entry_point.function.arguments {
-        locations(module, argument.ty, argument.binding.as_ref(), argument.name.as_deref(), &mut arguments);
-    }
-    let mut results = Vec::new();
-    if let Some(result) = &entry_point.function.result {
-        locations(module, result.ty, result.binding.as_ref(), None, &mut results);
-    }
-    let has_second_source = results.iter().any(|found| matches!(found.place, Place::SecondSource));
-    let writes_depth = results.iter().any(|found| matches!(found.place, Place::FragDepth));
+    let arguments = ir::inputs(module, &entry_point.function);
+    let results = ir::outputs(module, &entry_point.function);
+    let has_second_source = results
+        .iter()
+        .any(|result| matches!(result.binding, naga::Binding::Location { blend_src: Some(1), .. }));
+    let depth = naga::Binding::BuiltIn(naga::BuiltIn::FragDepth);
+    let writes_depth = results.iter().any(|result| *result.binding == depth);
     let covers = match stage {
         Stage::Vertex => coverage::covers(module, at),
         Stage::Fragment => coverage::keeps_all(module, info, at),
         Stage::Compute => false,
     };
+    let (arguments, results) = (located(module, &arguments), located(module, &results));
+    let places = |variables: &[Located<'_>]| variables.iter().map(|variable| variable.location).collect();
     let (inputs, outputs, varyings) = match stage {
-        Stage::Vertex => (arguments.iter().filter_map(Found::input).collect(), Vec::new(), places(&results)),
-        Stage::Fragment => {
-            (Vec::new(), results.iter().filter_map(Found::output).collect(), places(&arguments))
+        Stage::Vertex => {
+            (arguments.iter().filter_map(Located::input).collect(), Vec::new(), places(&results))
         }
+        Stage::Fragment => (Vec::new(), results.iter().map(Located::output).collect(), places(&arguments)),
         Stage::Compute => (Vec::new(), Vec::new(), Vec::new()),
     };
-    let mut found = EntryPoint {
+    Some(EntryPoint {
         name: entry_point.name.clone(),
         stage,
         workgroup_size: sizes.get(&entry_point.name).copied().unwrap_or(entry_point.workgroup_size),
@@ -182,88 +178,45 @@ fn entry_point(module: &Module, info: &ModuleInfo, sizes: &WorkgroupSizes, at: u
         varyings,
         bindings,
         sampling_pairs,
-    };
-    found.inputs.sort_by_key(|input| input.location);
-    found.outputs.sort_by_key(|output| output.location);
-    Some(found)
+    })
 }
 
-enum Place {
-    Location(u32),
-    SecondSource,
-    FragDepth,
-}
-
-struct Found {
-    name: String,
-    place: Place,
+/// What has a location, and no second source there.
+struct Located<'m> {
+    name: &'m str,
+    location: u32,
     scalar: Scalar,
     components: u32,
 }
 
-impl Found {
+impl Located<'_> {
     fn input(&self) -> Option<VertexInput> {
-        let Place::Location(location) = self.place else { return None };
-        let format = vertex_format(self.scalar, self.components)?;
-        Some(VertexInput {
-            name: self.name.clone(),
-            location,
-            scalar: self.scalar,
-            components: self.components,
-            format,
-        })
+        let Self { location, scalar, components, .. } = *self;
+        let format = vertex_format(scalar, components)?;
+        Some(VertexInput { name: self.name.to_owned(), location, scalar, components, format })
     }
 
-    fn output(&self) -> Option<FragmentOutput> {
-        let Place::Location(location) = self.place else { return None };
-        Some(FragmentOutput { location, kind: self.scalar.kind, components: self.components })
+    fn output(&self) -> FragmentOutput {
+        FragmentOutput { location: self.location, kind: self.scalar.kind, components: self.components }
     }
 }
 
-fn places(found: &[Found]) -> Vec<u32> {
-    let mut places: Vec<u32> = found
-        .iter()
-        .filter_map(|found| match found.place {
-            Place::Location(location) => Some(location),
-            Place::SecondSource | Place::FragDepth => None,
-        })
-        .collect();
-    places.sort_unstable();
-    places
-}
-
-fn locations(
-    module: &Module,
-    ty: Handle<Type>,
-    binding: Option<&naga::Binding>,
-    name: Option<&str>,
-    found: &mut Vec<Found>,
-) {
-    let place = match binding {
-        Some(naga::Binding::Location { blend_src: Some(1), .. }) => Place::SecondSource,
-        Some(naga::Binding::Location { location, .. }) => Place::Location(*location),
-        Some(naga::Binding::BuiltIn(naga::BuiltIn::FragDepth)) => Place::FragDepth,
-        Some(naga::Binding::BuiltIn(_)) => return,
-        None => {
-            if let TypeInner::Struct { members, .. } = &module.types[ty].inner {
-                for member in members.iter().filter(|member| member.binding.is_some()) {
-                    locations(module, member.ty, member.binding.as_ref(), member.name.as_deref(), found);
-                }
-            }
-            return;
-        }
+/// By location.
+fn located<'m>(module: &Module, bound: &[ir::Bound<'m>]) -> Vec<Located<'m>> {
+    let located = |bound: &ir::Bound<'m>| {
+        let naga::Binding::Location { location, blend_src: None | Some(0), .. } = *bound.binding else {
+            return None;
+        };
+        let (scalar, components) = match module.types[bound.ty].inner {
+            TypeInner::Scalar(scalar) => (scalar, 1),
+            TypeInner::Vector { size, scalar } => (scalar, size as u32),
+            _ => return None,
+        };
+        Some(Located { name: bound.name, location, scalar: Scalar::new(scalar), components })
     };
-    let (scalar, components) = match module.types[ty].inner {
-        TypeInner::Scalar(scalar) => (scalar, 1),
-        TypeInner::Vector { size, scalar } => (scalar, size as u32),
-        _ => return,
-    };
-    found.push(Found {
-        name: name.unwrap_or_default().to_owned(),
-        place,
-        scalar: Scalar::new(scalar),
-        components,
-    });
+    let mut located: Vec<Located<'_>> = bound.iter().filter_map(located).collect();
+    located.sort_by_key(|variable| variable.location);
+    located
 }
 
 fn vertex_format(scalar: Scalar, components: u32) -> Option<VertexFormat> {

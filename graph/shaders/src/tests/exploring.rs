@@ -7,6 +7,7 @@ use umbragraph_test_support::property;
 
 use super::{FRAGMENT, Fixture, values};
 use crate::diagnostic::{Place, Severity};
+use crate::permutations::domain::Domain;
 use crate::permutations::{Count, Opinion, Options, Permutations, Request, Validator, check};
 use crate::{AxisValue, AxisValues, TargetProfile, compile, render};
 
@@ -56,7 +57,8 @@ fn configurations(fixture: &Fixture, template: &str) -> Vec<AxisValues> {
         all = all
             .into_iter()
             .flat_map(|values| {
-                (0..axis.kind.count()).filter_map(|at| axis.kind.value(at)).map(move |value| {
+                let domain = Domain::of(&axis.kind);
+                (0..domain.count()).filter_map(move |at| domain.value(at)).map(move |value| {
                     let mut values = values.clone();
                     values.insert(axis.name.clone(), value);
                     values
@@ -76,7 +78,7 @@ fn compare_with_exhaustive_rendering(fixture: &Fixture, template: &str) {
     let all = configurations(fixture, template);
     for values in &all {
         let values = compile::template_values(&fixture.set, template, values);
-        let text = render::render(&fixture.set, template, &values).unwrap().text;
+        let text = render::render(&fixture.set, template, &values).unwrap().0.wgsl;
         *expected.entry(text).or_default() += 1;
     }
     let found: BTreeMap<String, u128> = report
@@ -360,7 +362,7 @@ fn a_provocation_is_sufficient_and_minimal() {
         let provoked = provocation(&diagnostic);
         let fails = |values: &AxisValues| {
             let values = compile::template_values(&fixture.set, "main.wgsl.jinja", values);
-            render::render(&fixture.set, "main.wgsl.jinja", &values).unwrap().text.contains("oops")
+            render::render(&fixture.set, "main.wgsl.jinja", &values).unwrap().0.wgsl.contains("oops")
         };
         let all = configurations(&fixture, "main.wgsl.jinja");
         let always_fails = |values: &AxisValues| {

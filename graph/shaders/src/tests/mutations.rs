@@ -46,8 +46,8 @@ fn reachable(fixture: &Fixture, root: &str) -> Vec<Piece> {
     let outcome = check(&fixture.set, &[request(fixture, root, &[])], &Options::default());
     let mut found = BTreeMap::new();
     for variant in &outcome.templates[0].variants {
-        let rendered = render::render(&fixture.set, root, &variant.axes).unwrap();
-        for (_, span) in rendered.map.pieces() {
+        let (source, _) = render::render(&fixture.set, root, &variant.axes).unwrap();
+        for (_, span) in source.map.pieces() {
             let Some(span) = span else { continue };
             if !fixture.sources.text(span).starts_with("{{") {
                 found.entry((span.file, span.start, span.end)).or_insert_with(|| variant.axes.clone());
@@ -111,8 +111,8 @@ fn random_corruptions_are_found_in_the_right_file() {
             let one = Request::one(&fixture.set, root, axes, &profiles);
             let request = if made % 25 == 0 { request(&fixture, root, &profiles) } else { one };
             let outcome = check(&fixture.set, std::slice::from_ref(&request), &Options::default());
-            let rejected = render::render(&fixture.set, root, axes).is_ok_and(|rendered| {
-                wgsl::parse(&rendered.text)
+            let rejected = render::render(&fixture.set, root, axes).is_ok_and(|(source, _)| {
+                wgsl::parse(&source.wgsl)
                     .and_then(|module| wgsl::validate(&module, profiles[0].capabilities))
                     .is_err()
             });

@@ -15,8 +15,8 @@ use umbragraph_test_support::skip;
 
 use super::Fixture;
 use super::random_wgsl::{self, Kind};
+use crate::codes;
 use crate::permutations::{Options, Request, check};
-use crate::wgsl_error::Stage;
 use crate::{AxisKind, TargetProfile, wgsl};
 
 /// The rules that a module breaks.
@@ -27,8 +27,8 @@ fn ours(text: &str) -> Option<Broken> {
     let text = text.strip_prefix("enable subgroups;\n").unwrap_or(text);
     let module = wgsl::parse(text).ok()?;
     let errors = wgsl::beyond_naga(&module).into_iter().filter(|found| !found.warning);
-    let rule = |stage| if stage == Stage::Aliasing { "aliasing" } else { "uniformity" };
-    Some(errors.map(|found| rule(found.stage)).collect())
+    let rule = |code| if code == codes::POINTER_ALIAS { "aliasing" } else { "uniformity" };
+    Some(errors.map(|found| rule(found.code)).collect())
 }
 
 /// The same of `tint`; `None` where it refuses the module for something else.

@@ -9,6 +9,7 @@ use naga::{
 use super::flow_graph::Node;
 use super::summary::{Need, Operation};
 use super::walk::Walk;
+use crate::ir;
 
 /// What a pointer goes back to.
 enum Root {
@@ -42,72 +43,35 @@ impl Walk<'_> {
         let span = function.expressions.get_span(handle);
         let expression = &function.expressions[handle];
         let mut depends_on = vec![flow];
-        let mut add = |one: Handle<Expression>| depends_on.push(self.value(one));
-        let mut source = None;
-        match expression {
-            Expression::Compose { components, .. } => components.iter().copied().for_each(&mut add),
-            Expression::Access { base, index } => [*base, *index].into_iter().for_each(&mut add),
-            Expression::AccessIndex { base: one, .. }
-            | Expression::Splat { value: one, .. }
-            | Expression::Swizzle { vector: one, .. }
-            | Expression::Unary { expr: one, .. }
-            | Expression::Relational { argument: one, .. }
-            | Expression::As { expr: one, .. }
-            | Expression::ArrayLength(one) => add(*one),
-            Expression::Binary { left, right, .. } => [*left, *right].into_iter().for_each(&mut add),
-            Expression::Select { condition, accept, reject } => {
-                [*condition, *accept, *reject].into_iter().for_each(&mut add);
-            }
-            Expression::Math { arg, arg1, arg2, arg3, .. } => {
-                [Some(*arg), *arg1, *arg2, *arg3].into_iter().flatten().for_each(&mut add);
-            }
-            Expression::Load { pointer } => {
-                add(*pointer);
-                match self.root(*pointer) {
-                    Some(Root::Memory(space, name)) if !is_read_only(space) => {
-                        source = Some(format!("what \"{name}\" holds may differ between invocations"));
-                    }
-                    _ => depends_on.push(self.contents_of(*pointer)),
-                }
-            }
-            Expression::Derivative { expr, .. } => {
-                add(*expr);
-                source = Some("a derivative may differ between invocations".to_owned());
-                self.need(Operation::Derivative, span, &[flow], false);
-            }
-            Expression::ImageSample { image, sampler, coordinate, array_index, level, depth_ref, .. } => {
-                let (lod, other) = match level {
-                    SampleLevel::Exact(one) | SampleLevel::Bias(one) => (Some(*one), None),
-                    SampleLevel::Gradient { x, y } => (Some(*x), Some(*y)),
-                    SampleLevel::Auto | SampleLevel::Zero => (None, None),
-                };
-                let all =
-                    [Some(*image), Some(*sampler), Some(*coordinate), *array_index, *depth_ref, lod, other];
-                all.into_iter().flatten().for_each(&mut add);
-                if matches!(level, SampleLevel::Auto | SampleLevel::Bias(_)) {
-                    source = Some("what is sampled may differ between invocations".to_owned());
-                    let compares = depth_ref.is_some();
-                    self.need(Operation::Sample { compares }, span, &[flow], false);
-                }
-            }
-            Expression::ImageLoad { image, coordinate, array_index, sample, level } => {
-                let all = [Some(*image), Some(*coordinate), *array_index, *sample, *level];
-                all.into_iter().flatten().for_each(&mut add);
-                if self.is_written_image(*image) {
-                    source = Some(
-                        "what a texture that is written holds may differ between invocations".to_owned(),
-                    );
-                }
-            }
-            Expression::ImageQuery { image, query } => {
-                add(*image);
-                if let naga::ImageQuery::Size { level: Some(level) } = query {
-                    add(*level);
-                }
-            }
-            // What WGSL does not have.
-            _ => depends_on.push(self.differing),
+        match ir::operands(expression) {
+            Some(operands) => depends_on.extend(operands.map(|one| self.value(one))),
+            None => depends_on.push(self.differing),
         }
+        let source = match expression {
+            Expression::Load { pointer } => match self.root(*pointer) {
+                Some(Root::Memory(space, name)) if !is_read_only(space) => {
+                    Some(format!("what \"{name}\" holds may differ between invocations"))
+                }
+                _ => {
+                    depends_on.push(self.contents_of(*pointer));
+                    None
+                }
+            },
+            Expression::Derivative { .. } => {
+                self.need(Operation::Derivative, span, &[flow], false);
+                Some("a derivative may differ between invocations".to_owned())
+            }
+            Expression::ImageSample {
+                level: SampleLevel::Auto | SampleLevel::Bias(_), depth_ref, ..
+            } => {
+                self.need(Operation::Sample { compares: depth_ref.is_some() }, span, &[flow], false);
+                Some("what is sampled may differ between invocations".to_owned())
+            }
+            Expression::ImageLoad { image, .. } if self.is_written_image(*image) => {
+                Some("what a texture that is written holds may differ between invocations".to_owned())
+            }
+            _ => None,
+        };
         let node = match source {
             Some(text) => {
                 depends_on.push(self.differing);
@@ -238,22 +202,11 @@ impl Walk<'_> {
     }
 
     fn is_written_image(&self, image: Handle<Expression>) -> bool {
-        let ty = match &self.function.expressions[image] {
-            Expression::GlobalVariable(variable) => self.module.global_variables[*variable].ty,
-            Expression::FunctionArgument(at) => match self.function.arguments.get(*at as usize) {
-                Some(argument) => argument.ty,
-                None => return true,
-            },
-            Expression::Access { base, .. } | Expression::AccessIndex { base, .. } => {
-                return self.is_written_image(*base);
-            }
-            _ => return true,
-        };
-        match &self.module.types[ty].inner {
-            TypeInner::Image { class: ImageClass::Storage { access, .. }, .. } => {
+        match ir::image(self.module, self.function, image) {
+            Some(TypeInner::Image { class: ImageClass::Storage { access, .. }, .. }) => {
                 access.contains(StorageAccess::STORE)
             }
-            TypeInner::Image { .. } => false,
+            Some(TypeInner::Image { .. }) => false,
             _ => true,
         }
     }

@@ -29,7 +29,8 @@ use std::collections::HashMap;
 
 use naga::{Expression, Module, SampleLevel, ShaderStage, Span};
 
-use crate::wgsl_error::{Rejection, Stage};
+use crate::wgsl_error::Rejection;
+use crate::{codes, ir};
 use summary::{Finding, Summary};
 use walk::Walk;
 
@@ -59,14 +60,9 @@ pub(super) fn found(module: &Module) -> Vec<Rejection> {
 
 /// Whether there is anything that needs uniform control flow.
 fn demands(module: &Module) -> bool {
-    let mut functions = module
-        .functions
-        .iter()
-        .map(|(_, each)| each)
-        .chain(module.entry_points.iter().map(|each| &each.function));
     let has_stage = |stage| module.entry_points.iter().any(|each| each.stage == stage);
     has_stage(ShaderStage::Compute)
-        || functions.any(|function| {
+        || ir::functions(module).any(|function| {
             function.expressions.iter().any(|(_, expression)| match expression {
                 Expression::Derivative { .. } => true,
                 Expression::ImageSample { level, .. } => {
@@ -80,9 +76,9 @@ fn demands(module: &Module) -> bool {
 
 fn rejection(finding: Finding) -> Rejection {
     let Finding { need, reasons } = finding;
-    let mut rejection = Rejection::new(Stage::Uniformity, need.message(), need.place);
+    let mut rejection =
+        Rejection::new(codes::NON_UNIFORM, need.message(), need.place).help(need.operation.help());
     rejection.warning = need.warning;
-    rejection.help = Some(need.operation.help().to_owned());
     let mut notes = need.way;
     notes.extend(reasons);
     if notes.len() > REASONS {

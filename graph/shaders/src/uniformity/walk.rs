@@ -14,6 +14,7 @@ use naga::{
 
 use super::flow_graph::{FlowGraph, Node, Note};
 use super::summary::{Finding, Need, Operation, Origin, Passed, Summary};
+use crate::ir;
 
 /// How a statement can end, as bits.
 type Ends = u8;
@@ -131,36 +132,25 @@ impl<'a> Walk<'a> {
         }
         let start = reversed.depending_on(self.start);
         // One of each severity is enough: what is said of the call is the same.
-        let first_of =
-            |known: &[&Need], need: &Need| !known.iter().any(|known| known.warning == need.warning);
         for (need, _) in needs.iter().filter(|(_, node)| start.has(*node)) {
-            if first_of(&summary.flow.iter().collect::<Vec<_>>(), need) {
+            if summary.flow.iter().all(|known| known.warning != need.warning) {
                 summary.flow.push(need.clone());
             }
         }
-        summary.contents = self.contents.iter().map(|inner| inner.map(|_| Origin::default())).collect();
         let origin = |node: Node| Origin {
             differs: differing.has(node).then(|| differing.reasons(node)),
             passed: Vec::new(),
         };
         summary.result = origin(self.result);
-        for (at, inner) in self.contents.iter().enumerate() {
-            if let (Some((_, after)), Some(Some(into))) = (inner, summary.contents.get_mut(at)) {
-                *into = origin(*after);
-            }
-        }
-        for at in 0..self.arguments.len() {
-            let before = self.contents[at].map(|(before, _)| (Passed::Contents(at), before));
-            for (passed, node) in [(Passed::Argument(at), self.arguments[at])].into_iter().chain(before) {
+        summary.contents = self.contents.iter().map(|inner| inner.map(|(_, after)| origin(after))).collect();
+        for (at, (argument, inner)) in self.arguments.iter().zip(&self.contents).enumerate() {
+            let before = inner.map(|(before, _)| (Passed::Contents(at), before));
+            for (passed, node) in [(Passed::Argument(at), *argument)].into_iter().chain(before) {
                 let depending = reversed.depending_on(node);
                 for (need, _) in needs.iter().filter(|(_, node)| depending.has(*node)) {
-                    let known: Vec<&Need> = summary
-                        .values
-                        .iter()
-                        .filter(|(known, _)| *known == passed)
-                        .map(|(_, need)| need)
-                        .collect();
-                    if first_of(&known, need) {
+                    let is_known =
+                        |(known, other): &(Passed, Need)| *known == passed && other.warning == need.warning;
+                    if !summary.values.iter().any(is_known) {
                         summary.values.push((passed, need.clone()));
                     }
                 }
@@ -454,15 +444,11 @@ impl<'a> Walk<'a> {
         while let Some(block) = blocks.pop() {
             for statement in block {
                 match statement {
-                    Statement::Block(inner) => blocks.push(inner),
-                    Statement::If { accept, reject, .. } => blocks.extend([accept, reject]),
-                    Statement::Switch { cases, .. } => blocks.extend(cases.iter().map(|case| &case.body)),
-                    Statement::Loop { body, continuing, .. } => blocks.extend([body, continuing]),
                     Statement::Store { pointer, .. } => slots.extend(self.slot(*pointer)),
                     Statement::Call { arguments, .. } => {
                         slots.extend(arguments.iter().filter_map(|argument| self.slot(*argument)));
                     }
-                    _ => {}
+                    _ => blocks.extend(ir::blocks(statement)),
                 }
             }
         }
@@ -474,11 +460,6 @@ impl<'a> Walk<'a> {
 
 /// Whether an argument of an entry point is the same in all invocations of a workgroup.
 fn is_same_everywhere(module: &Module, argument: &naga::FunctionArgument) -> bool {
-    let is_same = |binding: Option<&Binding>| {
-        matches!(binding, Some(Binding::BuiltIn(BuiltIn::WorkGroupId | BuiltIn::NumWorkGroups)))
-    };
-    match &module.types[argument.ty].inner {
-        TypeInner::Struct { members, .. } => members.iter().all(|member| is_same(member.binding.as_ref())),
-        _ => is_same(argument.binding.as_ref()),
-    }
+    let same = [Binding::BuiltIn(BuiltIn::WorkGroupId), Binding::BuiltIn(BuiltIn::NumWorkGroups)];
+    ir::inputs_of(module, argument).iter().all(|input| same.contains(input.binding))
 }

@@ -55,7 +55,10 @@ pub struct Named;
 
 impl Files for Named {
     fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
-        read_source(path, sources)
+        read_source(path, sources).map_err(|diagnostic| {
+            let meant = if path.exists() { None } else { meant_beside(path, &DOCUMENTS) };
+            with_meant(diagnostic, meant)
+        })
     }
 }
 

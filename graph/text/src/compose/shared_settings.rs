@@ -12,8 +12,8 @@
 //! laid over the files that it extends: objects are merged key by key, everything else is replaced, `null` deletes.
 //! Groups extend one another in the same way. This is done once all files are put together, so that a file changes a
 //! group of the file that it extends for the passes of both. What stands under `settings` in a group is for the node kind
-//! of the pass, whichever that is: so a draw and a full-screen pass share what they bind. A subgraph sees its own groups, and behind them those of the
-//! pipeline; a subgraph in a file of its own does not see the latter.
+//! of the pass, whichever that is: so a draw and a full-screen pass share what they bind. A subgraph sees its own groups,
+//! and behind them those of the pipeline; a subgraph in a file of its own does not see the latter.
 //!
 //! What a pass takes over keeps the place where it is written: diagnostics about it point to the group, and name the
 //! passes.
@@ -243,15 +243,15 @@ fn node_kind(value: &Value) -> Option<&str> {
     keys.into_iter().find(|key| !COMMON.contains(key))
 }
 
-/// The way in a group to what a pass has of it.
+/// The way in a group to what a pass has of it: what stands under `settings` is under the node kind in a pass.
 fn way_in(group: &Value, below: &str) -> String {
-    let kind = node_kind(group);
-    let rest = below.strip_prefix('/').filter(|rest| kind.is_none_or(|kind| !rest.starts_with(kind)));
-    match rest.filter(|_| group.get(SETTINGS).is_some()).map(|rest| rest.split_once('/')) {
-        Some(Some((_, rest))) => format!("/{SETTINGS}/{rest}"),
-        Some(None) => format!("/{SETTINGS}"),
-        None => below.to_owned(),
-    }
+    let depth = |way: &str| {
+        let keys = way.split('/').skip(1);
+        keys.scan(group, |value, key| value.get(key).map(|inner| *value = inner)).count()
+    };
+    let rest = below.match_indices('/').nth(1).map_or("", |(at, _)| &below[at..]);
+    let shared = format!("/{SETTINGS}{rest}");
+    if depth(&shared) > depth(below) { shared } else { below.to_owned() }
 }
 
 /// The names under "extends": a text, or a list of texts.
@@ -390,6 +390,7 @@ mod tests {
             r#"{
                 "shared_settings": {
                     "lit": { "settings": { "bind": { "a": 1, "b": 2 } } },
+                    "both": { "when": true, "settings": { "bind": { "a": 1 } }, "draw": { "bind": { "b": 3 } } },
                     "drawn": { "extends": "lit", "draw": { "bind": { "b": 3 } } },
                     "base": { "when": true, "dispatch": { "shader": "s" } }
                 },
@@ -413,7 +414,12 @@ mod tests {
                 "three": { "when": true, "dispatch": { "shader": "s", "bind": { "a": 1, "b": 2 } }, "extends": ["base", "lit"] },
             })
         );
-        let settings = document.root.nearest("/shared_settings/lit").clone();
-        assert_eq!(way_in(&settings, "/draw/bind/a"), "/settings/bind/a");
+        let way =
+            |group: &str, below| way_in(document.root.nearest(&format!("/shared_settings/{group}")), below);
+        assert_eq!(way("lit", "/draw/bind/a"), "/settings/bind/a");
+        assert_eq!(way("both", "/draw/bind/a"), "/settings/bind/a");
+        assert_eq!(way("both", "/draw/bind/b"), "/draw/bind/b");
+        assert_eq!(way("both", "/when"), "/when");
+        assert_eq!(way("base", "/dispatch/shader"), "/dispatch/shader");
     }
 }

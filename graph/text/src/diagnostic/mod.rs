@@ -156,6 +156,11 @@ impl Diagnostic {
         Self { severity: Severity::Warning, ..Self::error(code, place, message) }
     }
 
+    /// What diagnostics that say the same have in common.
+    pub fn key(&self) -> (Code, Place, String) {
+        (self.code, self.place.clone(), self.message.clone())
+    }
+
     /// With another severity.
     #[must_use]
     pub fn severity(self, severity: Severity) -> Self {
@@ -270,7 +275,7 @@ impl Diagnostics {
         let mut merged: Vec<Diagnostic> = Vec::new();
         let mut known: HashMap<(Code, Place, String), usize> = HashMap::new();
         for mut diagnostic in std::mem::take(&mut self.list) {
-            let key = (diagnostic.code, diagnostic.place.clone(), diagnostic.message.clone());
+            let key = diagnostic.key();
             match known.get(&key).and_then(|at| merged.get_mut(*at)) {
                 Some(first) => {
                     diagnostic.related.retain(|related| !first.related.contains(related));

@@ -33,6 +33,17 @@ pub trait Scope {
     }
 }
 
+/// Names of which nothing is known but their values.
+impl<F: Fn(&str) -> Option<Value>> Scope for F {
+    fn lookup(&self, name: &str) -> Option<Value> {
+        self(name)
+    }
+
+    fn names(&self) -> Vec<String> {
+        Vec::new()
+    }
+}
+
 /// Evaluates an expression.
 ///
 /// # Errors

@@ -15,6 +15,7 @@ use std::fmt::Write as _;
 
 use crate::diagnostic::counted;
 use crate::diagnostic::render::visible;
+use crate::language::Lifetime;
 
 use super::model::{EdgeKind, EdgeReport, PassReport, Report, ResourceReport, bytes_in_words};
 
@@ -52,8 +53,8 @@ text { font: 12px ui-sans-serif, system-ui, 'DejaVu Sans', sans-serif; fill: #1f
 /// Draws a report as SVG, with room below each pass for a picture so high.
 pub(super) fn picture(report: &Report, room: usize) -> String {
     let lanes = lanes(report);
-    let arcs = arcs_height(report);
-    let head = 112 + arcs;
+    let arcs = shown(report);
+    let head = 112 + arcs.iter().map(|edge| arc_rise(edge)).max().map_or(0, |rise| rise + 6);
     let lanes_top = head + BOX_HEIGHT + 34 + room;
     let lanes_height: usize =
         lanes.iter().map(|lane| if lane.first_of_section { LANE + 26 } else { LANE }).sum();
@@ -69,17 +70,14 @@ pub(super) fn picture(report: &Report, room: usize) -> String {
         escape(&report.pipeline)
     );
     header(&mut out, report);
-    for column in 0..report.passes.len() {
-        let x = GUTTER + column * COLUMN;
-        if column % 2 == 0 {
-            let (top, tall) = (lanes_top - 8, lanes_height + 16);
-            let _ = writeln!(
-                out,
-                "<rect class=\"stripe\" x=\"{x}\" y=\"{top}\" width=\"{COLUMN}\" height=\"{tall}\"/>"
-            );
-        }
+    for column in (0..report.passes.len()).step_by(2) {
+        let (x, top, tall) = (GUTTER + column * COLUMN, lanes_top - 8, lanes_height + 16);
+        let _ = writeln!(
+            out,
+            "<rect class=\"stripe\" x=\"{x}\" y=\"{top}\" width=\"{COLUMN}\" height=\"{tall}\"/>"
+        );
     }
-    hazards(&mut out, report, head);
+    hazards(&mut out, report, &arcs, head);
     passes(&mut out, report, head);
     draw_lanes(&mut out, report, &lanes, lanes_top);
     chart(&mut out, report, chart_top);
@@ -149,7 +147,7 @@ fn header(out: &mut String, report: &Report) {
 }
 
 /// The arcs above the passes: hazards that no data says already, explicit order, and what later frames read.
-fn shown(report: &Report) -> impl Iterator<Item = &EdgeReport> {
+fn shown(report: &Report) -> Vec<&EdgeReport> {
     let follows = followers(report);
     let arcs = report.edges.iter().filter(|edge| match edge.kind {
         EdgeKind::Data => false,
@@ -169,7 +167,7 @@ fn shown(report: &Report) -> impl Iterator<Item = &EdgeReport> {
     }
     let mut shown: Vec<&EdgeReport> = shortest.into_values().collect();
     shown.sort_by_key(|edge| (edge.from, edge.to));
-    shown.into_iter()
+    shown
 }
 
 /// The loop that a pass is a round of; its own name without one.
@@ -206,22 +204,18 @@ fn followers(report: &Report) -> BTreeSet<(usize, usize)> {
     follows
 }
 
-fn arc_rise(length: usize) -> usize {
-    (14 + 8 * length).min(64)
+fn arc_rise(edge: &EdgeReport) -> usize {
+    (14 + 8 * edge.to.abs_diff(edge.from)).min(64)
 }
 
-fn arcs_height(report: &Report) -> usize {
-    shown(report).map(|edge| arc_rise(edge.to.abs_diff(edge.from))).max().map_or(0, |rise| rise + 6)
-}
-
-fn hazards(out: &mut String, report: &Report, head: usize) {
-    for edge in shown(report) {
+fn hazards(out: &mut String, report: &Report, arcs: &[&EdgeReport], head: usize) {
+    for edge in arcs {
         let (from, to) = if edge.from < edge.to {
             (center(edge.from) + 16, center(edge.to) - 16)
         } else {
             (center(edge.from) - 16, center(edge.to) + 16)
         };
-        let rise = arc_rise(edge.to.abs_diff(edge.from)) * 4 / 3;
+        let rise = arc_rise(edge) * 4 / 3;
         let (class, words) = match edge.kind {
             EdgeKind::WriteAfterRead => ("write-after-read", "overwrites what is read before"),
             EdgeKind::WriteAfterWrite => ("write-after-write", "overwrites"),
@@ -310,16 +304,16 @@ struct Lane<'a> {
 /// Whether a resource stands in a section.
 type Belongs = fn(&ResourceReport) -> bool;
 
+fn is_created(one: &ResourceReport) -> bool {
+    one.live && one.place.contains(' ')
+}
+
 fn lanes(report: &Report) -> Vec<Lane<'_>> {
     let sections: [(&'static str, Belongs); 5] = [
         ("HOST DATA", |one| one.live && one.place == "host"),
         ("IMPORTED", |one| one.live && one.place == "imported"),
-        ("KEPT FROM FRAME TO FRAME", |one| {
-            one.live && one.place.contains(' ') && one.lifetime != crate::language::Lifetime::Transient
-        }),
-        ("TRANSIENT", |one| {
-            one.live && one.place.contains(' ') && one.lifetime == crate::language::Lifetime::Transient
-        }),
+        ("KEPT FROM FRAME TO FRAME", |one| is_created(one) && one.lifetime != Lifetime::Transient),
+        ("TRANSIENT", |one| is_created(one) && one.lifetime == Lifetime::Transient),
         ("ALLOCATED NOWHERE", |one| !one.live),
     ];
     let mut lanes: Vec<Lane<'_>> = Vec::new();

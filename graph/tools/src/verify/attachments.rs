@@ -5,7 +5,6 @@ use std::collections::HashMap;
 use super::{ViolationKind as Kind, Violations};
 use crate::compiler::{Plan, PlannedAttachment, PlannedPass, StoreOperation};
 use crate::language::Lifetime;
-use crate::pipeline::Usage;
 use crate::work::{AttachmentTarget, LoadOperation, RenderWork, ResourceHandle, Work};
 
 /// Checks the attachments, their marks and the groups of passes.
@@ -65,7 +64,7 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
 }
 
 /// The declared attachments in order, each with its load operation as a word, and whether it is discarded.
-fn declared(render: &RenderWork) -> Vec<(AttachmentTarget, &'static str, bool)> {
+pub(super) fn declared(render: &RenderWork) -> Vec<(AttachmentTarget, &'static str, bool)> {
     let color = render.color.iter().map(|one| (one.to.target(), word(&one.load), one.discard));
     let depth = render.depth.iter().map(|one| (one.to.target(), word(&one.load), one.discard));
     let stencil = render.stencil.iter().map(|one| (one.to.target(), word(&one.load), one.discard));
@@ -89,25 +88,12 @@ fn stays(
     users: &HashMap<ResourceHandle, Vec<usize>>,
 ) -> bool {
     let handle = attachment.target.resource;
-    let sampled = plan.pipeline.pass(planned.handle).accesses().iter().any(|one| {
-        one.resource == handle
-            && matches!(
-                one.usage,
-                Usage::Sampled
-                    | Usage::StorageRead
-                    | Usage::StorageWrite
-                    | Usage::StorageReplace
-                    | Usage::StorageReadWrite
-                    | Usage::CopySource
-                    | Usage::CopyDestination
-                    | Usage::CopyDestinationLoad
-                    | Usage::CopyDestinationRows
-            )
-    });
+    let mut accesses = plan.pipeline.pass(planned.handle).accesses().iter();
+    let is_used_otherwise = accesses.any(|one| one.resource == handle && !one.usage.is_attachment());
     attachment.store == StoreOperation::Discard
         && word(&attachment.load) != "load"
         && plan.pipeline.resource(handle).lifetime() == Lifetime::Transient
-        && !sampled
+        && !is_used_otherwise
         && users.get(&handle).is_none_or(|list| list.iter().all(|user| *user == at))
 }
 

@@ -48,7 +48,7 @@ pub(super) fn search(
         writers: &writers,
     };
     for planned in &plan.passes {
-        let KeepReason::ReadBy(reader, resource) = planned.reason else { continue };
+        let KeepReason::ReadBy((reader, resource)) = planned.reason else { continue };
         if resource == handle && search.is_seen(planned.handle, reader) {
             flow.feeds.insert((planned.handle, reader, handle));
         }

@@ -22,7 +22,7 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::regions::{Event, Flow, Regions, covers, drops};
-use super::{Schedule, ViolationKind as Kind, Violations, back, uninitialised};
+use super::{Schedule, ViolationKind as Kind, Violations, attachments, back, uninitialised};
 use crate::compiler::Plan;
 use crate::language::Lifetime;
 use crate::pipeline::{Access, Usage, Version};
@@ -477,11 +477,8 @@ impl Player<'_, '_> {
     /// Whether a pass says that it discards what it leaves.
     fn throws_away(&self, pass: PassHandle) -> bool {
         let Work::Render(render) = self.plan.pipeline.pass(pass).work() else { return false };
-        let color = render.color.iter().map(|one| (one.to.target(), one.discard));
-        let depth = render.depth.iter().map(|one| (one.to.target(), one.discard));
-        let stencil = render.stencil.iter().map(|one| (one.to.target(), one.discard));
-        let mut all = color.chain(depth).chain(stencil);
-        all.any(|(target, discard)| discard && target.resource == self.handle)
+        let mut attachments = attachments::declared(render).into_iter();
+        attachments.any(|(target, _, discard)| discard && target.resource == self.handle)
     }
 
     fn names(&self, pass: PassHandle) -> (String, String) {

@@ -27,37 +27,29 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) -> BTreeSet<Physic
         }
     }
     let mut owners: BTreeMap<Physical, &str> = BTreeMap::new();
+    let mut wrong = |message: String| violations.add(Kind::HistoryWrong, message);
     for (name, history) in &plan.histories {
         let declared = pipeline.resources.get(history.handle.index()).filter(|one| one.name == *name);
         let Some(declared) = declared.filter(|_| used.contains(&history.handle)) else {
-            violations
-                .add(Kind::HistoryWrong, format!("\"{name}\" is planned as a history, but is none in use"));
+            wrong(format!("\"{name}\" is planned as a history, but is none in use"));
             continue;
         };
         let frames = declared.history.map_or(0, |history| history.frames as usize);
         if history.places.len() != frames + 1 {
-            let message = format!(
-                "\"{name}\" keeps {frames} frames, but takes turns at {} places",
-                history.places.len()
-            );
-            violations.add(Kind::HistoryWrong, message);
+            let places = history.places.len();
+            wrong(format!("\"{name}\" keeps {frames} frames, but takes turns at {places} places"));
         }
         for (back, place) in history.places.iter().enumerate() {
             if owners.insert(*place, name).is_some() {
-                let message =
-                    format!("two frames of histories stand at {place:?}, one of them of \"{name}\"");
-                violations.add(Kind::HistoryWrong, message);
+                wrong(format!("two frames of histories stand at {place:?}, one of them of \"{name}\""));
             }
             let member = if back == 0 { name.clone() } else { format!("{name}@-{back}") };
             if plan.resources.get(&member).is_some_and(|planned| planned.physical != *place) {
-                let message =
-                    format!("\"{member}\" does not stand where the frames of \"{name}\" take turns");
-                violations.add(Kind::HistoryWrong, message);
+                wrong(format!("\"{member}\" does not stand where the frames of \"{name}\" take turns"));
             }
         }
         if !alike(plan, &history.places) {
-            let message = format!("the frames of \"{name}\" differ, so that they cannot take turns");
-            violations.add(Kind::HistoryWrong, message);
+            wrong(format!("the frames of \"{name}\" differ, so that they cannot take turns"));
         }
         let fits = match (&declared.kind, history.initial, history.places.first()) {
             (ResourceKind::Texture(_), InitialValue::Color(_), Some(Physical::Texture(at))) => {
@@ -72,7 +64,7 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) -> BTreeSet<Physic
             _ => false,
         };
         if !fits {
-            violations.add(Kind::HistoryWrong, format!("\"{name}\" cannot begin with {:?}", history.initial));
+            wrong(format!("\"{name}\" cannot begin with {:?}", history.initial));
         }
     }
     for (name, planned) in &plan.resources {

@@ -148,11 +148,11 @@ fn check_place(
         violations.add(Kind::PlaceWrong, format!("\"{name}\" cannot stand at {:?}", planned.physical));
         return;
     }
-    if let Some(size) = planned.size {
-        let volume = matches!(kind, ResourceKind::Texture(texture) if texture.view == Some(TextureShape::D3));
-        if used.highest_mip >= size.mips || (!volume && used.highest_layer >= size.layers) {
-            violations.add(Kind::SubresourceMissing, format!("\"{name}\" is used beyond its mips or layers"));
-        }
+    let volume = matches!(kind, ResourceKind::Texture(texture) if texture.view == Some(TextureShape::D3));
+    if let Some(size) = planned.size
+        && (used.highest_mip >= size.mips || (!volume && used.highest_layer >= size.layers))
+    {
+        violations.add(Kind::SubresourceMissing, format!("\"{name}\" is used beyond its mips or layers"));
     }
     if matches!(kind, ResourceKind::Buffer(_)) && used.highest_byte > planned.bytes {
         violations.add(Kind::SubresourceMissing, format!("\"{name}\" is used beyond its bytes"));
@@ -162,7 +162,6 @@ fn check_place(
             None => violations
                 .add(Kind::PlaceMissing, format!("\"{name}\" stands at texture {index}, which is not there")),
             Some(texture) => {
-                let volume = matches!(kind, ResourceKind::Texture(declared) if declared.view == Some(TextureShape::D3));
                 if planned.format != Some(texture.format)
                     || planned.size != Some(texture.size)
                     || texture.volume != volume
@@ -184,7 +183,6 @@ fn check_place(
             None => violations
                 .add(Kind::PlaceMissing, format!("\"{name}\" stands at buffer {index}, which is not there")),
             Some(buffer) => {
-                let class = |bytes: u64| (0..64).find(|power| bytes <= 1u64 << power);
                 if planned.bytes > buffer.bytes || class(planned.bytes) != class(buffer.bytes) {
                     violations.add(
                         Kind::CompatibilityMismatch,
@@ -289,6 +287,11 @@ fn check_sharing(
     check_minimal(plan, options, conditional, aliases, violations)
 }
 
+/// The power of two up to which a buffer is of a class.
+fn class(bytes: u64) -> u32 {
+    u64::BITS - bytes.saturating_sub(1).leading_zeros()
+}
+
 /// A buffer is as large as the largest resource that it stands for.
 fn check_buffer_bytes(
     plan: &Plan,
@@ -320,6 +323,11 @@ struct CompatibilityClass {
 }
 
 impl CompatibilityClass {
+    /// Takes in a resource that is alive from one position to another.
+    fn add(&mut self, first: usize, last: usize, bytes: u64) {
+        self.events.extend([(2 * first, true, bytes), (2 * last + 1, false, bytes)]);
+    }
+
     /// How many are alive at once, and how many bytes.
     fn peaks(&mut self) -> (usize, u64) {
         self.events.sort_unstable();
@@ -354,9 +362,8 @@ fn check_minimal(
                 (like, one.volume, one.usages.bits())
             }),
             Physical::Buffer(index) => {
-                let class = |bytes: u64| u64::BITS - bytes.saturating_sub(1).leading_zeros();
-                let class = |one: &PhysicalBuffer| format!("up to 2^{} bytes", class(one.bytes));
-                plan.buffers.get(*index).map(|one| (class(one), false, one.usages.bits()))
+                let like = |one: &PhysicalBuffer| format!("up to 2^{} bytes", class(one.bytes));
+                plan.buffers.get(*index).map(|one| (like(one), false, one.usages.bits()))
             }
             _ => None,
         };
@@ -373,7 +380,7 @@ fn check_minimal(
         let class = classes.entry(format!("{class:?}")).or_default();
         class.created += 1;
         for (first, last, name) in list {
-            class.events.extend([(2 * first, true, bytes(name)), (2 * last + 1, false, bytes(name))]);
+            class.add(*first, *last, bytes(name));
         }
     }
     let mut names: Vec<_> = classes.into_iter().collect();
@@ -419,29 +426,19 @@ fn check_sums(
             violations.add(Kind::BytesWrong, format!("{what} is {stated}, but should be {right}"));
         }
     }
-    let mut alive = vec![0i128; plan.passes.len() + 1];
+    let mut all = CompatibilityClass::default();
     for planned in plan.resources.values().filter(own) {
         let lasts = planned.lifetime != Lifetime::Transient || !options.aliasing;
         let (first, last) =
             if lasts { (0, plan.passes.len().saturating_sub(1)) } else { (planned.first, planned.last) };
-        if let Some(begin) = alive.get_mut(first) {
-            *begin += i128::from(planned.bytes);
-        }
-        if let Some(end) = alive.get_mut(last + 1) {
-            *end -= i128::from(planned.bytes);
-        }
+        all.add(first, last, planned.bytes);
     }
-    let mut sum = 0;
-    let peak = alive.into_iter().map(|change| {
-        sum += change;
-        sum
-    });
-    let peak = peak.max().unwrap_or(0) + i128::from(kept);
-    if i128::from(plan.bytes_peak) != peak {
+    let peak = all.peaks().1.saturating_add(kept);
+    if plan.bytes_peak != peak {
         violations.add(Kind::BytesWrong, format!("bytes_peak is {}, but should be {peak}", plan.bytes_peak));
     }
     // Sharing never costs bytes, and nothing goes below its bound.
-    if created > apart || plan.bytes_bound > created || i128::from(plan.bytes_bound) < peak {
+    if created > apart || plan.bytes_bound > created || plan.bytes_bound < peak {
         let message = format!(
             "{created} bytes are created: not between the bound, {}, and what nothing shares, {apart}",
             plan.bytes_bound

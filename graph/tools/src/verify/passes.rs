@@ -6,7 +6,7 @@ use super::regions::Flow;
 use super::{Schedule, ViolationKind as Kind, Violations};
 use crate::compiler::{CullReason, KeepReason, Kept, Plan};
 use crate::language::Lifetime;
-use crate::pipeline::{Access, History, Pass, SubresourceRange};
+use crate::pipeline::{Access, History, Pass, Pipeline, SubresourceRange};
 use crate::work::{Dispatch, PassHandle, ResourceHandle, Work};
 
 /// Up to so many writers of subresource ranges, or with toggles, a plan has to say for certain who reads them.
@@ -114,7 +114,9 @@ pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, viola
     }
     for planned in &plan.passes {
         match planned.reason {
-            KeepReason::MayBeReadBy(reader, resource) if may_feed(plan, planned.handle, reader, resource) => {
+            KeepReason::MayBeReadBy((reader, resource))
+                if may_feed(plan, planned.handle, reader, resource) =>
+            {
                 feeders.entry(reader).or_default().push(planned.handle);
             }
             KeepReason::MayBeLeft(resource) if may_leave(plan, planned.handle, resource) => {
@@ -179,14 +181,14 @@ fn reason_holds(plan: &Plan, schedule: &Schedule, flow: &Flow, pass: PassHandle,
                 .is_some_and(|one| matches!(one.lifetime(), Lifetime::Persistent | Lifetime::Imported));
             lasts && flow.lasting.contains(&pass)
         }
-        KeepReason::ReadBy(reader, resource) => {
+        KeepReason::ReadBy((reader, resource)) => {
             schedule.of(reader) > schedule.of(pass) && flow.feeds.contains(&(pass, reader, resource))
         }
-        KeepReason::MayBeReadBy(reader, resource) => {
+        KeepReason::MayBeReadBy((reader, resource)) => {
             schedule.of(reader) > schedule.of(pass) && may_feed(plan, pass, reader, resource)
         }
         KeepReason::MayBeLeft(resource) => may_leave(plan, pass, resource),
-        KeepReason::ReadLater(reader, resource) => {
+        KeepReason::ReadLater((reader, resource)) => {
             let read = plan.pipeline.passes.get(reader.index()).is_some_and(|reader| {
                 reader.accesses().iter().any(|one| one.resource == resource && one.usage.reads())
             });
@@ -199,19 +201,19 @@ fn reason_holds(plan: &Plan, schedule: &Schedule, flow: &Flow, pass: PassHandle,
 }
 
 fn says(plan: &Plan, reason: KeepReason, words: &Kept) -> bool {
-    let resource = |handle: ResourceHandle| plan.pipeline.resources.get(handle.index()).map(|one| &one.name);
+    let Pipeline { resources, passes, .. } = &*plan.pipeline;
+    let is_of = |handle: ResourceHandle, name: &String| {
+        resources.get(handle.index()).is_some_and(|resource| resource.name == *name)
+    };
     match (reason, words) {
         (KeepReason::SideEffect, Kept::SideEffect) => true,
-        (KeepReason::Output(handle), Kept::Output(name)) => resource(handle) == Some(name),
-        (KeepReason::ReadBy(reader, handle), Kept::ReadBy { pass, resource: name }) => {
-            resource(handle) == Some(name)
-                && plan.pipeline.passes.get(reader.index()).is_some_and(|one| one.name == *pass)
-        }
-        (KeepReason::MayBeLeft(handle), Kept::MayBeLeft(name)) => resource(handle) == Some(name),
-        (KeepReason::ReadLater(reader, handle), Kept::ReadLater { pass, resource: name })
-        | (KeepReason::MayBeReadBy(reader, handle), Kept::MayBeReadBy { pass, resource: name }) => {
-            resource(handle) == Some(name)
-                && plan.pipeline.passes.get(reader.index()).is_some_and(|one| one.name == *pass)
+        (KeepReason::Output(handle), Kept::Output(name))
+        | (KeepReason::MayBeLeft(handle), Kept::MayBeLeft(name)) => is_of(handle, name),
+        (KeepReason::ReadBy((reader, handle)), Kept::ReadBy(names))
+        | (KeepReason::ReadLater((reader, handle)), Kept::ReadLater(names))
+        | (KeepReason::MayBeReadBy((reader, handle)), Kept::MayBeReadBy(names)) => {
+            let is_reader = passes.get(reader.index()).is_some_and(|pass| pass.name == names.pass);
+            is_reader && is_of(handle, &names.resource)
         }
         _ => false,
     }

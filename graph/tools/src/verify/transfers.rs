@@ -128,36 +128,27 @@ impl Transfer<'_> {
                 same(copies, &[PlannedCopy::Bytes { from, to, bytes }])
             }
             (Some(Texture(from)), Texture(to)) => {
-                let (mut own, mut other) = (Vec::new(), Vec::new());
-                for copy in copies {
-                    let PlannedCopy::Texels { from, to, extent } = copy else {
-                        return Err("copies no texels to texels".to_owned());
-                    };
-                    own.push((*from, *extent));
-                    other.push((*to, *extent));
-                }
+                let boxes = copies.iter().map(|copy| match copy {
+                    PlannedCopy::Texels { from, to, extent } => Ok(((*from, *extent), (*to, *extent))),
+                    _ => Err("copies no texels to texels"),
+                });
+                let (own, other): (Vec<_>, Vec<_>) = boxes.collect::<Result<_, _>>()?;
                 self.boxes(from, &own)?;
                 self.boxes(to, &other)
             }
             (Some(Buffer(from)), Texture(to)) => {
-                let mut list = Vec::new();
-                for copy in copies {
-                    let PlannedCopy::Upload { from, to, extent } = copy else {
-                        return Err("copies no rows to texels".to_owned());
-                    };
-                    list.push((*from, (*to, *extent)));
-                }
-                self.rows(to, from, &list)
+                let list = copies.iter().map(|copy| match copy {
+                    PlannedCopy::Upload { from, to, extent } => Ok((*from, (*to, *extent))),
+                    _ => Err("copies no rows to texels"),
+                });
+                self.rows(to, from, &list.collect::<Result<Vec<_>, _>>()?)
             }
             (Some(Texture(from)), Buffer(to)) => {
-                let mut list = Vec::new();
-                for copy in copies {
-                    let PlannedCopy::Download { from, to, extent } = copy else {
-                        return Err("copies no texels to rows".to_owned());
-                    };
-                    list.push((*to, (*from, *extent)));
-                }
-                self.rows(from, to, &list)
+                let list = copies.iter().map(|copy| match copy {
+                    PlannedCopy::Download { from, to, extent } => Ok((*to, (*from, *extent))),
+                    _ => Err("copies no texels to rows"),
+                });
+                self.rows(from, to, &list.collect::<Result<Vec<_>, _>>()?)
             }
             (None, Texture(_)) => Err("clears a texture".to_owned()),
         }

@@ -1,14 +1,13 @@
 //! What the compiler made of a thing, in words.
 
 use super::find::{Found, SubgraphUse};
-use super::origin::location;
-use super::plan_fact::{PlanFact, fact};
+use super::plan_fact::{PlanFact, fact, said};
 use super::{Kind, Subject, given};
 use crate::compiler::{Physical, Plan};
 use crate::document::{Entry, Value, pointer_join};
 use crate::expression;
 use crate::language::{Lifetime, format_name};
-use crate::pipeline::{Pipeline, ResourceKind};
+use crate::pipeline::{Lacking, Pipeline, ResourceKind, is_of};
 use crate::source::Span;
 use crate::work::PassHandle;
 
@@ -62,9 +61,8 @@ fn kind_of(value: &Value) -> Option<&str> {
 /// The passes of the pipeline that a name stands for: itself, the rounds of a loop, what a use of a subgraph makes.
 pub(super) fn instances<'a>(subject: &Subject<'a>, name: &str) -> Vec<&'a str> {
     let passes = subject.checked.pipeline.as_deref().map(|pipeline| pipeline.passes.as_slice());
-    let is_of =
-        |pass: &str| pass == name || pass.strip_prefix(name).is_some_and(|behind| behind.starts_with('.'));
-    passes.unwrap_or_default().iter().map(|pass| pass.name.as_str()).filter(|pass| is_of(pass)).collect()
+    let names = passes.unwrap_or_default().iter().map(|pass| pass.name.as_str());
+    names.filter(|pass| is_of(pass, name)).collect()
 }
 
 /// The state of a pass, of a loop, or of a use of a subgraph in the plan.
@@ -111,7 +109,7 @@ pub(super) fn of_pass(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> V
             _ => "reads",
         };
         let text = format!("{resource} ({})", one.usage.name());
-        facts.push(PlanFact { about, text, at: Some(location(subject.sources, one.place)) });
+        facts.push(said(subject, about, text, one.place));
     }
     facts
 }
@@ -169,8 +167,7 @@ fn off(subject: &Subject<'_>, found: &Found<'_>, facts: &mut Vec<PlanFact>) {
     facts.push(fact("runs", "never: it is switched off in this configuration"));
     for (when, of_what) in conditions {
         let expression = when.text().map_or_else(|| super::origin::json(when), str::to_owned);
-        let at = Some(location(subject.sources, when.span));
-        facts.push(PlanFact { about: "when", text: format!("\"when\"{of_what} is {expression}"), at });
+        facts.push(said(subject, "when", format!("\"when\"{of_what} is {expression}"), when.span));
         values_in(subject, &expression, "when", facts);
     }
 }
@@ -189,7 +186,7 @@ fn values_in(subject: &Subject<'_>, expression: &str, about: &'static str, facts
                     .map(|one| super::origin::computed(&one.value));
                 let Some(value) = value else { continue };
                 let text = format!("{name} is {value}, by its expression");
-                facts.push(PlanFact { about, text, at: Some(location(subject.sources, entry.value.span)) });
+                facts.push(said(subject, about, text, entry.value.span));
                 continue;
             }
             let pointer = pointer_join(&format!("/{section}"), name);
@@ -219,11 +216,8 @@ fn words(text: &str) -> Vec<&str> {
 fn used(subject: &Subject<'_>, uses: &[SubgraphUse<'_>]) -> Vec<PlanFact> {
     let one = |used: &SubgraphUse<'_>| {
         let subgraph = used.entry.value.get("use").and_then(Value::text).unwrap_or_default();
-        PlanFact {
-            about: "part of",
-            text: format!("{}, a use of the subgraph {subgraph}", used.name),
-            at: Some(location(subject.sources, used.entry.key_span)),
-        }
+        let text = format!("{}, a use of the subgraph {subgraph}", used.name);
+        said(subject, "part of", text, used.entry.key_span)
     };
     uses.iter().rev().map(one).collect()
 }
@@ -246,7 +240,7 @@ pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[SubgraphUse
             let culled = plan.is_some_and(|plan| plan.culled.contains_key(&pass.name));
             let culled = if culled { ", culled" } else { "" };
             let text = format!("{} ({}{culled})", pass.name, one.usage.name());
-            facts.push(PlanFact { about, text, at: Some(location(subject.sources, one.place)) });
+            facts.push(said(subject, about, text, one.place));
         }
     }
     // Writers before readers, each in the order of the document.
@@ -357,25 +351,17 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
                 {
                     let without = pass.condition.is_some_and(|condition| !condition.on);
                     let text = format!("{}{}", pass.name, if without { ", while it is off" } else { "" });
-                    facts.push(PlanFact {
-                        about: "switches",
-                        text,
-                        at: Some(location(subject.sources, pass.place)),
-                    });
+                    facts.push(said(subject, "switches", text, pass.place));
                 }
             }
             facts
         }
         Kind::Feature | Kind::Parameter if found.uses.is_empty() => {
-            let lacking =
-                given::lacking_in(subject, found.kind, found.entry).map(|(profile, lacking)| PlanFact {
-                    about: "unavailable",
-                    text: format!(
-                        "the feature requires {}, {} has {}",
-                        lacking.required, profile.name, lacking.guaranteed
-                    ),
-                    at: Some(location(subject.sources, lacking.place)),
-                });
+            let lacking = given::lacking_in(subject, found.kind, found.entry).map(|(profile, lacking)| {
+                let Lacking { required, guaranteed, .. } = &lacking;
+                let text = format!("the feature requires {required}, {} has {guaranteed}", profile.name);
+                said(subject, "unavailable", text, lacking.place)
+            });
             let live = change(subject, found.kind, name);
             lacking.into_iter().chain(live).chain(mentions(subject, root, name)).collect()
         }
@@ -388,11 +374,10 @@ fn change(subject: &Subject<'_>, kind: Kind, name: &str) -> Option<PlanFact> {
     let pipeline = subject.checked.pipeline.as_deref().filter(|_| kind == Kind::Parameter)?;
     Some(match &pipeline.parameters.get(name)?.structural {
         None => fact("live", "it can change from frame to frame, without another plan"),
-        Some(structural) => PlanFact {
-            about: "structural",
-            text: format!("another value is another plan: {} follows from it", structural.pointer),
-            at: Some(location(subject.sources, structural.place)),
-        },
+        Some(structural) => {
+            let text = format!("another value is another plan: {} follows from it", structural.pointer);
+            said(subject, "structural", text, structural.place)
+        }
     })
 }
 
@@ -418,11 +403,10 @@ fn mentions(subject: &Subject<'_>, root: &Value, name: &str) -> Vec<PlanFact> {
     let mut facts = users(subject, root, |entry| in_text(entry) || has_axis(subject, &entry.key, name));
     for (section, what) in [("resources", "the resource"), ("derived", "the derived value")] {
         let entries = root.entries_of(section);
-        facts.extend(entries.iter().filter(|entry| in_text(entry)).map(|entry| PlanFact {
-            about: "used by",
-            text: format!("{what} {}", entry.key),
-            at: Some(location(subject.sources, entry.key_span)),
-        }));
+        let users = entries.iter().filter(|entry| in_text(entry));
+        facts.extend(
+            users.map(|entry| said(subject, "used by", format!("{what} {}", entry.key), entry.key_span)),
+        );
     }
     facts
 }
@@ -439,18 +423,11 @@ fn has_axis(subject: &Subject<'_>, pass: &str, name: &str) -> bool {
 /// The passes of the document and of its subgraphs for which something holds.
 fn users(subject: &Subject<'_>, root: &Value, holds: impl Fn(&Entry) -> bool) -> Vec<PlanFact> {
     let mut facts = Vec::new();
-    let passes = |owner: &Value| -> Vec<(String, Span)> {
-        let entries = owner.entries_of("passes");
-        let fitting = entries.iter().filter(|entry| holds(entry));
-        fitting.map(|entry| (entry.key.clone(), entry.key_span)).collect()
-    };
-    let mut push = |(text, place): (String, Span)| {
-        facts.push(PlanFact { about: "used by", text, at: Some(location(subject.sources, place)) });
-    };
-    passes(root).into_iter().for_each(&mut push);
-    for subgraph in root.entries_of("subgraphs") {
-        for (pass, place) in passes(&subgraph.value) {
-            push((format!("{pass} of the subgraph {}", subgraph.key), place));
+    let subgraphs = root.entries_of("subgraphs").iter();
+    let subgraphs = subgraphs.map(|entry| (&entry.value, format!(" of the subgraph {}", entry.key)));
+    for (owner, of_what) in std::iter::once((root, String::new())).chain(subgraphs) {
+        for pass in owner.entries_of("passes").iter().filter(|entry| holds(entry)) {
+            facts.push(said(subject, "used by", format!("{}{of_what}", pass.key), pass.key_span));
         }
     }
     facts

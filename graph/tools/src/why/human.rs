@@ -1,6 +1,6 @@
 //! Things as text for people: what it is, what gave it its value, what became of it, and its values in a table.
 
-use super::{Origin, Thing};
+use super::{Origin, Thing, Written};
 use crate::compose::Layer;
 use crate::diagnostic::render::visible;
 
@@ -47,19 +47,18 @@ fn thing(thing: &Thing) -> String {
 }
 
 fn rows(origin: &Origin) -> Vec<[String; 4]> {
-    let is_deleted = origin.value == "null";
-    let value = if is_deleted { "deleted".to_owned() } else { cut(&origin.value) };
-    let note = |layer: Layer, shared: &Option<String>| {
-        let shared = shared.as_ref().map(|group| format!("shared settings {group}"));
-        let words = [Some(word(layer).to_owned()).filter(|word| !word.is_empty()), shared];
+    let note = |written: &Written| {
+        let shared = written.shared_settings.as_ref().map(|group| format!("shared settings {group}"));
+        let words = [Some(word(written.layer).to_owned()).filter(|word| !word.is_empty()), shared];
         words.into_iter().flatten().collect::<Vec<_>>().join(", ")
     };
-    let own_note = note(origin.layer, &origin.shared_settings);
-    let own = [origin.path.clone(), value, origin.at.to_string(), own_note];
-    let older = origin.replaced.iter().map(|older| {
-        let was = format!("was {}", cut(&older.value));
-        [String::new(), was, older.at.to_string(), note(older.layer, &older.shared_settings)]
-    });
+    let row = |path: &str, value: String, written: &Written| {
+        [path.to_owned(), value, written.at.to_string(), note(written)]
+    };
+    let value = &origin.written.value;
+    let value = if value == "null" { "deleted".to_owned() } else { cut(value) };
+    let own = row(&origin.path, value, &origin.written);
+    let older = origin.replaced.iter().map(|older| row("", format!("was {}", cut(&older.value)), older));
     std::iter::once(own).chain(older).collect()
 }
 

@@ -24,7 +24,7 @@ mod plan_fact;
 
 pub use given::Given;
 pub use human::human;
-pub use origin::{Location, Older, Origin};
+pub use origin::{Location, Origin, Written};
 pub use plan_fact::PlanFact;
 
 use std::collections::BTreeSet;

@@ -33,25 +33,18 @@ impl std::fmt::Display for Location {
 pub struct Origin {
     /// Which value: keys joined by dots.
     pub path: String,
-    /// The value as JSON text; for a value that was deleted, "null".
-    #[serde(serialize_with = "as_json")]
-    pub value: String,
-    /// Where it is written.
-    pub at: Location,
-    /// How the file comes in.
-    pub layer: Layer,
-    /// The group of shared settings that it is taken over from.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub shared_settings: Option<String>,
+    /// The value that counts.
+    #[serde(flatten)]
+    pub written: Written,
     /// The values that it replaced, the newest first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub replaced: Vec<Older>,
+    pub replaced: Vec<Written>,
 }
 
-/// A value that another file replaced or deleted.
+/// A value, and where it is written.
 #[derive(Clone, Debug, Serialize)]
-pub struct Older {
-    /// The value as JSON text.
+pub struct Written {
+    /// The value as JSON text; for a value that was deleted, "null".
     #[serde(serialize_with = "as_json")]
     pub value: String,
     /// Where it is written.
@@ -127,10 +120,12 @@ pub(super) fn origins(subject: &Subject<'_>, pointer: &str, value: &Value, prefi
         }
         origins.push(Origin {
             path: join(prefix, &rest.replace('/', ".")),
-            value: "null".to_owned(),
-            at: location(subject.sources, *place),
-            layer: layer(subject, *place),
-            shared_settings: None,
+            written: Written {
+                value: "null".to_owned(),
+                at: location(subject.sources, *place),
+                layer: layer(subject, *place),
+                shared_settings: None,
+            },
             replaced: older(subject, deleted),
         });
     }
@@ -162,10 +157,7 @@ fn leaf(
             leaves.push(pointer.to_owned());
             origins.push(Origin {
                 path: path.to_owned(),
-                value: json(value),
-                at: location(subject.sources, value.span),
-                layer: layer(subject, value.span),
-                shared_settings: shared_settings(subject, pointer, value.span),
+                written: written(subject, pointer, value.span, json(value)),
                 replaced: older(subject, pointer),
             });
         }
@@ -180,17 +172,19 @@ fn is_mixed(value: &Value) -> bool {
 }
 
 /// The value at a pointer before.
-pub(super) fn older(subject: &Subject<'_>, pointer: &str) -> Vec<Older> {
+pub(super) fn older(subject: &Subject<'_>, pointer: &str) -> Vec<Written> {
     let places = subject.composed.replaced.get(pointer).map(Vec::as_slice).unwrap_or_default();
-    places
-        .iter()
-        .map(|place| Older {
-            value: text(subject.sources, *place),
-            at: location(subject.sources, *place),
-            layer: layer(subject, *place),
-            shared_settings: shared_settings(subject, pointer, *place),
-        })
-        .collect()
+    let older = places.iter().map(|place| written(subject, pointer, *place, text(subject.sources, *place)));
+    older.collect()
+}
+
+fn written(subject: &Subject<'_>, pointer: &str, place: Span, value: String) -> Written {
+    Written {
+        value,
+        at: location(subject.sources, place),
+        layer: layer(subject, place),
+        shared_settings: shared_settings(subject, pointer, place),
+    }
 }
 
 /// The value at a place, as JSON on one line.

@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
-use super::origin::Location;
+use super::Subject;
+use super::origin::{Location, location};
+use crate::source::Span;
 
 /// One thing that the plan says of a name.
 #[derive(Clone, Debug, Serialize)]
@@ -14,6 +16,11 @@ pub struct PlanFact {
     /// Where it is said, if somebody said it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<Location>,
+}
+
+/// A fact that somebody says at a place.
+pub(super) fn said(subject: &Subject<'_>, about: &'static str, text: String, place: Span) -> PlanFact {
+    PlanFact { about, text, at: Some(location(subject.sources, place)) }
 }
 
 /// A fact that no file says.

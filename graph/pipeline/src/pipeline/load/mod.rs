@@ -20,7 +20,7 @@ mod sound;
 mod versions;
 
 pub(super) use names::{VIEWPORT, name_diagnostic};
-pub use names::{has_word, is_name};
+pub use names::{has_word, is_name, is_of};
 pub use sections::as_written;
 pub(super) use shared::{Expected, Shared};
 

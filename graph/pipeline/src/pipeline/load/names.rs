@@ -17,6 +17,11 @@ pub fn has_word(text: &str, word: &str) -> bool {
     })
 }
 
+/// Whether a pass is meant by a name: its own, or that of the loop or of the use of a subgraph that it is part of.
+pub fn is_of(pass: &str, name: &str) -> bool {
+    pass.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
 /// A name starts with a letter and goes on with letters, digits and underscores.
 pub fn is_name(name: &str) -> bool {
     name.chars().next().is_some_and(|first| first.is_ascii_alphabetic())

@@ -33,6 +33,7 @@ impl Settings {
     ) -> Self {
         let entries = || section(document, "parameters").iter().chain(section(document, "features"));
         diagnostics.extend(entries().filter_map(name_diagnostic));
+        setting::unknown(&sound.parameters, &sound.features, overrides, diagnostics);
         let parameters = setting::parameters(
             &sound.parameters,
             section(document, "parameters"),

@@ -1,19 +1,23 @@
-//! Guards inside the expressions of a template.
+//! What the syntax tree of a template says: the guards that it needs, the names that it reads and binds, and the literals
+//! with which it compares them.
 //!
-//! Within one expression a value can grow by `~`, `+` and `*`, and `in`, slices and indices go through long ones, where
-//! neither the engine's steps nor the [guards](super::guard) behind tags see it; what consists of literals alone the
-//! engine computes when it parses. So the operators that can make something larger get a function around them that
-//! checks the result, and what is gone through one that counts it. Of a chain of one operator every [`LINKS`]th link is
-//! checked, so that calls nest less deep than the parser goes.
+//! Behind each tag that binds names stands a [guard](super::guard) of these names. Within one expression a value can grow
+//! by `~`, `+` and `*`, and `in`, slices and indices go through long ones, where neither the engine's steps nor the guards
+//! behind tags see it; what consists of literals alone the engine computes when it parses. So the operators that can make
+//! something larger get a function around them that checks the result, and what is gone through one that counts it. Of a
+//! chain of one operator every [`LINKS`]th link is checked, so that calls nest less deep than the parser goes.
 //!
 //! Limits: an expression is as long as the engine's own recursion allows ([`MAX_WORDS`]); between two checks there are
-//! [`LINKS`] values of 1 MiB, or one of the 100 MB that the engine allows for `"x" * n`.
+//! [`LINKS`] values of 1 MiB, or one of the 100 MB that the engine allows for `"x" * n`. Of a template that the engine
+//! cannot parse nothing is known.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
-use minijinja::machinery::ast::{BinOpKind, CallArg, CompareOpKind, Expr, Stmt};
-use minijinja::machinery::parse;
+use minijinja::machinery::ast::{BinOpKind, CallArg, CompareOpKind, Expr, Stmt, UnaryOpKind};
+use minijinja::machinery::{Span, parse};
 
+use super::guard::GUARD;
 use super::scan::{Tag, WordKind, syntax};
 
 /// The function around what may have grown.
@@ -73,28 +77,110 @@ pub(crate) fn too_long(text: &str, tags: &[Tag]) -> Option<(Range<usize>, &'stat
     None
 }
 
-/// What to insert where in a template that the engine can parse: sorted.
-pub(crate) fn insertions(text: &str) -> Vec<(usize, String)> {
-    let Ok(template) = parse(text, "", syntax()) else { return Vec::new() };
-    let mut found = Found::default();
-    found.statement(&template);
-    // What begins further out was found first, and what ends further out has to end last.
-    found.ends.reverse();
-    found.ends.extend(found.starts);
-    found.ends.sort_by_key(|(at, _)| *at);
-    found.ends
+/// The names of a template, each list in the order of the text.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Names {
+    /// Variables that are read, and where.
+    pub(crate) uses: Vec<(String, Range<usize>)>,
+    /// Variables that some tag binds.
+    pub(crate) bound: BTreeSet<String>,
+    pub(crate) compared: Vec<Compared>,
 }
 
-#[derive(Default)]
-struct Found {
+/// A comparison of a variable with a string or a number that is written out.
+#[derive(Clone, Debug)]
+pub(crate) struct Compared {
+    pub(crate) variable: String,
+    /// The literal, and where it stands.
+    pub(crate) literal: minijinja::Value,
+    pub(crate) range: Range<usize>,
+}
+
+/// What to insert where in a template that the engine can parse, sorted; and its names.
+pub(crate) fn read(text: &str, tags: &[Tag]) -> (Vec<(usize, String)>, Names) {
+    let Ok(template) = parse(text, "", syntax()) else { return Default::default() };
+    let mut found = Found {
+        text,
+        tags,
+        starts: Vec::new(),
+        ends: Vec::new(),
+        guards: Vec::new(),
+        names: Names::default(),
+    };
+    found.statement(&template);
+    let Found { starts, mut ends, guards, mut names, .. } = found;
+    // What begins further out was found first, and what ends further out has to end last.
+    ends.reverse();
+    ends.extend(starts);
+    ends.extend(guards);
+    ends.sort_by_key(|(at, _)| *at);
+    names.uses.sort_by_key(|(_, range)| range.start);
+    names.compared.sort_by_key(|compared| compared.range.start);
+    (ends, names)
+}
+
+struct Found<'t> {
+    text: &'t str,
+    tags: &'t [Tag],
     starts: Vec<(usize, String)>,
     ends: Vec<(usize, String)>,
+    guards: Vec<(usize, String)>,
+    names: Names,
 }
 
-impl Found {
+impl Found<'_> {
     fn wrap(&mut self, one: &Expr<'_>, function: &str) {
         self.starts.push((start(one), format!("{function}(")));
         self.ends.push((one.span().end_offset as usize, ")".to_owned()));
+    }
+
+    /// Notes names that are bound.
+    fn bind<'e, 'a: 'e>(&mut self, targets: impl IntoIterator<Item = &'e Expr<'a>>) -> Vec<String> {
+        let targets: Vec<String> = targets.into_iter().flat_map(target_names).collect();
+        let variables = targets.iter().filter_map(|target| target.split('.').next());
+        self.names.bound.extend(variables.map(str::to_owned));
+        targets
+    }
+
+    /// A guard of names behind the tag in which an offset lies.
+    fn guard(&mut self, offset: u32, names: &[String]) {
+        let behind = self.tags.partition_point(|tag| tag.range.start <= offset as usize);
+        let Some(tag) = behind.checked_sub(1).map(|at| &self.tags[at]).filter(|_| !names.is_empty()) else {
+            return;
+        };
+        let end = tag.range.end;
+        let control = match self.text.as_bytes().get(end.wrapping_sub(3)) {
+            Some(b'-') => "-",
+            Some(b'+') => "+",
+            _ => "",
+        };
+        self.guards.push((end, format!("{{%do {GUARD}({}){control}%}}", names.join(","))));
+    }
+
+    /// Notes what a variable is compared with, if all of it is written out.
+    fn compared(&mut self, variable: &Expr<'_>, with: &[Expr<'_>]) {
+        let Expr::Var(variable) = variable else { return };
+        let literal = |one: &Expr<'_>| match one {
+            Expr::Const(literal) if literal.value.as_str().is_some() || literal.value.is_number() => {
+                let (literal, range) = (literal.value.clone(), range(one.span()));
+                Some(Compared { variable: variable.id.to_owned(), literal, range })
+            }
+            _ => None,
+        };
+        let literals: Option<Vec<Compared>> = with.iter().map(literal).collect();
+        self.names.compared.extend(literals.into_iter().flatten());
+    }
+
+    fn comparison(&mut self, left: &Expr<'_>, operator: BinOpKind, right: &Expr<'_>) {
+        match (operator, right) {
+            (BinOpKind::Eq | BinOpKind::Ne, _) => {
+                self.compared(left, std::slice::from_ref(right));
+                self.compared(right, std::slice::from_ref(left));
+            }
+            (BinOpKind::In, Expr::List(list)) => self.compared(left, &list.items),
+            (BinOpKind::In, Expr::Tuple(list)) => self.compared(left, &list.items),
+            _ => {}
+        }
     }
 
     fn statements(&mut self, list: &[Stmt<'_>]) {
@@ -106,6 +192,11 @@ impl Found {
             Stmt::Template(one) => self.statements(&one.children),
             Stmt::EmitExpr(one) => self.expression(&one.expr),
             Stmt::ForLoop(one) => {
+                let names = self.bind([&one.target]);
+                // What has a name was looked at when it was bound, elements included.
+                if !matches!(one.iter, Expr::Var(_)) || one.filter_expr.is_some() || one.recursive {
+                    self.guard(one.span().start_offset, &names);
+                }
                 self.expression(&one.iter);
                 self.expressions(&one.filter_expr);
                 self.statements(&one.body);
@@ -117,11 +208,21 @@ impl Found {
                 self.statements(&one.false_body);
             }
             Stmt::WithBlock(one) => {
+                let names = self.bind(one.assignments.iter().map(|(target, _)| target));
+                self.guard(one.span().start_offset, &names);
                 one.assignments.iter().for_each(|(_, value)| self.expression(value));
                 self.statements(&one.body);
             }
-            Stmt::Set(one) => self.expression(&one.expr),
+            Stmt::Set(one) => {
+                let names = self.bind([&one.target]);
+                if !is_literal(&one.expr) {
+                    self.guard(one.span().start_offset, &names);
+                }
+                self.expression(&one.expr);
+            }
             Stmt::SetBlock(one) => {
+                let names = self.bind([&one.target]);
+                self.guard(one.span().end_offset, &names);
                 self.expressions(&one.filter);
                 self.statements(&one.body);
             }
@@ -134,15 +235,26 @@ impl Found {
                 self.statements(&one.body);
             }
             Stmt::Block(one) => self.statements(&one.body),
-            Stmt::Import(one) => self.expression(&one.expr),
-            Stmt::FromImport(one) => self.expression(&one.expr),
+            Stmt::Import(one) => {
+                self.bind([&one.name]);
+                self.expression(&one.expr);
+            }
+            Stmt::FromImport(one) => {
+                self.bind(one.names.iter().map(|(name, alias)| alias.as_ref().unwrap_or(name)));
+                self.expression(&one.expr);
+            }
             Stmt::Extends(one) => self.expression(&one.name),
             Stmt::Include(one) => self.expression(&one.name),
             Stmt::Macro(one) => {
+                self.names.bound.insert(one.name.to_owned());
+                let names = self.bind(&one.args);
+                self.guard(one.span().start_offset, &names);
                 self.expressions(&one.defaults);
                 self.statements(&one.body);
             }
             Stmt::CallBlock(one) => {
+                let names = self.bind(&one.macro_decl.args);
+                self.guard(one.span().start_offset, &names);
                 self.arguments(&one.call.args);
                 self.expressions(&one.macro_decl.defaults);
                 self.statements(&one.macro_decl.body);
@@ -173,7 +285,8 @@ impl Found {
     /// An expression that is the left side of so many unchecked links of a chain.
     fn link(&mut self, one: &Expr<'_>, unchecked: usize) {
         match one {
-            Expr::Var(_) | Expr::Const(_) => {}
+            Expr::Const(_) => {}
+            Expr::Var(variable) => self.names.uses.push((variable.id.to_owned(), range(one.span()))),
             Expr::UnaryOp(one) => self.expression(&one.expr),
             Expr::BinOp(operation) => {
                 let mut links = 0;
@@ -195,12 +308,22 @@ impl Found {
                 if matches!(operation.op, BinOpKind::In) {
                     self.wrap(&operation.right, SEEN);
                 }
+                self.comparison(&operation.left, operation.op, &operation.right);
                 self.link(&operation.left, links);
                 self.expression(&operation.right);
             }
             Expr::Compare(one) => {
                 self.expression(&one.expr);
+                let mut left = &one.expr;
                 for each in &one.ops {
+                    let operator = match each.op {
+                        CompareOpKind::Eq => Some(BinOpKind::Eq),
+                        CompareOpKind::Ne => Some(BinOpKind::Ne),
+                        CompareOpKind::In | CompareOpKind::NotIn => Some(BinOpKind::In),
+                        _ => None,
+                    };
+                    operator.into_iter().for_each(|one| self.comparison(left, one, &each.expr));
+                    left = &each.expr;
                     if matches!(each.op, CompareOpKind::In | CompareOpKind::NotIn) {
                         self.wrap(&each.expr, SEEN);
                     }
@@ -245,6 +368,36 @@ impl Found {
                 self.expressions(&one.values);
             }
         }
+    }
+}
+
+fn range(span: Span) -> Range<usize> {
+    span.start_offset as usize..span.end_offset as usize
+}
+
+/// The variables, attributes included, that a target stands for.
+fn target_names(target: &Expr<'_>) -> Vec<String> {
+    match target {
+        Expr::Var(variable) => vec![variable.id.to_owned()],
+        Expr::GetAttr(attribute) => {
+            let bases = target_names(&attribute.expr).into_iter();
+            bases.map(|base| format!("{base}.{}", attribute.name)).collect()
+        }
+        Expr::List(list) => list.items.iter().flat_map(target_names).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Whether a value is written out in the template: it is no larger than its text, and a table of numbers need not be
+/// looked through in every rendering.
+fn is_literal(one: &Expr<'_>) -> bool {
+    match one {
+        Expr::Const(_) => true,
+        Expr::UnaryOp(one) => matches!(one.op, UnaryOpKind::Neg) && is_literal(&one.expr),
+        Expr::List(list) => list.items.iter().all(is_literal),
+        Expr::Tuple(list) => list.items.iter().all(is_literal),
+        Expr::Map(map) => map.keys.iter().chain(&map.values).all(is_literal),
+        _ => false,
     }
 }
 
