@@ -141,7 +141,7 @@ pub(crate) struct Choices {
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     pub(crate) size: [u32; 2],
     /// What the order of the passes is chosen for: declaration, memory or few-passes.
-    #[arg(long, value_name = "NAME", default_value = "declaration", value_parser = parse_objective)]
+    #[arg(long, value_name = "NAME", default_value = "declaration", value_parser = one_of("objectives", Objective::ALL, Objective::name))]
     pub(crate) objective: Objective,
 }
 
@@ -279,7 +279,7 @@ pub(crate) struct GraphArguments {
     /// The pipeline.
     pub(crate) pipeline: PathBuf,
     /// The form: svg, html, dot, mermaid or json; without it that of the extension of --out, else svg.
-    #[arg(long, value_name = "NAME", value_parser = parse_format)]
+    #[arg(long, value_name = "NAME", value_parser = one_of("forms", GraphFormat::ALL, GraphFormat::name))]
     pub(crate) format: Option<GraphFormat>,
     /// Where it goes; without it to standard output.
     #[arg(long, value_name = "FILE")]
@@ -333,7 +333,7 @@ pub(crate) struct DiffArguments {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) after_size: Option<[u32; 2]>,
     /// What the order of the second plan alone is chosen for.
-    #[arg(long, value_name = "NAME", value_parser = parse_objective)]
+    #[arg(long, value_name = "NAME", value_parser = one_of("objectives", Objective::ALL, Objective::name))]
     pub(crate) after_objective: Option<Objective>,
 }
 
@@ -363,7 +363,7 @@ pub(crate) struct WgslArguments {
     #[arg(long, value_name = "NAMES", value_delimiter = ',', num_args = 0..=1, require_equals = true)]
     pub(crate) properties: Option<Vec<String>>,
     /// The language: wgsl, spirv (binary, the plain variant only), msl, hlsl or glsl.
-    #[arg(long, value_name = "NAME", default_value = "wgsl", value_parser = parse_language)]
+    #[arg(long, value_name = "NAME", default_value = "wgsl", value_parser = one_of("languages", TargetLanguage::ALL, TargetLanguage::name))]
     pub(crate) target: TargetLanguage,
     /// Shows the template's file and line before each line; WGSL only.
     #[arg(long)]
@@ -419,24 +419,21 @@ pub(crate) struct ReferenceArguments {
     pub(crate) write: Option<PathBuf>,
 }
 
-fn parse_objective(text: &str) -> Result<Objective, String> {
-    let names = || Objective::ALL.map(Objective::name).join(", ");
-    Objective::from_name(text).ok_or_else(|| format!("the objectives are {}", names()))
-}
-
-fn parse_language(text: &str) -> Result<TargetLanguage, String> {
-    let names = || TargetLanguage::ALL.map(TargetLanguage::name).join(", ");
-    TargetLanguage::from_name(text).ok_or_else(|| format!("the languages are {}", names()))
+/// Reads one of some things by its name.
+fn one_of<const N: usize, T: Copy + Send + Sync + 'static>(
+    what: &'static str,
+    all: [T; N],
+    name: fn(T) -> &'static str,
+) -> impl Fn(&str) -> Result<T, String> + Clone {
+    move |text| {
+        let found = all.into_iter().find(|one| name(*one) == text);
+        found.ok_or_else(|| format!("the {what} are {}", all.map(name).join(", ")))
+    }
 }
 
 fn parse_validator(text: &str) -> Result<ValidatorCommand, String> {
     let validator = ExternalValidator::parse(text)?;
     Ok(ValidatorCommand { text: text.to_owned(), validator })
-}
-
-fn parse_format(text: &str) -> Result<GraphFormat, String> {
-    let names = || GraphFormat::ALL.map(GraphFormat::name).join(", ");
-    GraphFormat::from_name(text).ok_or_else(|| format!("the forms are {}", names()))
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {

@@ -30,40 +30,24 @@ pub(crate) fn run(arguments: &DiffArguments) -> bool {
 }
 
 fn side(session: &mut Session, path: &Path, choices: &Choices) -> Option<Report> {
-    match kept(session, path) {
-        Kept::Report(report) => Some(*report),
-        Kept::Pipeline => report(session, path, choices),
-        Kept::Neither(diagnostic) => {
-            session.diagnostics.push(*diagnostic);
+    // Of what cannot be read, the pipeline's own diagnostics tell more.
+    let Some(value) = kept(session, path) else { return report(session, path, choices) };
+    match serde_json::from_value(value) {
+        Ok(report) => Some(report),
+        Err(error) => {
+            let message = format!("the file \"{}\" is no report: {error}", path.display());
+            let diagnostic =
+                Diagnostic::in_file(codes::NOT_A_REPORT, path.display().to_string(), "", message);
+            let help = "print one with `umbragraph graph PIPELINE --format json`";
+            session.diagnostics.push(diagnostic.help(help));
             None
         }
     }
 }
 
-/// What a file is.
-enum Kept {
-    Report(Box<Report>),
-    /// Or nothing that could be told: the pipeline's own diagnostics tell more.
-    Pipeline,
-    Neither(Box<Diagnostic>),
-}
-
-fn kept(session: &mut Session, path: &Path) -> Kept {
-    let Ok(file) = read_source(path, &mut session.sources) else { return Kept::Pipeline };
-    let Some(text) = session.sources.get(file).map(|file| file.text()) else { return Kept::Pipeline };
-    match serde_json::from_str::<serde_json::Value>(text) {
-        // A pipeline has an object of passes.
-        Ok(value) if value["passes"].is_array() => match serde_json::from_value(value) {
-            Ok(report) => Kept::Report(Box::new(report)),
-            Err(error) => {
-                let message = format!("the file \"{}\" is no report: {error}", path.display());
-                let diagnostic =
-                    Diagnostic::in_file(codes::NOT_A_REPORT, path.display().to_string(), "", message);
-                Kept::Neither(Box::new(
-                    diagnostic.help("print one with `umbragraph graph PIPELINE --format json`"),
-                ))
-            }
-        },
-        _ => Kept::Pipeline,
-    }
+/// The JSON of a report that was kept; a pipeline has an object of passes.
+fn kept(session: &mut Session, path: &Path) -> Option<serde_json::Value> {
+    let file = read_source(path, &mut session.sources).ok()?;
+    let value: serde_json::Value = serde_json::from_str(session.sources.get(file)?.text()).ok()?;
+    value["passes"].is_array().then_some(value)
 }

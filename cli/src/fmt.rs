@@ -10,7 +10,7 @@ use umbragraph::read_source;
 use umbragraph::source::{FileId, MAX_FILE_BYTES, Sources, Span};
 
 use crate::arguments::FmtArguments;
-use crate::replace::{replace, unwritable};
+use crate::replace::replace;
 use crate::streams::{complain, print, print_contents, print_json};
 
 /// What diagnostics call standard input.
@@ -48,7 +48,7 @@ fn treat(path: &Path, arguments: &FmtArguments, sources: &mut Sources) -> Result
     } else if is_input {
         print_contents(text.as_bytes());
     } else if !is_canonical {
-        replace(path, &text).map_err(|error| unwritable(path, &error))?;
+        replace(path, &text)?;
     }
     Ok(is_canonical)
 }

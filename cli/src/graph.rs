@@ -7,7 +7,7 @@ use umbragraph::report::{GraphFormat, Report, diff, draw, page};
 
 use crate::arguments::{Choices, GraphArguments};
 use crate::observed::observed;
-use crate::replace::{replace, unwritable};
+use crate::replace::replace;
 use crate::session::Session;
 use crate::streams::{complain, print_contents, print_json};
 
@@ -41,8 +41,8 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
             fine
         }
         Some(path) => {
-            if let Err(error) = replace(path, text) {
-                return session.fail(unwritable(path, &error));
+            if let Err(diagnostic) = replace(path, text) {
+                return session.fail(diagnostic);
             }
             if format == GraphFormat::Html {
                 complain(&format!("open {} in a browser; it needs no network\n", path.display()));

@@ -4,7 +4,6 @@
 //! which is then renamed. A file that somebody else changed meanwhile is left alone.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::ErrorKind;
 use std::path::Path;
 
 use similar::TextDiff;
@@ -86,23 +85,21 @@ impl Mended {
                     let of_file = |line: &&String| line.starts_with(&format!("{name}:"));
                     self.edits.iter().filter(of_file).for_each(|line| complain(&format!("fixed {line}")));
                 }
-                Err(error) => {
-                    diagnostics.push(unwritable(Path::new(name), &error));
-                }
+                Err(diagnostic) => diagnostics.push(diagnostic),
             }
         }
         diagnostics
     }
 }
 
-fn write(path: &Path, original: &str, text: &str) -> std::io::Result<()> {
-    let present = std::fs::read(path)?;
+fn write(path: &Path, original: &str, text: &str) -> Result<(), Diagnostic> {
+    let present = std::fs::read(path).map_err(|error| unwritable(path, &error))?;
     let (mark, rest) = match present.strip_prefix("\u{feff}".as_bytes()) {
         Some(rest) => ("\u{feff}", rest),
         None => ("", present.as_slice()),
     };
     if rest != original.as_bytes() {
-        return Err(std::io::Error::new(ErrorKind::InvalidData, "it was changed meanwhile"));
+        return Err(unwritable(path, &"it was changed meanwhile"));
     }
     replace(path, format!("{mark}{text}"))
 }

@@ -9,10 +9,9 @@ use std::io::IsTerminal as _;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use umbragraph::CheckOptions;
 use umbragraph::compiler::PlanOptions;
 use umbragraph::diagnostic::{Diagnostics, Place};
-use umbragraph::pipeline::{self, Configured, Overrides};
+use umbragraph::pipeline::{self, Configurations, Overrides};
 use umbragraph::shader::TargetProfile;
 use umbragraph::shader::permutations::{self, Options, Request, Validator};
 use umbragraph::source::FileId;
@@ -60,23 +59,21 @@ fn requests(
     for path in &arguments.pipelines {
         let Some(document) = session.open(path, &arguments.files.extension) else { continue };
         let overrides = session.overrides(&arguments.settings, &document);
-        let configured = if is_one { Configured::One(&overrides) } else { Configured::All };
         let profiles = profiles(&document, asked.clone());
         claimed.extend(profiles.iter().cloned());
         let Some(first) = profiles.first() else { continue };
-        let options = CheckOptions {
-            registry: &session.registry,
-            templates: &session.templates,
-            profile: first,
-            overrides: &Overrides::default(),
-            plan: &PlanOptions::new(1280, 720),
-        };
+        let (values, plan) = (Overrides::default(), PlanOptions::new(1280, 720));
+        let options = session.check_options(first, &values, &plan);
         let mut diagnostics = Diagnostics::new();
+        let configurations = match is_one {
+            true => Configurations::one(&overrides),
+            false => Configurations::all(&document, &session.templates, first),
+        };
         let mut judge = dry_run(first);
         let reached = pipeline::reach(
             &document,
             &options,
-            (configured, &mut judge),
+            (&configurations, &mut judge),
             &session.sources,
             &mut diagnostics,
         );

@@ -11,7 +11,11 @@ use umbragraph::diagnostic::{Diagnostic, codes};
 ///
 /// # Errors
 /// A folder that is not there or cannot be written to; a file that was there is as it was.
-pub(crate) fn replace(path: &Path, contents: impl AsRef<[u8]>) -> std::io::Result<()> {
+pub(crate) fn replace(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Diagnostic> {
+    try_replace(path, contents.as_ref()).map_err(|error| unwritable(path, &error))
+}
+
+fn try_replace(path: &Path, contents: &[u8]) -> std::io::Result<()> {
     let known = std::fs::metadata(path).ok();
     if known.as_ref().is_some_and(|known| !known.is_file()) {
         return std::fs::write(path, contents);

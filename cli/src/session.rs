@@ -254,13 +254,8 @@ impl Session {
 
     fn check_one(&mut self, configured: &Configured, choices: &Choices) -> CheckReport {
         let Some(profile) = configured.profiles.first() else { return CheckReport::default() };
-        let options = CheckOptions {
-            registry: &self.registry,
-            templates: &self.templates,
-            profile,
-            overrides: &configured.overrides,
-            plan: &Self::options(choices),
-        };
+        let plan = Self::options(choices);
+        let options = self.check_options(profile, &configured.overrides, &plan);
         let mut diagnostics = Diagnostics::new();
         let checked = umbragraph::check_document(
             &configured.composed.document,
@@ -290,13 +285,8 @@ impl Session {
             } else {
                 Configurations::of_features(&composed.document, &overrides, profile)
             };
-            let options = CheckOptions {
-                registry: &self.registry,
-                templates: &self.templates,
-                profile,
-                overrides: &overrides,
-                plan: &Self::options(choices),
-            };
+            let plan = Self::options(choices);
+            let options = self.check_options(profile, &overrides, &plan);
             let mut diagnostics = Diagnostics::new();
             let mut coverage = umbragraph::check_configurations(
                 &composed.document,
@@ -352,10 +342,8 @@ impl Session {
 
     /// Adds diagnostics; what holds for several profiles is said once.
     fn add_new(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
-        let key =
-            |diagnostic: &Diagnostic| (diagnostic.code, diagnostic.place.clone(), diagnostic.message.clone());
-        let known: HashSet<_> = self.diagnostics.iter().map(key).collect();
-        self.diagnostics.extend(diagnostics.into_iter().filter(|new| !known.contains(&key(new))));
+        let known: HashSet<_> = self.diagnostics.iter().map(Diagnostic::key).collect();
+        self.diagnostics.extend(diagnostics.into_iter().filter(|new| !known.contains(&new.key())));
     }
 
     /// Holds shader variants to the limits of each profile, and to the writers of its language.
@@ -366,6 +354,16 @@ impl Session {
             .collect();
         let proven = permutations::check(&self.templates, &requests, &permutations::Options::default());
         self.add_new(proven.diagnostics);
+    }
+
+    /// The options of a check.
+    pub(crate) fn check_options<'a>(
+        &'a self,
+        profile: &'a TargetProfile,
+        overrides: &'a Overrides,
+        plan: &'a PlanOptions,
+    ) -> CheckOptions<'a> {
+        CheckOptions { registry: &self.registry, templates: &self.templates, profile, overrides, plan }
     }
 
     /// What the choices say of the plan.

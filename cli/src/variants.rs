@@ -149,7 +149,7 @@ pub(crate) fn write(
             }
             let Some(text) = report.text(templates, variant) else { continue };
             let path = folder.join(&name);
-            replace(&path, text).map_err(|error| unwritable(&path, &error))?;
+            replace(&path, text)?;
         }
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! `umbragraph wgsl`
 
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes};
-use umbragraph::pipeline::{Pass, Pipeline, ProgramVariant};
+use umbragraph::pipeline::{Pass, Pipeline, ProgramVariant, is_of};
 use umbragraph::shader::{self, Emitted, ShaderModule, TargetLanguage};
 use umbragraph::work::ProgramHandle;
 
@@ -14,7 +14,7 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
     let mut session = Session::new(&arguments.choices.files);
     let checked = session.check(&arguments.pipeline, &arguments.choices);
     let Some(pipeline) = checked.pipeline else { return session.report() };
-    let is_meant = |pass: &Pass| arguments.pass.as_ref().is_none_or(|name| is_in(&pass.name, name));
+    let is_meant = |pass: &Pass| arguments.pass.as_ref().is_none_or(|name| is_of(&pass.name, name));
     if let Some(name) = &arguments.pass
         && !pipeline.passes.iter().any(is_meant)
         && !session.diagnostics.has_errors()
@@ -65,11 +65,6 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
     }
     print_contents(&output);
     session.report() && fine
-}
-
-/// Whether a pass has a name, or is of a loop or a group of that name.
-fn is_in(pass: &str, name: &str) -> bool {
-    pass.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
 fn unknown_name(session: &mut Session, what: &str, name: &str, names: &[&str]) {

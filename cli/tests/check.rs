@@ -255,6 +255,34 @@ fn a_file_that_is_not_there_is_compared_with_those_beside_it_and_those_that_come
         let said = text(&run(&["check", path.to_str().unwrap()]).stderr);
         assert!(said.contains(&format!("help: did you mean {meant}")), "{name}: {said}");
     }
+    // So is one that the command line names.
+    for (name, meant) in
+        [("lighting.jsn", "lighting.json\", which lies beside"), ("nebla.json", "umbragraph:nebula.json\"")]
+    {
+        let said = text(&run(&["check", folder.join(name).to_str().unwrap()]).stderr);
+        assert!(said.contains(&format!("help: did you mean \"{meant}")), "{name}: {said}");
+    }
+}
+
+#[test]
+fn a_feature_that_is_given_as_a_parameter_is_called_one_and_the_other_way_round() {
+    for (option, given, said) in [
+        (
+            "--set",
+            "light_filter=hard",
+            "\"light_filter\" is a feature: it stands under \"features\", or behind --feature",
+        ),
+        ("--set", "light_filtr=hard", "\"light_filter\" is a feature"),
+        (
+            "--feature",
+            "exposure=2",
+            "\"exposure\" is a parameter: it stands under \"parameters\", or behind --set",
+        ),
+        ("--feature", "light_filtr=hard", "did you mean \"light_filter\"?"),
+    ] {
+        let found = text(&run(&["check", "umbragraph:awsm.json", "--config", option, given]).stderr);
+        assert!(found.contains(&format!("help: {said}")), "{given}: {found}");
+    }
 }
 
 #[test]

@@ -19,6 +19,7 @@ use umbragraph_pipeline::work::{
 };
 
 use crate::blend::{BlendSettings, blend_constant};
+use crate::if_said;
 
 /// What every attachment says: what is attached, and what it holds before and after.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -213,10 +214,10 @@ impl Attachments {
         let color: Vec<_> = (self.color.iter().enumerate())
             .map(|(at, settings)| settings.declare(pass, at, covers))
             .collect();
-        let depth = self.depth.as_ref().map(|settings| settings.declare(pass, "/depth"));
-        let stencil = self.stencil.as_ref().map(|settings| settings.declare(pass, "/stencil"));
+        let depth = if_said(&self.depth, |settings| settings.declare(pass, "/depth"));
+        let stencil = if_said(&self.stencil, |settings| settings.declare(pass, "/stencil"));
         let color = color.into_iter().collect::<Option<Vec<_>>>()?;
-        let (mut depth, stencil) = (all(depth)?, all(stencil)?);
+        let (mut depth, stencil) = (depth?, stencil?);
         if let (Some(depth), Some(stencil)) = (&depth, &stencil)
             && depth.to.target() != stencil.to.target()
         {
@@ -234,11 +235,6 @@ impl Attachments {
             blend_constant,
         })))
     }
-}
-
-/// `None` after at least one diagnostic.
-fn all<T>(declared: Option<Option<T>>) -> Option<Option<T>> {
-    declared.map_or(Some(None), |declared| declared.map(Some))
 }
 
 impl Attached {
@@ -281,14 +277,13 @@ impl ColorSettings {
     /// Declares a color attachment. `covers` says that the pass writes every texel.
     fn declare(&self, pass: &mut PassBuilder<'_>, index: usize, covers: bool) -> Option<ColorAttachment> {
         let at = &format!("/color/{index}");
-        let blend = match &self.blend {
-            Some(settings) => settings.declare(pass, &format!("{at}/blend"))?,
-            None => None,
-        };
+        let blend =
+            if_said(&self.blend, |settings| settings.declare(pass, &format!("{at}/blend")))?.flatten();
         let all = ColorWrites::ALL;
-        let write_mask = self.write_mask.as_ref().map_or(all, |channels| {
-            channels.iter().fold(ColorWrites::empty(), |mask, channel| mask | (*channel).into())
-        });
+        let write_mask = self
+            .write_mask
+            .as_ref()
+            .map_or(all, |channels| channels.iter().map(|channel| ColorWrites::from(*channel)).collect());
         let replaces = covers && blend.is_none() && write_mask == all;
         let without = if replaces { LoadOperation::Discard } else { LoadOperation::Load };
         let load = self.attached.load(
@@ -297,15 +292,11 @@ impl ColorSettings {
             without,
             |pass, expr, pointer| color_of_numbers(pass, expr, pointer, "[0, 0, 0, 1]"),
         )?;
-        let format = match &self.format {
-            Some(name) => Some(pass.format(name, &format!("{at}/format"))?),
-            None => None,
-        };
+        let format = if_said(&self.format, |name| pass.format(name, &format!("{at}/format")))?;
         let to = self.attached.target(pass, at)?;
-        let resolve = match &self.resolve {
-            Some(to) => Some(target(pass, &to.to, (&to.mip, &to.layer, &None), &format!("{at}/resolve"))?),
-            None => None,
-        };
+        let resolve = if_said(&self.resolve, |resolve| {
+            target(pass, &resolve.to, (&resolve.mip, &resolve.layer, &None), &format!("{at}/resolve"))
+        })?;
         let discard = self.attached.discards(pass, at)?;
         Some(ColorAttachment { to, load, blend, write_mask, format, resolve, discard })
     }
@@ -347,17 +338,11 @@ impl StencilSettings {
     fn declare(&self, pass: &mut PassBuilder<'_>, at: &str) -> Option<StencilAttachment> {
         let load =
             self.attached.load(pass, (&self.clear, at, LiveTarget::Stencil), LoadOperation::Load, byte)?;
-        let front = match &self.front {
-            Some(face) => face.declare(pass, &format!("{at}/front"))?,
-            None => StencilFaceState::IGNORE,
-        };
-        let back = match &self.back {
-            Some(face) => face.declare(pass, &format!("{at}/back"))?,
-            None => front,
-        };
-        let byte_or = |pass: &mut PassBuilder<'_>, expr: &Option<Expr>, key: &str, without: u32| match expr {
-            Some(expr) => byte(pass, expr, &format!("{at}/{key}")),
-            None => Some(without),
+        let front = if_said(&self.front, |face| face.declare(pass, &format!("{at}/front")))?;
+        let front = front.unwrap_or(StencilFaceState::IGNORE);
+        let back = if_said(&self.back, |face| face.declare(pass, &format!("{at}/back")))?.unwrap_or(front);
+        let byte_or = |pass: &mut PassBuilder<'_>, expr: &Option<Expr>, key: &str, without: u32| {
+            if_said(expr, |expr| byte(pass, expr, &format!("{at}/{key}"))).map(|byte| byte.unwrap_or(without))
         };
         let read_mask = byte_or(pass, &self.read_mask, "read_mask", 255)?;
         let write_mask = byte_or(pass, &self.write_mask, "write_mask", 255)?;

@@ -123,31 +123,16 @@ struct RunCamera {
     jitter: u32,
 }
 
-/// The matrices of a frame without jitter.
-#[derive(Clone, Copy)]
-struct Before {
-    clip_from_view: DMat4,
-    view_from_world: DMat4,
-    position: DVec3,
-}
-
-impl Before {
-    fn of(lens: &Lens) -> Self {
-        let Lens { clip_from_view, view_from_world, position, .. } = *lens;
-        Self { clip_from_view, view_from_world, position }
-    }
-}
-
-/// The last frame with its index, and the one before it.
+/// The last frame with its index, and the one before it; both without jitter.
 #[derive(Default)]
 struct Frames {
-    last: Option<(u64, Before)>,
-    before: Option<Before>,
+    last: Option<(u64, Lens)>,
+    before: Option<Lens>,
 }
 
 impl Frames {
     /// Takes in a frame, and returns the one before it.
-    fn advance(&mut self, index: u64, now: Before) -> Before {
+    fn advance(&mut self, index: u64, now: Lens) -> Lens {
         if self.last.is_none_or(|(last, _)| last != index) {
             self.before = self.last.map(|(_, last)| last);
         }
@@ -169,13 +154,12 @@ impl CpuNode for RunCamera {
         let jitter = jitter(self.jitter, index, context.viewport) + context.frame.camera.projection.jitter();
         let aside = DMat4::from_translation(jitter.extend(0.0));
         let lens = Lens::of(&context.frame.camera, self.reverse);
-        let moved = lens.map(|lens| (Before::of(&lens), lens.moved(&aside)));
+        let moved = lens.map(|lens| (lens, lens.moved(&aside)));
         let (before, lens) = match moved.filter(|(_, lens)| lens.is_finite()) {
             Some((now, lens)) => (frames.advance(index, now), lens),
             None => {
                 *frames = Frames::default();
-                let lens = Lens::identity();
-                (Before::of(&lens), lens)
+                (Lens::identity(), Lens::identity())
             }
         };
         lens.publish(self.reverse, data);
@@ -218,6 +202,7 @@ fn radical_inverse(mut number: u32, base: u32) -> f64 {
 }
 
 /// A camera's matrices and numbers.
+#[derive(Clone, Copy)]
 struct Lens {
     clip_from_view: DMat4,
     view_from_clip: DMat4,

@@ -1,5 +1,7 @@
 //! The node kind `draw`: the host's meshes, once for each view.
 
+use std::ops::RangeInclusive;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
@@ -12,6 +14,7 @@ use umbragraph_pipeline::work::{
 };
 
 use crate::attachment::Attachments;
+use crate::if_said;
 use crate::shader::ShaderSettings;
 
 /// The most frames that changed meshes can wait.
@@ -126,13 +129,8 @@ impl Draw {
     /// The level of detail of each view.
     fn detail(&self, pass: &mut PassBuilder<'_>) -> Option<Vec<u32>> {
         let Some(expr) = &self.detail else { return Some(vec![0]) };
-        let numbers = pass.numbers(expr, "/detail")?;
-        let is_level = |number: &f64| number.fract() == 0.0 && (0.0..=MAX_DETAIL).contains(number);
-        if numbers.is_empty() || !numbers.iter().all(is_level) {
-            let help = format!("write numbers from 0, the finest, to {MAX_DETAIL}");
-            return pass.reject(codes::OUT_OF_BOUNDS, "/detail", "levels of detail are whole numbers", help);
-        }
-        Some(numbers.into_iter().map(|number| number as u32).collect())
+        let help = format!("write numbers from 0, the finest, to {MAX_DETAIL}");
+        counts(pass, expr, "/detail", 0.0..=MAX_DETAIL, "levels of detail are whole numbers", help)
     }
 
     /// When views are drawn again; the depth to which they are cleared is the attachment's ([`keep`]).
@@ -151,31 +149,38 @@ impl Draw {
             let help = format!("add \"redraw\": \"changed\", or remove \"{name}\"");
             return pass.reject(codes::OUT_OF_BOUNDS, &format!("/{name}"), message, help);
         }
-        let numbers = self.every.as_ref().map_or(Some(vec![1.0]), |expr| pass.numbers(expr, "/every"))?;
-        let is_count = |number: &f64| number.fract() == 0.0 && (1.0..=MAX_EVERY).contains(number);
-        if numbers.is_empty() || !numbers.iter().all(is_count) {
+        let every = if_said(&self.every, |expr| {
             let message = "changed meshes are drawn in every so many frames, a whole number";
-            return pass.reject(
-                codes::OUT_OF_BOUNDS,
-                "/every",
-                message,
-                format!("write numbers from 1 to {MAX_EVERY}"),
-            );
-        }
-        let every = numbers.into_iter().map(|number| number as u32).collect();
+            let help = format!("write numbers from 1 to {MAX_EVERY}");
+            counts(pass, expr, "/every", 1.0..=MAX_EVERY, message, help)
+        })?;
+        let every = every.unwrap_or_else(|| vec![1]);
         let scroll = pass.boolean_or(&self.scroll, "/scroll", false)?;
         let mip = Some(IndexRange::one(0));
         let range = SubresourceRange { mip, ..SubresourceRange::default() };
-        let over = match &self.over {
-            Some(name) => Some(pass.texture(name, range, "/over")?),
-            None => None,
-        };
+        let over = if_said(&self.over, |name| pass.texture(name, range, "/over"))?;
         if scroll && over.is_some() {
             let message = "what is drawn over another texture does not scroll";
             return pass.reject(codes::ATTACHMENTS, "/scroll", message, "remove \"scroll\", or \"over\"");
         }
         Some(Some(Redraw { clear: 0.0, over, every, scroll }))
     }
+}
+
+/// One or more whole numbers of a range.
+fn counts(
+    pass: &mut PassBuilder<'_>,
+    expr: &Expr,
+    pointer: &str,
+    range: RangeInclusive<f64>,
+    message: &str,
+    help: String,
+) -> Option<Vec<u32>> {
+    let numbers = pass.numbers(expr, pointer)?;
+    if numbers.is_empty() || !numbers.iter().all(|number| number.fract() == 0.0 && range.contains(number)) {
+        return pass.reject(codes::OUT_OF_BOUNDS, pointer, message, help);
+    }
+    Some(numbers.into_iter().map(|number| number as u32).collect())
 }
 
 /// Lets the depth attachment of a pass that draws changed views keep what is there; each view is cleared by itself.

@@ -26,6 +26,7 @@
 use glam::{DMat4, DVec3};
 use umbragraph_pipeline::frame::{Camera, Light, LightKind, Projection};
 
+use crate::cascades::light::brightness;
 use crate::views::range;
 
 /// The distance at which a light counts half as much as near by, in metres.
@@ -121,8 +122,6 @@ impl Eye {
             return Importance::default();
         }
         let number = |value: f64| if value > 0.0 { value.min(1e30) } else { 0.0 };
-        let intensity =
-            f64::from(light.intensity) * light.color.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722));
         let (coverage, proximity) = match sphere(light) {
             None => (1.0, 1.0),
             Some((center, radius)) => {
@@ -134,7 +133,7 @@ impl Eye {
             priority: number(f64::from(light.priority)).min(MAX_PRIORITY),
             coverage,
             proximity,
-            strength: (1.0 + number(intensity)).log2(),
+            strength: (1.0 + number(brightness(light))).log2(),
         }
     }
 

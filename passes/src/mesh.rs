@@ -17,6 +17,7 @@ use umbragraph_pipeline::work::{BufferDraw, Draw, DrawCounts, IndexStream, Progr
 use crate::attachment::Attachments;
 use crate::compute::IndirectSettings;
 use crate::draw::Cull;
+use crate::if_said;
 use crate::shader::ShaderSettings;
 
 /// The maximum number of vertex buffers, which WebGPU guarantees.
@@ -150,19 +151,15 @@ impl Mesh {
     fn buffers(&self, pass: &mut PassBuilder<'_>) -> Option<Draw> {
         let (program, bindings) = self.shader.declare(pass, None);
         let vertices = program.and_then(|program| self.vertices(program, pass));
-        let indices = self.indices.as_ref().map(|settings| indices(settings, pass));
+        let indices = if_said(&self.indices, |settings| indices(settings, pass));
         let counts = self.counts(pass);
         let topology = pass.word_or(&self.topology, "/topology", Topology::TriangleList)?;
         let cull = pass.word_or(&self.cull, "/cull", Cull::None)?;
-        let indices = match indices {
-            Some(indices) => Some(indices?),
-            None => None,
-        };
         Some(Draw::Buffers(Box::new(BufferDraw {
             program: program?,
             bindings: bindings?,
             vertices: vertices?,
-            indices,
+            indices: indices?,
             counts: counts?,
             topology: topology.into(),
             cull: cull.face(),
@@ -179,12 +176,8 @@ impl Mesh {
         let streams: Vec<Option<VertexStream>> =
             self.vertices.iter().enumerate().map(|(at, stream)| stream.declare(at, program, pass)).collect();
         let streams: Vec<VertexStream> = streams.into_iter().collect::<Option<_>>()?;
-        let given: Vec<&str> = self
-            .vertices
-            .iter()
-            .flat_map(|stream| &stream.attributes)
-            .map(|attribute| attribute.name.as_str())
-            .collect();
+        let attributes = self.vertices.iter().flat_map(|stream| &stream.attributes);
+        let given: Vec<&str> = attributes.map(|attribute| attribute.name.as_str()).collect();
         pass.check_vertex_inputs(program, &given, "/vertices")?;
         Some(streams)
     }
@@ -214,23 +207,16 @@ impl VertexSettings {
         let here = format!("/vertices/{at}");
         let mut attributes = Vec::with_capacity(self.attributes.len());
         for (position, attribute) in self.attributes.iter().enumerate() {
-            let offset = match &attribute.offset {
-                Some(expr) => {
-                    Some(u64::from(pass.count(expr, &format!("{here}/attributes/{position}/offset"))?))
-                }
-                None => None,
-            };
+            let offset = pass.count_if(&attribute.offset, &format!("{here}/attributes/{position}/offset"))?;
+            let offset = offset.map(u64::from);
             attributes.push((attribute.name.as_str(), attribute.format.as_str(), offset));
         }
         let found = pass.vertex_attributes(program, &attributes, &format!("{here}/attributes"));
         let step = pass.word_or(&self.step, &format!("{here}/step"), Step::Vertex)?;
-        let stride = match &self.stride {
-            Some(expr) => Some(u64::from(pass.count(expr, &format!("{here}/stride"))?)),
-            None => None,
-        };
+        let stride = pass.count_if(&self.stride, &format!("{here}/stride"))?;
         let buffer = pass.buffer(&self.buffer, &format!("{here}/buffer"));
         let (attributes, end) = found?;
-        let stride = stride.unwrap_or(end.next_multiple_of(4));
+        let stride = stride.map_or(end.next_multiple_of(4), u64::from);
         if stride % 4 != 0 || stride < end || stride > MAX_STRIDE {
             let message = format!("elements of {end} bytes cannot follow one another every {stride} bytes");
             let help = format!("write a multiple of 4 from {} to {MAX_STRIDE}", end.next_multiple_of(4));

@@ -4,7 +4,7 @@
 //! linear (spherical for rotations), or by a cubic Hermite spline whose tangents the file gives. Before its first key
 //! and after its last one a channel holds the value there. Evaluation is a binary search and one interpolation.
 
-use glam::{DQuat, DVec3, DVec4};
+use glam::{DQuat, DVec4};
 
 use crate::node::NodeId;
 
@@ -32,16 +32,9 @@ pub enum Property {
     Weight(usize),
 }
 
-/// What happens between two keys.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Interpolation {
-    /// The value of the earlier key stays.
-    Step,
-    /// A straight line, for rotations the shorter arc.
-    Linear,
-    /// A cubic Hermite spline.
-    CubicSpline,
-}
+/// What happens between two keys: the value of the earlier one stays, a straight line (for rotations the shorter arc), or
+/// a cubic Hermite spline.
+pub use gltf::json::animation::Interpolation;
 
 /// One property of one node over time. (A channel of glTF that moves all weights of a node is one for each of them.)
 #[derive(Clone, Debug, PartialEq)]
@@ -59,7 +52,7 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// The value at a time in seconds.
+    /// The value at a time in seconds: x, y and z, a rotation of unit length, or a weight as x.
     pub fn sample(&self, time: f64) -> DVec4 {
         let after = self.times.partition_point(|key| f64::from(*key) <= time);
         let (Some(before), true) = (after.checked_sub(1), after < self.times.len()) else {
@@ -103,16 +96,6 @@ impl Channel {
             Property::Translation | Property::Scale | Property::Weight(_) => value,
         }
     }
-
-    /// The three components of a translation or scale at a time in seconds.
-    pub fn sample_vector(&self, time: f64) -> DVec3 {
-        self.sample(time).truncate()
-    }
-
-    /// The rotation at a time in seconds; of unit length.
-    pub fn sample_rotation(&self, time: f64) -> DQuat {
-        DQuat::from_vec4(self.sample(time))
-    }
 }
 
 #[cfg(test)]
@@ -138,7 +121,8 @@ mod tests {
     fn linear_rotations_turn_at_constant_speed_along_the_shorter_arc() {
         let end = DQuat::from_rotation_y(FRAC_PI_2).as_quat().to_array();
         for values in [vec![[0.0, 0.0, 0.0, 1.0], end], vec![[0.0, 0.0, 0.0, 1.0], end.map(|part| -part)]] {
-            let half = channel(Property::Rotation, Interpolation::Linear, values).sample_rotation(2.0);
+            let half = channel(Property::Rotation, Interpolation::Linear, values).sample(2.0);
+            let half = DQuat::from_vec4(half);
             assert!(half.angle_between(DQuat::from_rotation_y(FRAC_PI_2 / 2.0)) < 1e-3);
         }
     }

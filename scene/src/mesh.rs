@@ -68,7 +68,23 @@ pub fn bounds_of(positions: &[[f32; 3]]) -> Bounds {
 /// area. Computed in `f64`, so that small triangles far from the origin keep their direction.
 pub fn face_normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
     let [a, b, c] = corners.map(|corner| Vec3::from_array(corner).as_dvec3());
-    (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Y).as_vec3().to_array()
+    direction((b - a).cross(c - a))
+}
+
+/// The normals of triangles that share no vertices, three for each.
+pub(crate) fn flat_normals(positions: &[[f32; 3]]) -> impl Iterator<Item = [f32; 3]> {
+    let (triangles, _) = positions.as_chunks();
+    triangles.iter().flat_map(|corners| [face_normal(*corners); 3])
+}
+
+/// A normal of unit length; +Y for one of length zero.
+pub(crate) fn unit(normal: [f32; 3]) -> [f32; 3] {
+    direction(Vec3::from_array(normal).as_dvec3())
+}
+
+/// The unit vector of a direction; +Y for none.
+pub(crate) fn direction(vector: DVec3) -> [f32; 3] {
+    vector.try_normalize().unwrap_or(DVec3::Y).as_vec3().to_array()
 }
 
 /// The indices of the triangles of a strip: every further vertex makes a triangle with the two before it, and every

@@ -6,10 +6,10 @@
 //!
 //! Limits: weights beyond ±`MAX_WEIGHT`, which a spline may reach between two keys, are that.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use umbragraph_pipeline::frame::Bounds;
 
-use crate::mesh::{Primitive, face_normal};
+use crate::mesh::{Primitive, flat_normals, unit};
 
 /// The largest weight, in either direction.
 pub(crate) const MAX_WEIGHT: f32 = 1e6;
@@ -40,14 +40,10 @@ impl Primitive {
             add(normals, &target.normals, *weight);
         }
         if self.has_flat_normals {
-            for (corners, normals) in positions.chunks_exact(3).zip(normals.chunks_exact_mut(3)) {
-                normals.fill(face_normal([corners[0], corners[1], corners[2]]));
-            }
+            normals.clear();
+            normals.extend(flat_normals(positions));
         } else {
-            for normal in normals {
-                let unit = Vec3::from_array(*normal).as_dvec3().try_normalize().unwrap_or(DVec3::Y);
-                *normal = unit.as_vec3().to_array();
-            }
+            normals.iter_mut().for_each(|normal| *normal = unit(*normal));
         }
     }
 

@@ -6,7 +6,7 @@
 //! Key frames are finite, but what a spline or a chain of scales makes of them need not be: a node that an animation
 //! takes farther than a million kilometres, or makes as large, stays with its parent at that time.
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DQuat, DVec3};
 use umbragraph_pipeline::frame::Bounds;
 
 use crate::animation::Property;
@@ -100,10 +100,11 @@ impl Scene {
             else {
                 continue;
             };
+            let value = channel.sample(time);
             match channel.property {
-                Property::Translation => *translation = channel.sample_vector(time),
-                Property::Rotation => *rotation = channel.sample_rotation(time),
-                Property::Scale => *scale = channel.sample_vector(time),
+                Property::Translation => *translation = value.truncate(),
+                Property::Rotation => *rotation = DQuat::from_vec4(value),
+                Property::Scale => *scale = value.truncate(),
                 Property::Weight(_) => {}
             }
         }

@@ -9,6 +9,7 @@ use umbragraph_pipeline::frame::{Bounds, FrameInput, Light};
 
 use crate::animation::Animation;
 use crate::default_view;
+use crate::filter::wants;
 use crate::light::SceneLight;
 use crate::material::{AlphaMode, Material};
 use crate::mesh::{Mesh, Primitive};
@@ -140,11 +141,6 @@ impl Scene {
         self.bounds_where(pose, |_| true)
     }
 
-    /// The world box around everything that casts shadows in a pose.
-    pub fn caster_bounds(&self, pose: &Pose) -> Bounds {
-        self.bounds_where(pose, |draw| draw.cast_shadow)
-    }
-
     fn bounds_where(&self, pose: &Pose, wanted: impl Fn(Draw) -> bool) -> Bounds {
         let draws = self.draws().filter(|draw| wanted(*draw));
         draws.fold(Bounds::EMPTY, |bounds, draw| bounds.union(self.draw_bounds(draw, pose)))
@@ -172,18 +168,11 @@ impl Scene {
             Some(camera) => camera.placed(&pose.world(camera.node), &scene_bounds, aspect),
             None => default_view::camera(&scene_bounds, aspect),
         };
-        FrameInput::new(camera)
-            .lights(self.placed_lights(pose))
-            .scene_bounds(scene_bounds)
-            .filter_bounds("casters", self.caster_bounds(pose))
-            .filter_bounds(
-                "static_casters",
-                self.bounds_where(pose, |draw| draw.cast_shadow && !draw.dynamic),
-            )
-            .filter_bounds(
-                "dynamic_casters",
-                self.bounds_where(pose, |draw| draw.cast_shadow && draw.dynamic),
-            )
-            .time(time)
+        let input =
+            FrameInput::new(camera).lights(self.placed_lights(pose)).scene_bounds(scene_bounds).time(time);
+        let casters = ["casters", "static_casters", "dynamic_casters"];
+        casters.into_iter().fold(input, |input, filter| {
+            input.filter_bounds(filter, self.bounds_where(pose, |draw| wants(filter, self, draw)))
+        })
     }
 }

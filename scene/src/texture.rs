@@ -1,50 +1,30 @@
 //! Images, and how they are sampled.
 
-/// What lies beyond the edge of a texture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Wrap {
-    /// The texture again.
-    #[default]
-    Repeat,
-    /// The texel at the edge.
-    ClampToEdge,
-    /// The texture again, mirrored every second time.
-    MirroredRepeat,
-}
-
-/// How texels become a colour.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Filter {
-    /// The nearest texel.
-    Nearest,
-    /// A mix of the texels around.
-    #[default]
-    Linear,
-}
+use umbragraph_pipeline::wgpu_types::{AddressMode, FilterMode, MipmapFilterMode};
 
 /// How a texture is sampled. The default (where the file says nothing) repeats and mixes texels and mip levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Sampler {
     /// Across.
-    pub wrap_u: Wrap,
+    pub wrap_u: AddressMode,
     /// Down.
-    pub wrap_v: Wrap,
+    pub wrap_v: AddressMode,
     /// Where a texel covers more than a pixel.
-    pub magnify: Filter,
+    pub magnify: FilterMode,
     /// Where a pixel covers more than a texel.
-    pub minify: Filter,
+    pub minify: FilterMode,
     /// Between mip levels; `None` where the file asks for the base level only.
-    pub mipmap: Option<Filter>,
+    pub mipmap: Option<MipmapFilterMode>,
 }
 
 impl Default for Sampler {
     fn default() -> Self {
         Self {
-            wrap_u: Wrap::Repeat,
-            wrap_v: Wrap::Repeat,
-            magnify: Filter::Linear,
-            minify: Filter::Linear,
-            mipmap: Some(Filter::Linear),
+            wrap_u: AddressMode::Repeat,
+            wrap_v: AddressMode::Repeat,
+            magnify: FilterMode::Linear,
+            minify: FilterMode::Linear,
+            mipmap: Some(MipmapFilterMode::Linear),
         }
     }
 }

@@ -5,8 +5,9 @@
 //! that is not double-sided a camera does not see the back; lights are stopped from either side, as casters are drawn.
 
 use glam::{DMat4, DVec2, DVec3};
+use umbragraph_pipeline::wgpu_types::{AddressMode, FilterMode};
 use umbragraph_scene::material::AlphaMode;
-use umbragraph_scene::texture::{Filter, Image, Texture, Wrap};
+use umbragraph_scene::texture::{Image, Texture};
 use umbragraph_scene::{Draw, Pose, Scene};
 
 /// A triangle in the world.
@@ -152,11 +153,11 @@ fn alpha(image: &Image, texture: &Texture, place: DVec2) -> f64 {
         f64::from(image.rgba.get(at).copied().unwrap_or(255)) / 255.0
     };
     match sampler.magnify {
-        Filter::Nearest => {
+        FilterMode::Nearest => {
             let at = (place * size).floor();
             texel(at.x, at.y)
         }
-        Filter::Linear => {
+        FilterMode::Linear => {
             let at = place * size - 0.5;
             let (low, part) = (at.floor(), at - at.floor());
             let row = |y: f64| texel(low.x, y) * (1.0 - part.x) + texel(low.x + 1.0, y) * part.x;
@@ -166,12 +167,12 @@ fn alpha(image: &Image, texture: &Texture, place: DVec2) -> f64 {
 }
 
 /// The texel that stands for one of any coordinate.
-fn wrapped(at: f64, count: u32, wrap: Wrap) -> u32 {
+fn wrapped(at: f64, count: u32, wrap: AddressMode) -> u32 {
     let size = f64::from(count);
     let inside = match wrap {
-        Wrap::Repeat => at.rem_euclid(size),
-        Wrap::ClampToEdge => at,
-        Wrap::MirroredRepeat => {
+        AddressMode::Repeat => at.rem_euclid(size),
+        AddressMode::ClampToEdge | AddressMode::ClampToBorder => at,
+        AddressMode::MirrorRepeat => {
             let twice = at.rem_euclid(2.0 * size);
             if twice < size { twice } else { 2.0 * size - 1.0 - twice }
         }
@@ -200,9 +201,9 @@ mod tests {
     #[test]
     fn textures_repeat_end_or_are_mirrored() {
         let at = |wrap| [-5.0, -1.0, 0.0, 3.0, 4.0, 6.0].map(|at| wrapped(at, 4, wrap));
-        assert_eq!(at(Wrap::Repeat), [3, 3, 0, 3, 0, 2]);
-        assert_eq!(at(Wrap::ClampToEdge), [0, 0, 0, 3, 3, 3]);
-        assert_eq!(at(Wrap::MirroredRepeat), [3, 0, 0, 3, 3, 1]);
-        assert_eq!(wrapped(f64::NAN, 4, Wrap::Repeat), 0);
+        assert_eq!(at(AddressMode::Repeat), [3, 3, 0, 3, 0, 2]);
+        assert_eq!(at(AddressMode::ClampToEdge), [0, 0, 0, 3, 3, 3]);
+        assert_eq!(at(AddressMode::MirrorRepeat), [3, 0, 0, 3, 3, 1]);
+        assert_eq!(wrapped(f64::NAN, 4, AddressMode::Repeat), 0);
     }
 }

@@ -16,7 +16,7 @@ use umbragraph::diagnostic::suggested_name;
 use umbragraph::source::Sources;
 
 use crate::arguments::ReferenceArguments;
-use crate::replace::{replace, unwritable};
+use crate::replace::replace;
 use crate::streams::{complain, print};
 
 /// One thing of the reference.
@@ -137,9 +137,8 @@ fn write(pages: &[Page], folder: &Path) -> bool {
     }
     let files = pages.iter().map(|page| (page.name, page.markdown())).chain([("README", index)]);
     for (name, text) in files {
-        let path = folder.join(format!("{name}.md"));
-        if let Err(error) = replace(&path, text) {
-            complain(&human_all([&unwritable(&path, &error)], &Sources::new()));
+        if let Err(diagnostic) = replace(&folder.join(format!("{name}.md")), text) {
+            complain(&human_all([&diagnostic], &Sources::new()));
             return false;
         }
     }

@@ -4,7 +4,7 @@
 
 use std::fmt::Display;
 use std::fs::File;
-use std::io::{BufWriter, Cursor, Write as _};
+use std::io::{BufWriter, Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use exr::prelude::{
@@ -84,10 +84,17 @@ pub(crate) struct Compression {
     pub(crate) fast: bool,
 }
 
-impl Compression {
-    fn of_png(self) -> png::Compression {
-        if self.fast { png::Compression::Fastest } else { png::Compression::Balanced }
-    }
+fn png_encoder<'a, W: Write>(
+    to: W,
+    [width, height]: [u32; 2],
+    compression: Compression,
+) -> png::Encoder<'a, W> {
+    let mut encoder = png::Encoder::new(to, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    let Compression { fast } = compression;
+    encoder.set_compression(if fast { png::Compression::Fastest } else { png::Compression::Balanced });
+    encoder
 }
 
 /// Writes a PNG.
@@ -102,14 +109,12 @@ pub(crate) fn write_png(
 ) -> Result<(), Diagnostic> {
     let failed = |error: &dyn Display| unwritable(path, error);
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgba);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(compression.of_png());
-    let mut writer = encoder.write_header().map_err(|error| failed(&error))?;
+    let mut writer = png_encoder(&mut bytes, [width, height], compression)
+        .write_header()
+        .map_err(|error| failed(&error))?;
     writer.write_image_data(rgba).map_err(|error| failed(&error))?;
     writer.finish().map_err(|error| failed(&error))?;
-    replace(path, &bytes).map_err(|error| failed(&error))
+    replace(path, &bytes)
 }
 
 /// Writes the numbers themselves as an EXR of 32-bit floats: one channel as `Y` (or `Z`, of depth), else R, G, B and A.
@@ -139,7 +144,7 @@ pub(super) fn write_exr(path: &Path, sheet: &Sheet, is_depth: bool) -> Result<()
         .non_parallel()
         .to_buffered(Cursor::new(&mut bytes))
         .map_err(|error| failed(&error))?;
-    replace(path, &bytes).map_err(|error| failed(&error))
+    replace(path, &bytes)
 }
 
 /// Frames that become one file, or one file each.
@@ -179,10 +184,7 @@ impl Animation {
         match format {
             Format::Apng => {
                 let (file, writer) = Unfinished::create(path)?;
-                let mut encoder = png::Encoder::new(writer, size[0], size[1]);
-                encoder.set_color(png::ColorType::Rgba);
-                encoder.set_depth(png::BitDepth::Eight);
-                encoder.set_compression(compression.of_png());
+                let mut encoder = png_encoder(writer, size, compression);
                 encoder.set_animated(frames, 0).map_err(|error| failed(&error))?;
                 let milliseconds = (1000.0 / rate).round().clamp(1.0, 65535.0) as u16;
                 encoder.set_frame_delay(milliseconds, 1000).map_err(|error| failed(&error))?;

@@ -14,7 +14,7 @@ use serde_json::json;
 use umbragraph::diagnostic::Diagnostic;
 use umbragraph::executor::Executor;
 
-use crate::replace::{replace, unwritable};
+use crate::replace::replace;
 
 /// The times of some frames.
 pub(super) struct Timings {
@@ -118,7 +118,7 @@ impl Timings {
     /// A file that cannot be written.
     pub(super) fn trace(&self, path: &Path) -> Result<String, Diagnostic> {
         let text = json!({ "traceEvents": self.events, "displayTimeUnit": "ms" }).to_string();
-        replace(path, text + "\n").map_err(|error| unwritable(path, &error))?;
+        replace(path, text + "\n")?;
         let without = self.without_gpu.as_ref().map(|reason| format!("; {reason}")).unwrap_or_default();
         Ok(format!("{}: a trace, to be opened at ui.perfetto.dev{without}\n", path.display()))
     }

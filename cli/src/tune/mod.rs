@@ -37,7 +37,7 @@ use crate::progress::Progress;
 use crate::render::Drawing;
 use crate::render::camera::CameraPath;
 use crate::render::files;
-use crate::replace::{replace, unwritable};
+use crate::replace::replace;
 use crate::score::nothing;
 use crate::score::view::View;
 use crate::session::Session;
@@ -150,7 +150,7 @@ fn tune(
     let found = Found::new(arguments, &graphics.name, names, search.tried, search.refused);
     let Some(found) = found else { return Ok(None) };
     let text = file::text(&found, arguments, session, &document)?;
-    replace(&arguments.out, text).map_err(|error| unwritable(&arguments.out, &error))?;
+    replace(&arguments.out, text)?;
     Ok(Some(found))
 }
 

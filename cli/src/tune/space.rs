@@ -148,13 +148,7 @@ impl Tuned {
     /// The coordinates of a value.
     pub(crate) fn coordinates(&self, value: &Value) -> Vec<f64> {
         let of = |value: &Value| match value {
-            Value::Bool(on) => {
-                if *on {
-                    0.75
-                } else {
-                    0.25
-                }
-            }
+            Value::Bool(on) => 0.25 + 0.5 * f64::from(*on),
             value => self.coordinate(value.number().unwrap_or(self.range[0])),
         };
         match value {

@@ -11,27 +11,22 @@
 //! Areas count smallest tiles.
 
 use super::request::{Eviction, POOLS, Pool, PoolCounts};
+use super::settle::Settled;
 
 /// A light, as far as the decision goes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     /// The entry that it stands for.
     pub(super) entry: u32,
-    /// The number of tiles.
-    pub(super) tiles: u32,
-    /// The class of size that is wanted.
-    pub(super) wanted: u8,
-    /// The smallest class of size.
-    pub(super) min: u8,
-    /// The slots needed.
-    pub(super) slots: PoolCounts,
+    /// What it needs.
+    pub(super) need: Settled,
     /// What was decided: the class of size, or why it is evicted.
     pub(super) verdict: Result<u8, Eviction>,
 }
 
 impl Candidate {
     pub(super) fn area(&self, class: u8) -> u64 {
-        u64::from(self.tiles) << (2 * class)
+        u64::from(self.need.tiles) << (2 * class)
     }
 }
 
@@ -43,8 +38,8 @@ pub(super) fn decide(candidates: &mut [Candidate], side: Option<u8>, capacity: &
     for candidate in candidates.iter_mut() {
         candidate.verdict = admit(candidate, side, room, min, capacity, &taken);
         if candidate.verdict.is_ok() {
-            min += candidate.area(candidate.min);
-            taken.iter_mut().zip(candidate.slots).for_each(|(taken, count)| *taken += count);
+            min += candidate.area(candidate.need.min);
+            taken.iter_mut().zip(candidate.need.slots).for_each(|(taken, count)| *taken += count);
         }
     }
     let mut area =
@@ -58,8 +53,8 @@ pub(super) fn decide(candidates: &mut [Candidate], side: Option<u8>, capacity: &
                 break 'waves;
             }
             if let Ok(class) = candidate.verdict
-                && class > candidate.min
-                && candidate.tiles > 0
+                && class > candidate.need.min
+                && candidate.need.tiles > 0
             {
                 area -= candidate.area(class) - candidate.area(class - 1);
                 candidate.verdict = Ok(class - 1);
@@ -72,7 +67,7 @@ pub(super) fn decide(candidates: &mut [Candidate], side: Option<u8>, capacity: &
     }
     for candidate in candidates.iter_mut() {
         while let Ok(class) = candidate.verdict
-            && class < side.map_or(0, |side| candidate.wanted.min(side))
+            && class < side.map_or(0, |side| candidate.need.wanted.min(side))
         {
             let larger = area - candidate.area(class) + candidate.area(class + 1);
             if larger > room {
@@ -93,7 +88,7 @@ fn admit(
     taken: &PoolCounts,
 ) -> Result<u8, Eviction> {
     for pool in Pool::ALL {
-        let (count, capacity) = (candidate.slots[pool as usize], capacity[pool as usize]);
+        let (count, capacity) = (candidate.need.slots[pool as usize], capacity[pool as usize]);
         if count > capacity {
             return Err(Eviction::PoolTooSmall(pool));
         }
@@ -101,14 +96,14 @@ fn admit(
             return Err(Eviction::PoolFull(pool));
         }
     }
-    if candidate.tiles == 0 {
+    if candidate.need.tiles == 0 {
         return Ok(0);
     }
-    let area = candidate.area(candidate.min);
+    let area = candidate.area(candidate.need.min);
     match side {
-        Some(side) if candidate.min <= side && area <= room => {
+        Some(side) if candidate.need.min <= side && area <= room => {
             if area <= room - min {
-                Ok(candidate.wanted.clamp(candidate.min, side))
+                Ok(candidate.need.wanted.clamp(candidate.need.min, side))
             } else {
                 Err(Eviction::AtlasFull)
             }

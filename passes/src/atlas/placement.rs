@@ -17,7 +17,7 @@ use super::decide::{Candidate, decide};
 use super::follow::Follower;
 use super::quadtree::TileAllocator;
 use super::request::{Fate, Grant, Key, POOLS, PoolCounts, Request};
-use super::settle;
+use super::settle::{self, Settled};
 use super::slots::{MAX_SLOTS, SlotAllocator};
 use super::tile::Tile;
 use super::{MAX_SIDE, MAX_TILE, MAX_TILES, MIN_TILE};
@@ -108,15 +108,10 @@ struct Scratch {
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
-    key: Key,
     /// The frame that it was last asked for in; 0 for a vacant entry.
     seen: u64,
     /// The most of what requests of this frame ask for.
-    importance: f32,
-    wanted: u32,
-    min: u32,
-    tiles: u32,
-    slots: PoolCounts,
+    asked: Request,
     /// What counts; see `settle`.
     settled: Option<Settled>,
     fate: Fate,
@@ -127,15 +122,6 @@ struct Entry {
     held_slots: PoolCounts,
     first_slots: PoolCounts,
     moved: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Settled {
-    importance: f32,
-    wanted: u8,
-    min: u8,
-    tiles: u32,
-    slots: PoolCounts,
 }
 
 impl Placement {
@@ -251,40 +237,30 @@ impl Placement {
             let same = self
                 .entries
                 .get(before as usize)
-                .is_some_and(|entry| entry.seen != 0 && entry.key == request.key);
+                .is_some_and(|entry| entry.seen != 0 && entry.asked.key == request.key);
             let found = if same { Some(before) } else { self.by_key.get(&request.key).copied() };
-            let found = found.unwrap_or_else(|| self.insert(request.key));
+            let found = found.unwrap_or_else(|| self.insert(request));
             self.asked[at] = found;
             let entry = &mut self.entries[found as usize];
-            let tiles = request.tiles;
-            let count = tiles.count.min(MAX_TILES as u32);
+            let (most, tiles) = (&mut entry.asked, request.tiles);
             if entry.seen == self.frame {
-                entry.importance = entry.importance.max(request.importance);
-                entry.wanted = entry.wanted.max(tiles.wanted);
-                entry.min = entry.min.max(tiles.min);
-                entry.tiles = entry.tiles.max(count);
-                entry.slots.iter_mut().zip(request.slots).for_each(|(max, count)| *max = count.max(*max));
+                most.importance = most.importance.max(request.importance);
+                most.tiles.count = most.tiles.count.max(tiles.count);
+                most.tiles.wanted = most.tiles.wanted.max(tiles.wanted);
+                most.tiles.min = most.tiles.min.max(tiles.min);
+                most.slots.iter_mut().zip(request.slots).for_each(|(max, count)| *max = count.max(*max));
             } else {
                 entry.seen = self.frame;
-                entry.importance = request.importance;
-                entry.wanted = tiles.wanted;
-                entry.min = tiles.min;
-                entry.tiles = count;
-                entry.slots = request.slots;
+                *most = *request;
             }
         }
     }
 
-    fn insert(&mut self, key: Key) -> u32 {
+    fn insert(&mut self, request: &Request) -> u32 {
         let entry = Entry {
-            key,
             // Not 0, which a vacant entry has, and not this frame.
             seen: u64::MAX,
-            importance: 0.0,
-            wanted: 0,
-            min: 0,
-            tiles: 0,
-            slots: [0; POOLS],
+            asked: *request,
             settled: None,
             fate: Fate::Granted,
             held_class: 0,
@@ -300,7 +276,7 @@ impl Placement {
         } else {
             self.entries[at as usize] = entry;
         }
-        self.by_key.insert(key, at);
+        self.by_key.insert(request.key, at);
         self.live += 1;
         self.fates_changed = true;
         at
@@ -322,19 +298,16 @@ impl Placement {
             let before = entry.settled;
             let unit = self.settings.min_tile;
             let tolerance = self.settings.tolerance;
-            let min = settle::class_of(entry.min, unit, self.max);
+            let Request { importance, tiles, slots, .. } = entry.asked;
+            let min = settle::class_of(tiles.min, unit, self.max);
             let wanted =
-                settle::class(before.map(|before| before.wanted), entry.wanted, unit, self.max, tolerance);
+                settle::class(before.map(|before| before.wanted), tiles.wanted, unit, self.max, tolerance);
             let settled = Settled {
-                importance: settle::importance(
-                    before.map(|before| before.importance),
-                    entry.importance,
-                    tolerance,
-                ),
+                importance: settle::importance(before.map(|before| before.importance), importance, tolerance),
                 wanted: wanted.max(min),
                 min,
-                tiles: entry.tiles,
-                slots: entry.slots,
+                tiles: tiles.count.min(MAX_TILES as u32),
+                slots,
             };
             if before != Some(settled) {
                 self.entries[at].settled = Some(settled);
@@ -351,7 +324,7 @@ impl Placement {
         }
         let entry = &mut self.entries[at];
         entry.seen = 0;
-        self.by_key.remove(&entry.key);
+        self.by_key.remove(&entry.asked.key);
         self.vacant.push(at as u32);
         self.live -= 1;
         self.fates_changed = true;
@@ -364,20 +337,12 @@ impl Placement {
         scratch.order.extend(entries.iter().enumerate().filter_map(|(at, entry)| {
             let settled = entry.settled.filter(|_| entry.seen != 0)?;
             // Numbers that are not negative are ordered as their bits are.
-            Some((!settled.importance.to_bits(), entry.key, at as u32))
+            Some((!settled.importance.to_bits(), entry.asked.key, at as u32))
         }));
         scratch.order.sort_unstable();
         scratch.candidates.clear();
         scratch.candidates.extend(scratch.order.iter().filter_map(|(_, _, entry)| {
-            let settled = entries[*entry as usize].settled?;
-            Some(Candidate {
-                entry: *entry,
-                tiles: settled.tiles,
-                wanted: settled.wanted,
-                min: settled.min,
-                slots: settled.slots,
-                verdict: Ok(0),
-            })
+            Some(Candidate { entry: *entry, need: entries[*entry as usize].settled?, verdict: Ok(0) })
         }));
         let unit = self.settings.min_tile;
         let class =
@@ -386,17 +351,18 @@ impl Placement {
 
         let (mut area, mut max, mut pools) = (0u64, None, [0u32; POOLS]);
         for candidate in &scratch.candidates {
-            if candidate.tiles > 0 {
-                area = area.saturating_add(candidate.area(candidate.wanted));
-                max = max.max(Some(candidate.wanted));
+            let Settled { wanted, tiles, slots, .. } = candidate.need;
+            if tiles > 0 {
+                area = area.saturating_add(candidate.area(wanted));
+                max = max.max(Some(wanted));
             }
-            for (sum, count) in pools.iter_mut().zip(candidate.slots) {
+            for (sum, count) in pools.iter_mut().zip(slots) {
                 *sum = sum.saturating_add(count);
             }
             let entry = &mut entries[candidate.entry as usize];
             let fate = match candidate.verdict {
-                Ok(class) if candidate.tiles > 0 && class < candidate.wanted => {
-                    Fate::Downsized { from: unit << candidate.wanted, to: unit << class }
+                Ok(class) if tiles > 0 && class < wanted => {
+                    Fate::Downsized { from: unit << wanted, to: unit << class }
                 }
                 Ok(_) => Fate::Granted,
                 Err(why) => Fate::Evicted(why),

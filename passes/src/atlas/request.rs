@@ -136,18 +136,6 @@ pub enum Fate {
     Evicted(Eviction),
 }
 
-impl fmt::Display for Fate {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Granted => f.write_str("has what it asks for"),
-            Self::Downsized { from, to } => {
-                write!(f, "gets tiles of {to} instead of {from} texels a side: the shadow atlas is full")
-            }
-            Self::Evicted(why) => write!(f, "casts no shadow: {why}"),
-        }
-    }
-}
-
 /// What a light gets in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grant<'a> {

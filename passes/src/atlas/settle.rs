@@ -3,6 +3,22 @@
 //! Everything that is decided is decided from these. As long as they stay, all decisions stay, however much the numbers
 //! that are asked wobble within the tolerance.
 
+use super::request::PoolCounts;
+
+/// The numbers of a light that count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Settled {
+    pub(super) importance: f32,
+    /// The class of size that is wanted.
+    pub(super) wanted: u8,
+    /// The smallest class of size.
+    pub(super) min: u8,
+    /// The number of tiles.
+    pub(super) tiles: u32,
+    /// The slots needed.
+    pub(super) slots: PoolCounts,
+}
+
 /// The importance that counts: the one of before while the new one is within a factor of 1 + `tolerance` of it.
 pub(super) fn importance(before: Option<f32>, asked: f32, tolerance: f32) -> f32 {
     let asked = if asked > 0.0 { asked.min(f32::MAX) } else { 0.0 };

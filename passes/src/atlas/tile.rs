@@ -1,6 +1,4 @@
-//! A square of an atlas, and how shaders find it.
-
-use glam::DVec4;
+//! A square of an atlas.
 
 /// A square of texels. Its side is a power of two, and its corner a multiple of its side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -25,19 +23,6 @@ impl Tile {
     /// The number of texels.
     pub fn area(self) -> u64 {
         u64::from(self.size) * u64::from(self.size)
-    }
-
-    /// `uv · xy + zw` leads from 0..1 over the tile to texture coordinates of an atlas of so many texels a side.
-    pub fn scale_offset(self, side: u32) -> DVec4 {
-        let [x, y, size, side] = [self.x, self.y, self.size, side.max(1)].map(f64::from);
-        DVec4::new(size, size, x, y) / side
-    }
-
-    /// The tile less half a texel on each side, as the lowest and the highest texture coordinates: a filtered tap that
-    /// is kept within them reads no texel of a neighbour.
-    pub fn uv_bounds(self, side: u32) -> DVec4 {
-        let [x, y, size, side] = [self.x, self.y, self.size, side.max(1)].map(f64::from);
-        DVec4::new(x + 0.5, y + 0.5, x + size - 0.5, y + size - 0.5) / side
     }
 
     /// Whether two tiles have texels in common.
@@ -92,13 +77,5 @@ mod tests {
             let block = Tile::of_number(number >> 4, 64);
             assert!(block.overlaps(tile), "{block:?} {tile:?}");
         }
-    }
-
-    #[test]
-    fn texture_coordinates_span_the_tile() {
-        let tile = Tile { x: 64, y: 128, size: 64 };
-        assert_eq!(tile.scale_offset(256), DVec4::new(0.25, 0.25, 0.25, 0.5));
-        assert_eq!(tile.uv_bounds(256) * 256.0, DVec4::new(64.5, 128.5, 127.5, 191.5));
-        assert_eq!(tile.viewport(), [64, 128, 64, 64]);
     }
 }

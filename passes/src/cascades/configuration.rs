@@ -7,9 +7,7 @@
 //! [`umbragraph_pipeline::frame::Light::check`] finds unusable, or numbers so large that a matrix does not fit 32 bits,
 //! end in fewer cascades, none in the worst case, and then everything is lit.
 
-use std::f32::consts::PI;
-
-use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
+use glam::{DMat3, DMat4, DVec3, DVec4};
 use umbragraph_pipeline::data::View;
 use umbragraph_pipeline::frame::{Bounds, Camera, FrameInput, Light};
 
@@ -69,24 +67,9 @@ pub struct Cascade {
     pub depth_range: f64,
 }
 
-/// The light that cascades are fitted to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CascadeLight {
-    /// The unit direction to the light.
-    pub direction_to_light: DVec3,
-    /// Colour times intensity, in lux.
-    pub color: Vec3,
-    /// The intensity, in lux.
-    pub intensity: f32,
-    /// The angle under which the light is seen, in radians.
-    pub angular_diameter: f32,
-}
-
 /// The cascades of one frame.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct CascadeSet {
-    /// The light, also one that casts no shadows; `None` where there is no usable one.
-    pub light: Option<CascadeLight>,
     cascades: [Option<Cascade>; MAX_CASCADES],
 }
 
@@ -103,33 +86,15 @@ impl CascadeSet {
 }
 
 impl Configuration {
-    /// The position in the frame of the light that is named, or matters most.
-    pub fn chosen_light(&self, frame: &FrameInput) -> Option<usize> {
-        let chosen = light::choose(&frame.lights, self.light.as_deref())?;
-        frame.lights.iter().position(|light| std::ptr::eq(light, chosen))
-    }
-
     /// Fits the cascades of one frame to the light that is named, or matters most.
     pub fn fit(&self, frame: &FrameInput) -> CascadeSet {
-        match light::choose(&frame.lights, self.light.as_deref()) {
-            Some(light) => self.fit_light(light, frame),
-            None => CascadeSet { light: None, cascades: [None; MAX_CASCADES] },
-        }
+        let light = light::choose(&frame.lights, self.light.as_deref());
+        light.map(|(_, light)| self.fit_light(light, frame)).unwrap_or_default()
     }
 
     /// Fits the cascades of one frame to a light, which has to be usable ([`Light::check`]).
     pub fn fit_light(&self, light: &Light, frame: &FrameInput) -> CascadeSet {
-        let mut set = CascadeSet { light: None, cascades: [None; MAX_CASCADES] };
-        set.light = Some(CascadeLight {
-            direction_to_light: -light.direction,
-            color: light::radiance(light),
-            intensity: light.intensity,
-            angular_diameter: if (0.0..=PI).contains(&light.angular_diameter) {
-                light.angular_diameter
-            } else {
-                0.0
-            },
-        });
+        let mut set = CascadeSet::default();
         if frame.camera.check().is_some() || !light.has(CAST_SHADOW) {
             return set;
         }

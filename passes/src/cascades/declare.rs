@@ -2,27 +2,28 @@
 
 use glam::{DVec3, UVec2};
 use umbragraph_pipeline::expression::Value;
-use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder};
 
 use super::MAX_CASCADES;
 use super::configuration::Configuration;
 use super::depth::{LONGEST_REACH, NearPull};
+use super::fit::FitShape;
 use super::layout::{Layout, LayoutError, MAX_SIDE};
 use super::node::Cascades;
-use super::splits::{Blend, SplitScheme, Splits};
+use super::snap::Snap;
+use super::splits::{Blend, BlendOf, SplitScheme, Splits};
 use crate::codes;
+use crate::if_said;
 use crate::lights::described;
 
 /// Evaluates all settings; `None` after at least one diagnostic. All settings are looked at, whatever the first
 /// diagnostic.
 pub(super) fn configuration(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Configuration> {
-    let count = match settings.splits.as_ref().and_then(|split| split.count.as_ref()) {
-        Some(expr) => {
-            Some(cascade_count(pass.count(expr, "/splits/count")? as usize, "/splits/count", pass)?)
-        }
-        None => None,
-    };
+    let count = settings.splits.as_ref().and_then(|split| split.count.clone());
+    let count = if_said(&count, |expr| {
+        cascade_count(pass.count(expr, "/splits/count")? as usize, "/splits/count", pass)
+    })?;
     let (count, border, live) = pass.live(LiveTarget::Node, |pass| live(settings, pass, count));
     let resolutions = resolutions(settings, pass, count, border);
     let layout = match (count, &resolutions) {
@@ -59,18 +60,15 @@ fn live(
 ) -> (Option<usize>, Option<u32>, Option<Configuration>) {
     let splits = splits(settings, pass, count);
     let blend = blend(settings, pass);
-    let shape = word_or_default(pass, settings.fit.as_ref(), "/fit");
-    let snap = word_or_default(pass, settings.snap.as_ref(), "/snap");
-    let square = boolean(pass, settings.square_texels.as_ref(), "/square_texels", true);
+    let shape = pass.word_or(&settings.fit, "/fit", FitShape::default());
+    let snap = pass.word_or(&settings.snap, "/snap", Snap::default());
+    let square = pass.boolean_or(&settings.square_texels, "/square_texels", true);
     let border = pass.count_or(&settings.border, "/border", 2);
     let up = up(settings, pass);
     let near_pull = near_pull(settings, pass);
-    let far_extension = match &settings.far_extension {
-        Some(expr) => metres(pass, expr, "/far_extension"),
-        None => Some(0.0),
-    };
-    let clip_to_scene = boolean(pass, settings.clip_to_scene.as_ref(), "/clip_to_scene", false);
-    let reverse = boolean(pass, settings.reverse.as_ref(), "/reverse", false);
+    let far_extension = if_said(&settings.far_extension, |expr| metres(pass, expr, "/far_extension"));
+    let clip_to_scene = pass.boolean_or(&settings.clip_to_scene, "/clip_to_scene", false);
+    let reverse = pass.boolean_or(&settings.reverse, "/reverse", false);
     let cadence = described::cadence(pass, &settings.cadence);
     let all = || {
         Some(Configuration {
@@ -84,7 +82,7 @@ fn live(
             border: border?,
             up: up?,
             near_pull: near_pull?,
-            far_extension: far_extension?,
+            far_extension: far_extension?.unwrap_or(0.0),
             clip_to_scene: clip_to_scene?,
             reverse: reverse?,
             cadence: cadence?,
@@ -97,7 +95,8 @@ fn splits(settings: &Cascades, pass: &mut impl Evaluate, count: Option<usize>) -
     let far = pass.numbers(&settings.far, "/far");
     let far = far.and_then(|far| far_distances(far, &settings.far, pass));
     let split = settings.splits.as_ref();
-    let scheme = word_or_default(pass, split.and_then(|split| split.scheme.as_ref()), "/splits/scheme");
+    let scheme = split.and_then(|split| split.scheme.clone());
+    let scheme = pass.word_or(&scheme, "/splits/scheme", SplitScheme::default());
     let count = match count {
         Some(count) => Some(count),
         None => far.as_ref().and_then(|far| cascade_count(far.len(), "/far", pass)),
@@ -178,7 +177,7 @@ fn cascade_count(count: usize, pointer: &str, pass: &mut impl Evaluate) -> Optio
 fn blend(settings: &Cascades, pass: &mut impl Evaluate) -> Option<Blend> {
     let Some(blend) = &settings.blend else { return Some(Blend::default()) };
     let fraction = fraction(pass, &blend.fraction, "/blend/fraction", codes::CASCADE_BLEND, "the blend zone");
-    let of = word_or_default(pass, blend.of.as_ref(), "/blend/of");
+    let of = pass.word_or(&blend.of, "/blend/of", BlendOf::default());
     Some(Blend { fraction: fraction?, of: of? })
 }
 
@@ -186,12 +185,11 @@ fn up(settings: &Cascades, pass: &mut impl Evaluate) -> Option<DVec3> {
     let Some(expr) = &settings.up else { return Some(DVec3::Y) };
     let numbers = pass.numbers(expr, "/up")?;
     let up = <[f64; 3]>::try_from(numbers).ok().map(DVec3::from).and_then(DVec3::try_normalize);
-    if up.is_none() {
+    up.or_else(|| {
         let message = "the up vector has no direction";
         let help = "write three numbers that are not all zero: [0, 1, 0]";
-        pass.report(codes::LIGHT_UP, "/up", message, help);
-    }
-    up
+        pass.reject(codes::LIGHT_UP, "/up", message, help)
+    })
 }
 
 fn near_pull(settings: &Cascades, pass: &mut impl Evaluate) -> Option<NearPull> {
@@ -248,19 +246,15 @@ fn resolutions(
 }
 
 fn layout(settings: &Cascades, pass: &mut PassBuilder<'_>, resolutions: &[u32]) -> Option<Layout> {
-    let map = match &settings.map {
-        Some(expr) => {
-            let numbers = pass.numbers(expr, "/map")?;
-            let size = texels(&numbers).filter(|size| size.cmpgt(UVec2::ZERO).all());
-            if size.is_none() {
-                let message = "the size of the map is no width and height in texels";
-                let help = "write two whole numbers above zero: [2048, 2048]";
-                pass.report(codes::CASCADE_TILE, "/map", message, help);
-            }
-            Some(size?)
-        }
-        None => None,
-    };
+    let map = if_said(&settings.map, |expr| {
+        let numbers = pass.numbers(expr, "/map")?;
+        let size = texels(&numbers).filter(|size| size.cmpgt(UVec2::ZERO).all());
+        size.or_else(|| {
+            let message = "the size of the map is no width and height in texels";
+            let help = "write two whole numbers above zero: [2048, 2048]";
+            pass.reject(codes::CASCADE_TILE, "/map", message, help)
+        })
+    })?;
     let layout = match &settings.tiles {
         None => Layout::layers(resolutions, map),
         Some(expr) => Layout::tiles(resolutions, &origins(expr, pass, resolutions.len())?, map),
@@ -325,17 +319,6 @@ fn texels(numbers: &[f64]) -> Option<UVec2> {
         [x, y] => Some(UVec2::new(whole(*x)?, whole(*y)?)),
         _ => None,
     }
-}
-
-fn word_or_default<T>(pass: &mut impl Evaluate, word: Option<&Word<T>>, pointer: &str) -> Option<T>
-where
-    T: serde::de::DeserializeOwned + Clone + Default + schemars::JsonSchema,
-{
-    word.map_or_else(|| Some(T::default()), |word| pass.word(word, pointer))
-}
-
-fn boolean(pass: &mut impl Evaluate, expr: Option<&Expr>, pointer: &str, default: bool) -> Option<bool> {
-    expr.map_or(Some(default), |expr| pass.boolean(expr, pointer))
 }
 
 fn metres(pass: &mut impl Evaluate, expr: &Expr, pointer: &str) -> Option<f64> {

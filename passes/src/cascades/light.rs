@@ -19,13 +19,14 @@ use crate::lights::CAST_SHADOW;
 const PARALLEL: f64 = 0.99;
 
 /// The directional light of a name, or the one that matters most; see the module. Lights with unusable values are
-/// passed over.
-pub fn choose<'a>(lights: &'a [Light], name: Option<&str>) -> Option<&'a Light> {
+/// passed over. With its position in the list.
+pub fn choose<'a>(lights: &'a [Light], name: Option<&str>) -> Option<(usize, &'a Light)> {
     lights
         .iter()
-        .filter(|light| matches!(light.kind, LightKind::Directional) && light.check().is_none())
-        .filter(|light| name.is_none_or(|name| light.name == name))
-        .min_by(|a, b| {
+        .enumerate()
+        .filter(|(_, light)| matches!(light.kind, LightKind::Directional) && light.check().is_none())
+        .filter(|(_, light)| name.is_none_or(|name| light.name == name))
+        .min_by(|(_, a), (_, b)| {
             let dark_first = brightness(a).total_cmp(&brightness(b));
             let casts = |light: &Light| light.has(CAST_SHADOW);
             casts(b).cmp(&casts(a)).then(dark_first.reverse()).then_with(|| a.name.cmp(&b.name))
@@ -33,7 +34,7 @@ pub fn choose<'a>(lights: &'a [Light], name: Option<&str>) -> Option<&'a Light> 
 }
 
 /// Intensity times luminance.
-fn brightness(light: &Light) -> f64 {
+pub(crate) fn brightness(light: &Light) -> f64 {
     f64::from(light.intensity) * light.color.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
@@ -73,8 +74,8 @@ mod tests {
         lights.push(sun("broken", 1e6, true).direction(DVec3::NAN));
         for _ in 0..lights.len() {
             lights.rotate_left(1);
-            assert_eq!(choose(&lights, None).map(|light| &*light.name), Some("a"));
-            assert_eq!(choose(&lights, Some("moon")).map(|light| &*light.name), Some("moon"));
+            assert_eq!(choose(&lights, None).map(|(_, light)| &*light.name), Some("a"));
+            assert_eq!(choose(&lights, Some("moon")).map(|(_, light)| &*light.name), Some("moon"));
             assert!(choose(&lights, Some("mon")).is_none());
         }
     }

@@ -17,9 +17,10 @@ use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 use super::configuration::{Cascade, CascadeSet, Configuration};
 use super::fit::FitShape;
+use super::layout::Layout;
 use super::snap::Snap;
 use super::splits::{BlendOf, SplitScheme};
-use super::{MAX_CASCADES, declare, placed};
+use super::{declare, light, placed};
 use crate::importance;
 use crate::lights::descriptor;
 use crate::lights::filter::FilterSettings;
@@ -167,10 +168,17 @@ impl CpuNode for RunCascades {
     type State = ();
 
     fn run(&self, (): &mut (), context: &CpuContext<'_>, data: &mut BlackboardData) {
-        if let Some(at) = self.configuration.chosen_light(context.frame) {
+        let mut set = CascadeSet::default();
+        let chosen = light::choose(&context.frame.lights, self.configuration.light.as_deref());
+        if let Some((at, light)) = chosen {
             data.read_light(at);
+            set = self.configuration.fit_light(light, context.frame);
+            data.set_vec3("direction_to_light", (-light.direction).as_vec3());
+            data.set_vec3("light_color", light::radiance(light));
+            data.set_f32("light_intensity", light.intensity);
+            let is_angle = (0.0..=std::f32::consts::PI).contains(&light.angular_diameter);
+            data.set_f32("light_angular_diameter", if is_angle { light.angular_diameter } else { 0.0 });
         }
-        let set = self.configuration.fit(context.frame);
         publish(&self.configuration, &set, data);
         if context.frame.camera.check().is_none() {
             let (near, _) = context.frame.camera.projection.depth_range();
@@ -186,18 +194,12 @@ impl CpuNode for RunCascades {
 fn publish(configuration: &Configuration, set: &CascadeSet, data: &mut BlackboardData) {
     let layout = &configuration.layout;
     let numbers = |value: fn(&Cascade) -> f64| set.iter().map(move |cascade| bounded(value(cascade)));
-    let vectors = |value: &dyn Fn(usize) -> DVec4| {
-        let mut all = [glam::Vec4::ZERO; MAX_CASCADES];
-        all.iter_mut()
-            .zip(set.iter())
-            .enumerate()
-            .for_each(|(at, (vector, _))| *vector = value(at).as_vec4());
-        all.into_iter().take(set.count())
-    };
+    let vectors =
+        |value: fn(&Layout, usize) -> DVec4| (0..set.count()).map(move |at| value(layout, at).as_vec4());
     data.set_matrices("clip_from_world", set.iter().map(|cascade| cascade.view.clip_from_world));
     data.set_matrices("texture_from_world", set.iter().map(|cascade| cascade.texture_from_world));
-    data.set_vec4s("texture_scale_offset", vectors(&|at| layout.scale_offset(at)));
-    data.set_vec4s("uv_bounds", vectors(&|at| layout.uv_bounds(at)));
+    data.set_vec4s("texture_scale_offset", vectors(Layout::scale_offset));
+    data.set_vec4s("uv_bounds", vectors(Layout::uv_bounds));
     data.set_f32s("far", numbers(|cascade| cascade.slice.far));
     data.set_f32s("blend_start", numbers(|cascade| cascade.slice.blend_start));
     data.set_f32s("texel_size", numbers(|cascade| cascade.texel_size));
@@ -206,12 +208,6 @@ fn publish(configuration: &Configuration, set: &CascadeSet, data: &mut Blackboar
     data.set_u32("count", set.count() as u32);
     data.set_f32("last_far", set.iter().last().map_or(0.0, |cascade| bounded(cascade.slice.far)));
     data.set_f32s("map_size", layout.map.as_vec2().to_array());
-    if let Some(light) = &set.light {
-        data.set_vec3("direction_to_light", light.direction_to_light.as_vec3());
-        data.set_vec3("light_color", light.color);
-        data.set_f32("light_intensity", light.intensity);
-        data.set_f32("light_angular_diameter", light.angular_diameter);
-    }
     let first = set.iter().next().map_or(1.0, |cascade| cascade.texel_size);
     for cascade in set.iter() {
         let cadence = importance::cadence(cascade.texel_size / first, configuration.cadence);

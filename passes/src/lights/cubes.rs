@@ -18,6 +18,7 @@ use super::described::{DescribeShadows, DescribedSettings, ShadowOutput};
 use super::descriptor::{self, Descriptor};
 use super::placement::{self, Backing, Entry};
 use crate::views::cube::{CubeViews, Face};
+use crate::views::depth_coefficients;
 
 /// The texels on each side of a face that lie beyond its 90°, so that the four texels around a place at its edge are there.
 const BORDER: f64 = 1.0;
@@ -88,10 +89,4 @@ impl DescribeShadows for Cubes {
             place: UVec2::new(6 * slot, self.side),
         });
     }
-}
-
-/// Two numbers a and b: the depth of a point at a distance along the axis of its face is a + b / distance.
-pub fn depth_coefficients(near: f64, far: f64, reverse: bool) -> DVec2 {
-    let (near, far) = if reverse { (far, near) } else { (near, far) };
-    DVec2::new(far, -near * far) / (far - near)
 }

@@ -26,6 +26,7 @@ use super::slots::{self, SlotSettings, Slots};
 use super::{CONTACT_SHADOW, HARDNESS, descriptor};
 use crate::cascades::light::radiance;
 use crate::codes;
+use crate::if_said;
 use crate::importance::Eye;
 
 /// The first descriptor of a light without shadows.
@@ -62,10 +63,9 @@ impl Node for LightList {
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let lights = placement::capacity(pass, &self.lights, "/lights", placement::MAX_CAPACITY);
-        let descriptors = match &self.descriptors {
-            Some(expr) => placement::capacity(pass, expr, "/descriptors", placement::MAX_CAPACITY),
-            None => Some(1),
-        };
+        let descriptors = if_said(&self.descriptors, |expr| {
+            placement::capacity(pass, expr, "/descriptors", placement::MAX_CAPACITY)
+        });
         let mut inputs = Vec::new();
         let mut sound = true;
         let mut input = |name: &Option<String>, pointer: &str, expected: &[(&str, ValueType)]| {
@@ -83,14 +83,14 @@ impl Node for LightList {
                 input(&self.layers, "/layers", &descriptor),
             ],
         };
-        let slots = self.slots.as_ref().map(|settings| Slots::declare(pass, settings));
+        let slots = if_said(&self.slots, |settings| Slots::declare(pass, settings));
         if !sound {
             return None;
         }
-        let slots = slots.map_or(Some(None), |slots| slots.map(Some))?;
+        let slots = slots?;
         let hard_below =
             pass.live(LiveTarget::Node, |pass| pass.number_or(&self.hard_below, "/hard_below", 0.0))?;
-        let (lights, descriptors) = (lights?, descriptors?);
+        let (lights, descriptors) = (lights?, descriptors?.unwrap_or(1));
         let output = pass.publish(&self.to, "/to", shape(lights, descriptors))?;
         let node = RunLightList {
             setting: self.hard_below.clone(),

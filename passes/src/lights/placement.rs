@@ -24,6 +24,7 @@ use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 use super::CAST_SHADOW;
 use crate::atlas::{self, Capacity, Fate, Key, Placement, Pool, PoolCounts, Request, TileRequest};
 use crate::codes;
+use crate::if_said;
 use crate::importance::{Eye, Importance};
 
 /// The maximum number of lights or descriptors of a list.
@@ -223,33 +224,27 @@ impl Node for ShadowAtlas {
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let descriptors = capacity(pass, &self.descriptors, "/descriptors", MAX_CAPACITY);
-        let views = match &self.views {
-            Some(expr) => capacity(pass, expr, "/views", u32::MAX),
-            None => Some(u32::MAX),
-        };
+        let views = if_said(&self.views, |expr| capacity(pass, expr, "/views", u32::MAX));
         let spots = match &self.spots {
             Some(spots) => atlas(pass, spots, descriptors)?,
-            None => Atlas { capacity: 0, min_side: 16, max_side: 16, min_tile: 16, max_tile: 16 },
+            None => (0, atlas_of([16, 16], [16, 16])),
         };
-        let cubes = match &self.points {
-            Some(points) => count_between(pass, &points.capacity, "/points/capacity", 0, MAX_CUBES),
-            None => Some(0),
-        };
-        let directional = match &self.directional {
-            Some(directional) => {
-                let layers =
-                    count_between(pass, &directional.capacity, "/directional/capacity", 0, MAX_LAYERS);
-                let max = crate::cascades::MAX_CASCADES as u32;
-                let cascades = capacity(pass, &directional.cascades, "/directional/cascades", max);
-                room_for_a_directional_light(pass, layers, cascades)
-            }
-            None => Some((0, 1)),
-        };
-        let (descriptors, views, cubes, (layers, cascades)) = (descriptors?, views?, cubes?, directional?);
-        let limits =
-            Limits { atlas: spots, cubes, directional: layers / cascades, cascades, descriptors, views };
-        let output = pass.publish(&self.to, "/to", shape(descriptors, spots.min_side, cascades))?;
-        pass.produce(Work::Cpu(CpuWork::new(RunShadowAtlas { limits }, output, Vec::new())))
+        let cubes = if_said(&self.points, |points| {
+            count_between(pass, &points.capacity, "/points/capacity", 0, MAX_CUBES)
+        });
+        let directional = if_said(&self.directional, |directional| {
+            let layers = count_between(pass, &directional.capacity, "/directional/capacity", 0, MAX_LAYERS);
+            let max = crate::cascades::MAX_CASCADES as u32;
+            let cascades = capacity(pass, &directional.cascades, "/directional/cascades", max);
+            room_for_a_directional_light(pass, layers, cascades)
+        });
+        let (descriptors, views, cubes) = (descriptors?, views?.unwrap_or(u32::MAX), cubes?.unwrap_or(0));
+        let (layers, cascades) = directional?.unwrap_or((0, 1));
+        let (spots, atlas) = spots;
+        let directional = layers / cascades;
+        let node = RunShadowAtlas { atlas, spots, cubes, directional, cascades, descriptors, views };
+        let output = pass.publish(&self.to, "/to", shape(descriptors, atlas.min_side, cascades))?;
+        pass.produce(Work::Cpu(CpuWork::new(node, output, Vec::new())))
     }
 
     fn published() -> Vec<(&'static str, DataShape)> {
@@ -276,7 +271,12 @@ fn room_for_a_directional_light(
     Some((layers, cascades))
 }
 
-fn atlas(pass: &mut PassBuilder<'_>, spots: &SpotSettings, descriptors: Option<u32>) -> Option<Atlas> {
+/// The number of spots, and their atlas.
+fn atlas(
+    pass: &mut PassBuilder<'_>,
+    spots: &SpotSettings,
+    descriptors: Option<u32>,
+) -> Option<(u32, atlas::Settings)> {
     let capacity = match &spots.capacity {
         Some(expr) => count_between(pass, expr, "/spots/capacity", 0, MAX_CAPACITY),
         None => descriptors,
@@ -289,17 +289,15 @@ fn atlas(pass: &mut PassBuilder<'_>, spots: &SpotSettings, descriptors: Option<u
         let message = format!("the atlas and its tiles cannot have a side of {side} texels");
         pass.reject(codes::LIGHT_CAPACITY, pointer, message, "write a power of two from 16 to 8192")
     };
-    let atlas = Atlas {
-        min_side: side(&spots.min_side, "/spots/min_side")?,
-        max_side: side(&spots.max_side, "/spots/max_side")?,
-        min_tile: side(&spots.min_tile, "/spots/min_tile")?,
-        max_tile: side(&spots.max_tile, "/spots/max_tile")?,
-        capacity: capacity?,
-    };
+    let min_side = side(&spots.min_side, "/spots/min_side")?;
+    let max_side = side(&spots.max_side, "/spots/max_side")?;
+    let min_tile = side(&spots.min_tile, "/spots/min_tile")?;
+    let max_tile = side(&spots.max_tile, "/spots/max_tile")?;
+    let capacity = capacity?;
     for (small, large, pointer) in [
-        (atlas.min_side, atlas.max_side, "/spots/min_side"),
-        (atlas.min_tile, atlas.max_tile, "/spots/min_tile"),
-        (atlas.min_tile, atlas.min_side, "/spots/min_tile"),
+        (min_side, max_side, "/spots/min_side"),
+        (min_tile, max_tile, "/spots/min_tile"),
+        (min_tile, min_side, "/spots/min_tile"),
     ] {
         if small > large {
             let message = format!("{small} texels are more than {large}");
@@ -307,7 +305,12 @@ fn atlas(pass: &mut PassBuilder<'_>, spots: &SpotSettings, descriptors: Option<u
             return pass.reject(codes::LIGHT_CAPACITY, pointer, message, help);
         }
     }
-    Some(atlas)
+    Some((capacity, atlas_of([min_side, max_side], [min_tile, max_tile])))
+}
+
+/// An atlas with these sides, and tiles with those: the minimum and the maximum of each, in texels.
+fn atlas_of([min_side, max_side]: [u32; 2], [min_tile, max_tile]: [u32; 2]) -> atlas::Settings {
+    atlas::Settings { min_side, max_side, min_tile, max_tile, ..atlas::Settings::default() }
 }
 
 /// What a placement publishes, with so many descriptors; the sizes are for an atlas of this side and one light with so
@@ -333,20 +336,12 @@ fn shape(descriptors: u32, atlas_side: u32, cascades: u32) -> DataShape {
         .size("layer_count", cascades)
 }
 
-/// The atlas of the spots, in texels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Atlas {
-    capacity: u32,
-    min_side: u32,
-    max_side: u32,
-    min_tile: u32,
-    max_tile: u32,
-}
-
 /// What there is room for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Limits {
-    atlas: Atlas,
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct RunShadowAtlas {
+    /// The atlas of the spots.
+    atlas: atlas::Settings,
+    spots: u32,
     cubes: u32,
     directional: u32,
     cascades: u32,
@@ -354,18 +349,7 @@ struct Limits {
     views: u32,
 }
 
-impl Limits {
-    fn settings(&self) -> atlas::Settings {
-        atlas::Settings {
-            min_tile: self.atlas.min_tile,
-            max_tile: self.atlas.max_tile,
-            min_side: self.atlas.min_side,
-            max_side: self.atlas.max_side,
-            max_pools: self.pools(self.cubes, self.directional * self.cascades),
-            ..atlas::Settings::default()
-        }
-    }
-
+impl RunShadowAtlas {
     /// The slots of each pool, with so many cubes and layers.
     fn pools(&self, cubes: u32, layers: u32) -> PoolCounts {
         Pool::counts(&[
@@ -377,9 +361,9 @@ impl Limits {
     }
 
     /// What a light asks for; nothing for a kind that has no shadows here.
-    fn ask(&self, light: &Light, importance: &Importance) -> Option<(TileRequest, PoolCounts)> {
+    fn wants(&self, light: &Light, importance: &Importance) -> Option<(TileRequest, PoolCounts)> {
         let (tiles, descriptors, views, extra) = match light.kind {
-            LightKind::Spot { .. } if self.atlas.capacity > 0 => {
+            LightKind::Spot { .. } if self.spots > 0 => {
                 let wanted = importance.texels(self.atlas.max_tile).max(self.atlas.min_tile);
                 (TileRequest { count: 1, wanted, min: self.atlas.min_tile }, 1, 1, None)
             }
@@ -395,11 +379,6 @@ impl Limits {
         }
         Some((tiles, slots))
     }
-}
-
-#[derive(Clone, Debug, PartialEq)]
-struct RunShadowAtlas {
-    limits: Limits,
 }
 
 #[derive(Debug, Default)]
@@ -418,20 +397,18 @@ impl CpuNode for RunShadowAtlas {
 
     fn run(&self, state: &mut State, context: &CpuContext<'_>, data: &mut BlackboardData) {
         let State { placement, asking, requests, entries } = state;
-        let placement = placement.get_or_insert_with(|| Placement::new(self.limits.settings()));
+        let max_layers = self.directional * self.cascades;
+        let placement = placement.get_or_insert_with(|| {
+            let max_pools = self.pools(self.cubes, max_layers);
+            Placement::new(atlas::Settings { max_pools, ..self.atlas })
+        });
         self.ask(context.frame, asking, requests);
         let side = data.planned_size("atlas_side");
         let (cubes, layers) = (data.planned_size("cube_count"), data.planned_size("layer_count"));
-        let capacity = Capacity {
-            side,
-            pools: self.limits.pools(
-                cubes.min(self.limits.cubes),
-                layers.min(self.limits.directional * self.limits.cascades),
-            ),
-        };
-        placement.update(requests, &capacity);
+        let pools = self.pools(cubes.min(self.cubes), layers.min(max_layers));
+        placement.update(requests, &Capacity { side, pools });
         let wanted = placement.wanted();
-        data.want_size("atlas_side", wanted.side.max(self.limits.atlas.min_side));
+        data.want_size("atlas_side", wanted.side.max(self.atlas.min_side));
         data.want_size("cube_count", wanted.pools[Pool::Cubes as usize].max(1));
         data.want_size("layer_count", wanted.pools[Pool::Layers as usize].max(1));
         let lights = &context.frame.lights;
@@ -477,7 +454,7 @@ impl RunShadowAtlas {
             occurrence = if light.name == name { occurrence + 1 } else { 0 };
             name = &light.name;
             let importance = eye.importance(light);
-            let Some((tiles, slots)) = self.limits.ask(light, &importance) else { return false };
+            let Some((tiles, slots)) = self.wants(light, &importance) else { return false };
             if importance.coverage <= 0.0 {
                 return false;
             }

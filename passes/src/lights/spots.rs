@@ -12,12 +12,12 @@ use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 
-use super::cubes::depth_coefficients;
 use super::described::{DescribeShadows, DescribedSettings, ShadowOutput};
 use super::descriptor::{self, Descriptor};
 use super::filter::Filter;
 use super::placement::{self, Backing, Entry};
 use crate::atlas::Tile;
+use crate::views::depth_coefficients;
 use crate::views::spot::SpotView;
 
 /// Publishes a view and a descriptor for each spot that has a tile of the atlas.

@@ -1,4 +1,4 @@
-//! The six views of a point light, and which texel of a cube a direction leads to.
+//! The six views of a point light.
 //!
 //! | face | +X | −X | +Y | −Y | +Z | −Z |
 //! |---|---|---|---|---|---|---|
@@ -14,7 +14,7 @@
 //! meet at 90°, so that there is neither a gap nor an overlap; a view can be made wider by some texels, for faces in an
 //! array or an atlas whose filters cannot step over to the next face ([`CubeViews::of`]).
 
-use glam::{DMat3, DMat4, DVec2, DVec3, UVec2};
+use glam::{DMat3, DMat4, DVec3};
 use umbragraph_pipeline::data::View;
 use umbragraph_pipeline::frame::{Light, LightKind};
 
@@ -79,42 +79,6 @@ impl Face {
     }
 }
 
-/// The face that a direction leads to, where on it (0..1, v down), and the direction's length along the face's axis,
-/// by which [`super::depth`] knows the stored depth. `None` for a direction that is zero or not finite.
-pub fn lookup(direction: DVec3) -> Option<(Face, DVec2, f64)> {
-    let size = direction.abs();
-    let major = size.max_element();
-    if !(direction.is_finite() && major > 0.0) {
-        return None;
-    }
-    let (axis, negative) = if size.x == major {
-        (0, direction.x < 0.0)
-    } else if size.y == major {
-        (1, direction.y < 0.0)
-    } else {
-        (2, direction.z < 0.0)
-    };
-    let face = Face::ALL[2 * axis + usize::from(negative)];
-    let (u, v) = face.axes();
-    let across = DVec2::new((direction / major).dot(u), (direction / major).dot(v));
-    Some((face, 0.5 * across + 0.5, major))
-}
-
-/// The face, and the texel on it, of a cube with so many texels a side.
-pub fn texel(direction: DVec3, size: u32) -> Option<(Face, UVec2)> {
-    let (face, place, _) = lookup(direction)?;
-    let size = size.max(1);
-    let texel = (place * f64::from(size)).floor().as_uvec2();
-    Some((face, texel.min(UVec2::splat(size - 1))))
-}
-
-/// The direction (its largest component is 1) of a place on a face, 0..1 with v down.
-pub fn direction(face: Face, place: DVec2) -> DVec3 {
-    let (u, v) = face.axes();
-    let across = place * 2.0 - 1.0;
-    face.forward() + u * across.x + v * across.y
-}
-
 /// The six views of a point light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CubeViews {
@@ -144,7 +108,7 @@ impl CubeViews {
             return None;
         }
         let border = if border > 0.0 { border.min(0.4) } else { 0.0 };
-        let far = if range > range::SHORTEST { range.min(range::LONGEST) } else { range::SHORTEST };
+        let far = range::clamped(range);
         Some(Self { position, near: NEAR, far, half_width: 1.0 / (1.0 - 2.0 * border), reverse })
     }
 
@@ -170,11 +134,48 @@ impl CubeViews {
 
 #[cfg(test)]
 mod tests {
+    use glam::{DVec2, UVec2};
     use proptest::prelude::*;
     use umbragraph_test_support::property;
 
     use super::*;
     use crate::views::depth;
+
+    /// The face that a direction leads to, where on it (0..1, v down), and the direction's length along the face's axis,
+    /// by which [`depth`] knows the stored depth. `None` for a direction that is zero or not finite.
+    fn lookup(direction: DVec3) -> Option<(Face, DVec2, f64)> {
+        let size = direction.abs();
+        let major = size.max_element();
+        if !(direction.is_finite() && major > 0.0) {
+            return None;
+        }
+        let (axis, negative) = if size.x == major {
+            (0, direction.x < 0.0)
+        } else if size.y == major {
+            (1, direction.y < 0.0)
+        } else {
+            (2, direction.z < 0.0)
+        };
+        let face = Face::ALL[2 * axis + usize::from(negative)];
+        let (u, v) = face.axes();
+        let across = DVec2::new((direction / major).dot(u), (direction / major).dot(v));
+        Some((face, 0.5 * across + 0.5, major))
+    }
+
+    /// The face, and the texel on it, of a cube with so many texels a side.
+    fn texel(direction: DVec3, size: u32) -> Option<(Face, UVec2)> {
+        let (face, place, _) = lookup(direction)?;
+        let size = size.max(1);
+        let texel = (place * f64::from(size)).floor().as_uvec2();
+        Some((face, texel.min(UVec2::splat(size - 1))))
+    }
+
+    /// The direction (its largest component is 1) of a place on a face, 0..1 with v down.
+    fn direction(face: Face, place: DVec2) -> DVec3 {
+        let (u, v) = face.axes();
+        let across = place * 2.0 - 1.0;
+        face.forward() + u * across.x + v * across.y
+    }
 
     /// The texel that rasterising a point through a face's matrix hits, and its depth, if it is on the picture.
     fn rasterised(views: &CubeViews, face: Face, point: DVec3, size: u32) -> Option<(UVec2, f64)> {

@@ -32,7 +32,7 @@ fn seen(candela: f64) -> f64 {
 }
 
 /// Within the limits; what is no number is the shortest.
-fn clamped(range: f64) -> f64 {
+pub(super) fn clamped(range: f64) -> f64 {
     if range > SHORTEST { range.min(LONGEST) } else { SHORTEST }
 }
 

@@ -67,7 +67,7 @@ impl SpotView {
         let cone = if half_angle > 0.0 { half_angle.min(MAX_ANGLE) } else { 0.0 };
         let with_border = (cone.tan() / (1.0 - 2.0 * border)).atan();
         let angle = with_border.clamp(MIN_ANGLE, MAX_ANGLE);
-        let far = if range > range::SHORTEST { range.min(range::LONGEST) } else { range::SHORTEST };
+        let far = range::clamped(range);
         let forward = range::direction(direction);
         let rotation: DMat3 = from_world(forward, DVec3::Y);
         let view_from_world = DMat4::from_mat3(rotation) * DMat4::from_translation(-position);

@@ -3,7 +3,7 @@
 //! Every material has the same three bindings; one without a texture gets a white one. Images beyond what the device
 //! allows begin with the first mip level that fits.
 
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 use std::num::NonZeroU64;
 use umbragraph_executor::wgpu;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
@@ -12,7 +12,7 @@ use crate::interface::{BLOCK_STRIDE, MaterialBlock};
 use crate::material::{AlphaMode, Material};
 use crate::mipmap;
 use crate::scene::Scene;
-use crate::texture::{Filter, Image, Sampler, Wrap};
+use crate::texture::{Image, Sampler};
 
 /// How many samples along the steeper direction a texture seen at a grazing angle may take.
 const ANISOTROPY: u16 = 8;
@@ -32,9 +32,9 @@ impl Materials {
             scene.images.iter().map(|image| upload(device, queue, image)).collect();
         let white = Image { name: "white".to_owned(), width: 1, height: 1, rgba: vec![255; 4] };
         images.push(upload(device, queue, &white));
-        let (mut samplers, mut known) = (Vec::new(), BTreeMap::new());
+        let (mut samplers, mut known) = (Vec::new(), HashMap::new());
         let mut sampler_of = |sampler: Sampler| {
-            *known.entry(format!("{sampler:?}")).or_insert_with(|| {
+            *known.entry(sampler).or_insert_with(|| {
                 samplers.push(device.create_sampler(&descriptor(sampler)));
                 samplers.len() - 1
             })
@@ -125,29 +125,19 @@ fn upload(device: &wgpu::Device, queue: &wgpu::Queue, image: &Image) -> wgpu::Te
 }
 
 fn descriptor(sampler: Sampler) -> wgpu::SamplerDescriptor<'static> {
-    let wrap = |wrap: Wrap| match wrap {
-        Wrap::Repeat => wgpu::AddressMode::Repeat,
-        Wrap::ClampToEdge => wgpu::AddressMode::ClampToEdge,
-        Wrap::MirroredRepeat => wgpu::AddressMode::MirrorRepeat,
-    };
-    let filter = |filter: Filter| match filter {
-        Filter::Nearest => wgpu::FilterMode::Nearest,
-        Filter::Linear => wgpu::FilterMode::Linear,
-    };
-    let is_linear = [sampler.magnify, sampler.minify].into_iter().all(|filter| filter == Filter::Linear);
+    let Sampler { wrap_u, wrap_v, magnify, minify, mipmap } = sampler;
+    let is_linear = [magnify, minify] == [wgpu::FilterMode::Linear; 2];
+    let is_mixed = mipmap == Some(wgpu::MipmapFilterMode::Linear);
     wgpu::SamplerDescriptor {
         label: Some("scene texture"),
-        address_mode_u: wrap(sampler.wrap_u),
-        address_mode_v: wrap(sampler.wrap_v),
-        mag_filter: filter(sampler.magnify),
-        min_filter: filter(sampler.minify),
-        mipmap_filter: match sampler.mipmap {
-            Some(Filter::Linear) => wgpu::MipmapFilterMode::Linear,
-            Some(Filter::Nearest) | None => wgpu::MipmapFilterMode::Nearest,
-        },
+        address_mode_u: wrap_u,
+        address_mode_v: wrap_v,
+        mag_filter: magnify,
+        min_filter: minify,
+        mipmap_filter: mipmap.unwrap_or(wgpu::MipmapFilterMode::Nearest),
         // Without mip levels, only the first one is ever chosen.
-        lod_max_clamp: if sampler.mipmap.is_some() { 32.0 } else { 0.0 },
-        anisotropy_clamp: if is_linear && sampler.mipmap == Some(Filter::Linear) { ANISOTROPY } else { 1 },
+        lod_max_clamp: if mipmap.is_some() { 32.0 } else { 0.0 },
+        anisotropy_clamp: if is_linear && is_mixed { ANISOTROPY } else { 1 },
         ..wgpu::SamplerDescriptor::default()
     }
 }

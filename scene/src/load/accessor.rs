@@ -5,7 +5,7 @@
 //! will be decoded is charged to the budget before it is allocated. Any component type is widened to the wanted one;
 //! normalized integers become fractions. Sparse accessors replace elements afterwards (glTF 2.0, section 3.6.2).
 
-use gltf::json::accessor::{ComponentType, Type, sparse};
+use gltf::json::accessor::{ComponentType, sparse};
 use gltf::json::validation::{Checked, USize64};
 use gltf::json::{Index, Root, buffer};
 
@@ -20,6 +20,7 @@ pub(super) trait Component: Copy + Default {
     fn accepts(kind: ComponentType) -> bool;
     /// The component at the start of `bytes`, which are enough.
     fn decode(kind: ComponentType, normalized: bool, bytes: &[u8]) -> Self;
+    fn is_finite(self) -> bool;
 }
 
 impl Component for f32 {
@@ -40,6 +41,10 @@ impl Component for f32 {
             _ => 0.0,
         }
     }
+
+    fn is_finite(self) -> bool {
+        self.is_finite()
+    }
 }
 
 impl Component for u32 {
@@ -56,6 +61,10 @@ impl Component for u32 {
             (ComponentType::U32, [a, b, c, d, ..]) => u32::from_le_bytes([*a, *b, *c, *d]),
             _ => 0,
         }
+    }
+
+    fn is_finite(self) -> bool {
+        true
     }
 }
 
@@ -86,17 +95,21 @@ impl Accessors<'_> {
             (accessor.type_.as_ref(), accessor.component_type.as_ref())
         else {
             let message = format!("accessor {index} has a type or component type that glTF does not know");
-            report.error(codes::WRONG_TYPE, at, message, "see the glTF 2.0 specification, section 3.6.2");
-            return None;
+            return report.reject(
+                codes::WRONG_TYPE,
+                at,
+                message,
+                "see the glTF 2.0 specification, section 3.6.2",
+            );
         };
         let (dimensions, kind) = (*dimensions, component.0);
         let count = accessor.count.0;
         if dimensions.multiplicity() != N || !T::accepts(kind) || count == 0 {
-            let message =
-                format!("accessor {index} has {count} × {} of {}", name(dimensions), component_name(kind));
+            let name = serde_json::json!(dimensions);
+            let name = name.as_str().unwrap_or_default();
+            let message = format!("accessor {index} has {count} × {name} of {}", component_name(kind));
             let help = format!("wanted here: at least one element of {N} {}", T::ACCEPTED);
-            report.error(codes::WRONG_TYPE, at, message, help);
-            return None;
+            return report.reject(codes::WRONG_TYPE, at, message, help);
         }
         if !report.charge(count.saturating_mul(4 * N as u64), at) {
             return None;
@@ -130,13 +143,12 @@ impl Accessors<'_> {
         report: &mut Report,
     ) -> Option<()> {
         let Checked::Valid(kind) = sparse.indices.component_type.as_ref() else {
-            report.error(
+            return report.reject(
                 codes::WRONG_TYPE,
                 at,
                 "the sparse indices have an unknown component type",
                 "use unsigned integers",
             );
-            return None;
         };
         let kind = kind.0;
         let count = sparse.count.0.min(values.len() as u64 + 1) as usize;
@@ -149,8 +161,7 @@ impl Accessors<'_> {
             let Some(value) = values.get_mut(index as usize) else {
                 let message =
                     format!("sparse index {index} is beyond the accessor's {} elements", values.len());
-                report.error(codes::OUT_OF_BOUNDS, at, message, "export the file again");
-                return None;
+                return report.reject(codes::OUT_OF_BOUNDS, at, message, "export the file again");
             };
             *value = decode(&replaced.bytes[element * replaced.stride..]);
         }
@@ -181,8 +192,7 @@ impl Accessors<'_> {
                 view.value(),
                 bytes.len(),
             );
-            report.error(codes::OUT_OF_BOUNDS, at, message, "export the file again");
-            return None;
+            return report.reject(codes::OUT_OF_BOUNDS, at, message, "export the file again");
         }
         let bytes = if count == 0 { &[] } else { &bytes[offset.0 as usize..] };
         Some(Elements { bytes, stride })
@@ -216,18 +226,6 @@ impl Accessors<'_> {
             );
         }
         found
-    }
-}
-
-fn name(dimensions: Type) -> &'static str {
-    match dimensions {
-        Type::Scalar => "SCALAR",
-        Type::Vec2 => "VEC2",
-        Type::Vec3 => "VEC3",
-        Type::Vec4 => "VEC4",
-        Type::Mat2 => "MAT2",
-        Type::Mat3 => "MAT3",
-        Type::Mat4 => "MAT4",
     }
 }
 

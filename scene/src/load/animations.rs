@@ -1,11 +1,7 @@
 //! Animations: key times and values of every channel, checked.
 
 use glam::DVec4;
-use gltf::json::animation::{
-    Animation as JsonAnimation, Channel as JsonChannel, Interpolation as JsonInterpolation,
-    Property as JsonProperty,
-};
-use gltf::json::validation::Checked;
+use gltf::json::animation::{Animation as JsonAnimation, Channel as JsonChannel, Property as JsonProperty};
 
 use super::accessor::Accessors;
 use super::hierarchy::Hierarchy;
@@ -52,21 +48,13 @@ impl Reader<'_> {
     /// A channel, or one for each weight.
     fn channels(&self, json: &JsonChannel, report: &mut Report) -> Option<Vec<Channel>> {
         let at = self.at;
-        let property = match &json.target.path {
-            Checked::Valid(JsonProperty::Translation) => Property::Translation,
-            Checked::Valid(JsonProperty::Rotation) => Property::Rotation,
-            Checked::Valid(JsonProperty::Scale) => Property::Scale,
-            Checked::Valid(JsonProperty::MorphTargetWeights) => Property::Weight(0),
-            Checked::Invalid => {
-                let help = "it is translation, rotation, scale or weights";
-                report.error(
-                    codes::BAD_VALUE,
-                    &format!("{at}/target/path"),
-                    "the channel moves an unknown property",
-                    help,
-                );
-                return None;
-            }
+        let message = "the channel moves an unknown property";
+        let help = "it is translation, rotation, scale or weights";
+        let property = match report.known(&json.target.path, &format!("{at}/target/path"), message, help)? {
+            JsonProperty::Translation => Property::Translation,
+            JsonProperty::Rotation => Property::Rotation,
+            JsonProperty::Scale => Property::Scale,
+            JsonProperty::MorphTargetWeights => Property::Weight(0),
         };
         let node = json.target.node.value();
         let target = report.lookup(&self.hierarchy.nodes, node, "node", &format!("{at}/target/node"))?;
@@ -74,45 +62,26 @@ impl Reader<'_> {
         if property == Property::Weight(0) && count == 0 {
             let message =
                 format!("node {node} has no mesh with morph targets, so it has no weights to animate");
-            report.error(
-                codes::BAD_ANIMATION,
-                at,
-                message,
-                "remove the channel, or give the mesh its targets",
-            );
-            return None;
+            let help = "remove the channel, or give the mesh its targets";
+            return report.reject(codes::BAD_ANIMATION, at, message, help);
         }
         if property != Property::Weight(0) && matches!(target.local, LocalTransform::Matrix(_)) {
             let message = format!("node {node} has a matrix, so its {property:?} cannot be animated");
-            report.error(
-                codes::BAD_ANIMATION,
-                at,
-                message,
-                "give the node translation, rotation and scale instead",
-            );
-            return None;
+            let help = "give the node translation, rotation and scale instead";
+            return report.reject(codes::BAD_ANIMATION, at, message, help);
         }
         let sampler =
             report.lookup(&self.json.samplers, json.sampler.value(), "sampler", &format!("{at}/sampler"))?;
         let sampler_at = format!("/animations/{}/samplers/{}", self.index, json.sampler.value());
-        let interpolation = match &sampler.interpolation {
-            Checked::Valid(JsonInterpolation::Step) => Interpolation::Step,
-            Checked::Valid(JsonInterpolation::Linear) => Interpolation::Linear,
-            Checked::Valid(JsonInterpolation::CubicSpline) => Interpolation::CubicSpline,
-            Checked::Invalid => {
-                let at = format!("{sampler_at}/interpolation");
-                report.error(
-                    codes::BAD_VALUE,
-                    &at,
-                    "the interpolation is unknown",
-                    "it is STEP, LINEAR or CUBICSPLINE",
-                );
-                return None;
-            }
-        };
-        let times =
-            self.accessors.read::<f32, 1>(sampler.input.value(), &format!("{sampler_at}/input"), report);
-        let output = format!("{sampler_at}/output");
+        let interpolation = report.known(
+            &sampler.interpolation,
+            &format!("{sampler_at}/interpolation"),
+            "the interpolation is unknown",
+            "it is STEP, LINEAR or CUBICSPLINE",
+        )?;
+        let (input, output) = (format!("{sampler_at}/input"), format!("{sampler_at}/output"));
+        let help = "export the animation again";
+        let times = self.accessors.read::<f32, 1>(sampler.input.value(), &input, report);
         let values: Option<Vec<[f32; 4]>> = match property {
             Property::Rotation => self.accessors.read::<f32, 4>(sampler.output.value(), &output, report),
             Property::Weight(_) => {
@@ -129,13 +98,7 @@ impl Reader<'_> {
         let increasing = times.windows(2).all(|pair| pair[0] < pair[1]) && times[0] >= 0.0;
         if !increasing || !times.iter().all(|time| time.is_finite()) {
             let message = "the key times do not increase from zero on";
-            report.error(
-                codes::BAD_ANIMATION,
-                &format!("{sampler_at}/input"),
-                message,
-                "export the animation again",
-            );
-            return None;
+            return report.reject(codes::BAD_ANIMATION, &input, message, help);
         }
         let parts = times.len() * if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
         let each = if property == Property::Weight(0) { count } else { 1 };
@@ -143,29 +106,17 @@ impl Reader<'_> {
         if values.len() != wanted {
             let message =
                 format!("{} values stand for {} keys, where {wanted} are needed", values.len(), times.len());
-            report.error(codes::BAD_ANIMATION, &output, message, "export the animation again");
-            return None;
+            return report.reject(codes::BAD_ANIMATION, &output, message, help);
         }
         if let Some(first) = values.iter().position(|value| !value.iter().all(|part| part.is_finite())) {
-            report.error(
-                codes::NOT_FINITE,
-                &output,
-                format!("value {first} is not finite"),
-                "export the animation again",
-            );
-            return None;
+            return report.reject(codes::NOT_FINITE, &output, format!("value {first} is not finite"), help);
         }
         let is_key = |place: &usize| interpolation != Interpolation::CubicSpline || place % 3 == 1;
         let length = |place: &usize| DVec4::from_array(values[*place].map(f64::from)).length();
         let mut turned_nowhere = (0..values.len()).filter(is_key).filter(|place| length(place) < 1e-6);
         if let (Property::Rotation, Some(first)) = (property, turned_nowhere.next()) {
-            report.error(
-                codes::BAD_ANIMATION,
-                &output,
-                format!("value {first} is a rotation of length zero"),
-                "it has to be a unit quaternion",
-            );
-            return None;
+            let message = format!("value {first} is a rotation of length zero");
+            return report.reject(codes::BAD_ANIMATION, &output, message, "it has to be a unit quaternion");
         }
         let node = NodeId(node as u32);
         if property != Property::Weight(0) {

@@ -24,31 +24,33 @@ pub(super) fn read(
                 }
                 Err(error) => {
                     let help = "put the file beside the document, or export the scene as one .glb file";
-                    report.error(
+                    return report.reject(
                         codes::MISSING_BUFFER,
                         &format!("{at}/uri"),
                         format!("buffer {index}: {error}"),
                         help,
                     );
-                    return None;
                 }
             },
             (None, Some(binary)) if index == 0 => binary.to_vec(),
             (None, _) => {
                 let message = format!("buffer {index} has no URI, and there is no binary chunk for it");
-                report.error(codes::MISSING_BUFFER, &at, message, "export the scene as one .glb file");
-                return None;
+                return report.reject(
+                    codes::MISSING_BUFFER,
+                    &at,
+                    message,
+                    "export the scene as one .glb file",
+                );
             }
         };
         let length = buffer.byte_length.0;
         if (bytes.len() as u64) < length {
-            report.error(
+            return report.reject(
                 codes::BUFFER_TOO_SHORT,
                 &at,
                 format!("buffer {index} should have {length} bytes, but has {}", bytes.len()),
                 "the file was probably cut off; copy or export it again",
             );
-            return None;
         }
         bytes.truncate(length as usize);
         report.charge(length, &at).then_some(bytes)

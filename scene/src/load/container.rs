@@ -25,7 +25,7 @@ pub(super) fn open<'a>(bytes: &'a [u8], report: &mut Report) -> Option<Container
     let objects = json.iter().filter(|byte| **byte == b'{').count();
     let max = MAX_OBJECTS.min(FREE_OBJECTS + json.len() / BYTES_PER_OBJECT);
     if json.len() > MAX_JSON_BYTES || objects > max {
-        report.error(
+        return report.reject(
             codes::TOO_LARGE,
             "",
             format!("the document has {} bytes of JSON with {objects} objects", json.len()),
@@ -34,7 +34,6 @@ pub(super) fn open<'a>(bytes: &'a [u8], report: &mut Report) -> Option<Container
                 MAX_JSON_BYTES >> 20
             ),
         );
-        return None;
     }
     let root = parse(json, report)?;
     check_version(&root, report).then_some(Container { root, binary })
@@ -46,13 +45,12 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
 
 fn split<'a>(bytes: &'a [u8], report: &mut Report) -> Option<(&'a [u8], Option<&'a [u8]>)> {
     let mut broken = |message: String| {
-        report.error(
+        report.reject(
             codes::BROKEN_CONTAINER,
             "",
             message,
             "export the file again, or copy it again in binary mode",
-        );
-        None
+        )
     };
     let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
         return broken(format!(
@@ -61,13 +59,12 @@ fn split<'a>(bytes: &'a [u8], report: &mut Report) -> Option<(&'a [u8], Option<&
         ));
     };
     if version != 2 {
-        report.error(
+        return report.reject(
             codes::UNSUPPORTED_VERSION,
             "",
             format!("the file is a binary glTF of version {version}"),
             "export it as glTF 2.0",
         );
-        return None;
     }
     let length = length as usize;
     if length > bytes.len() || length < HEADER_BYTES {
@@ -116,13 +113,12 @@ fn parse(json: &[u8], report: &mut Report) -> Option<Root> {
                 serde_json::error::Category::Data if !pointer.is_empty() => pointer,
                 _ => format!("line {}, column {}", error.line(), error.column()),
             };
-            report.error(
+            report.reject(
                 codes::BROKEN_JSON,
                 &locator,
                 format!("the document cannot be parsed: {error}"),
                 help,
-            );
-            None
+            )
         }
     }
 }

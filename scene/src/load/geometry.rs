@@ -3,12 +3,12 @@
 use gltf::json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
 use gltf::json::validation::Checked;
 
-use super::accessor::Accessors;
+use super::accessor::{Accessors, Component};
 use super::extras::ObjectExtras;
 use super::morph;
 use super::report::Report;
 use crate::codes;
-use crate::mesh::{JointWeights, Mesh, Primitive, bounds_of, face_normal, fan_to_list, strip_to_list};
+use crate::mesh::{JointWeights, Mesh, Primitive, bounds_of, fan_to_list, flat_normals, strip_to_list, unit};
 use crate::morph::MorphTarget;
 
 /// All meshes; primitives that are no triangles are left out with a warning.
@@ -54,36 +54,21 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn primitive(&self, report: &mut Report) -> Option<Primitive> {
         let (json, at) = (self.json, self.at);
-        let mode = match &json.mode {
-            Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => *mode,
-            Checked::Valid(_) => {
-                report.warning(
-                    codes::LEFT_OUT,
-                    at,
-                    "points and lines are not drawn",
-                    "make thin triangles of them",
-                );
-                return None;
-            }
-            Checked::Invalid => {
-                report.error(
-                    codes::BAD_VALUE,
-                    &format!("{at}/mode"),
-                    "unknown primitive mode",
-                    "it is 0 to 6; triangles are 4",
-                );
-                return None;
-            }
-        };
+        let help = "it is 0 to 6; triangles are 4";
+        let mode = report.known(&json.mode, &format!("{at}/mode"), "unknown primitive mode", help)?;
+        if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+            let help = "make thin triangles of them";
+            report.warning(codes::LEFT_OUT, at, "points and lines are not drawn", help);
+            return None;
+        }
         let material = self.material(report);
         if !json.attributes.contains_key(&Checked::Valid(Semantic::Positions)) {
-            report.error(
+            return report.reject(
                 codes::INCOMPLETE_PRIMITIVE,
                 at,
                 "the primitive has no POSITION",
                 "export the mesh with positions",
             );
-            return None;
         }
         let texcoord_set = self.texcoord_set(material);
         // All attributes are read before any is given up, so that each of them gets its diagnostics.
@@ -113,13 +98,12 @@ impl Reader<'_> {
         }
         let indices = indices.unwrap_or_else(|| (0..count as u32).collect());
         if let Some(place) = indices.iter().position(|index| *index as usize >= count) {
-            report.error(
+            return report.reject(
                 codes::INDEX_OUT_OF_RANGE,
                 &format!("{at}/indices"),
                 format!("index {} (at place {place}) is beyond the {count} vertices", indices[place]),
                 "export the mesh again",
             );
-            return None;
         }
         let mut indices = match mode {
             Mode::TriangleStrip => strip_to_list(&indices),
@@ -141,13 +125,12 @@ impl Reader<'_> {
             (None, None) => None,
             _ => {
                 let message = "JOINTS_0 and WEIGHTS_0 belong together, but only one of them is there";
-                report.error(
+                return report.reject(
                     codes::INCOMPLETE_PRIMITIVE,
                     &format!("{at}/attributes"),
                     message,
                     "export the mesh again",
                 );
-                return None;
             }
         };
         let bounds = bounds_of(&positions);
@@ -177,11 +160,8 @@ impl Reader<'_> {
     /// The index of the material, glTF's default material where there is none.
     fn material(&self, report: &mut Report) -> usize {
         let materials = &self.accessors.root.materials;
-        let named = self.json.material.map(|material| material.value());
-        let found = named.filter(|named| {
-            report.lookup(materials, *named, "material", &format!("{}/material", self.at)).is_some()
-        });
-        found.unwrap_or(materials.len())
+        let at = format!("{}/material", self.at);
+        report.index(materials, self.json.material, "material", &at).unwrap_or(materials.len())
     }
 
     /// The set of texture coordinates that the material's base colour texture wants.
@@ -193,7 +173,7 @@ impl Reader<'_> {
     }
 
     /// An attribute; `Ok(None)` where the primitive does not have it.
-    fn attribute<T: Finite, const N: usize>(
+    fn attribute<T: Component, const N: usize>(
         &self,
         semantic: &Semantic,
         noun: &str,
@@ -204,7 +184,7 @@ impl Reader<'_> {
         };
         let at = format!("{}/attributes/{}", self.at, semantic.to_string());
         let values = self.accessors.read::<T, N>(accessor.value(), &at, report).ok_or(Reported)?;
-        let broken = |value: &[T; N]| !value.iter().all(Finite::is_finite);
+        let broken = |value: &[T; N]| !value.iter().all(|part| part.is_finite());
         if let Some(first) = values.iter().position(broken) {
             let count = values.iter().filter(|value| broken(value)).count();
             report.error(
@@ -254,28 +234,6 @@ fn length<T>(attribute: &Result<Option<Vec<T>>, Reported>) -> Option<usize> {
     attribute.as_ref().ok()?.as_ref().map(Vec::len)
 }
 
-/// Components that can be asked whether they are finite.
-trait Finite: super::accessor::Component {
-    fn is_finite(&self) -> bool;
-}
-
-impl Finite for f32 {
-    fn is_finite(&self) -> bool {
-        f32::is_finite(*self)
-    }
-}
-
-impl Finite for u32 {
-    fn is_finite(&self) -> bool {
-        true
-    }
-}
-
-/// A normal of unit length; +Y for one of length zero.
-fn unit(normal: [f32; 3]) -> [f32; 3] {
-    glam::Vec3::from_array(normal).as_dvec3().try_normalize().unwrap_or(glam::DVec3::Y).as_vec3().to_array()
-}
-
 /// Joints and weights with weights that add up to 1. A vertex that no joint moves moves with its first joint. Joints
 /// beyond `u16` are kept beyond every skin, where they are found.
 fn join(joints: &[[u32; 4]], weights: &[[f32; 4]]) -> JointWeights {
@@ -295,12 +253,8 @@ fn with_flat_normals(shared: &Primitive) -> Primitive {
         indices.iter().filter_map(|index| values.get(*index as usize).copied()).collect()
     }
     let positions: Vec<[f32; 3]> = gather(&shared.positions, &shared.indices);
-    let normals = positions
-        .chunks_exact(3)
-        .flat_map(|corners| [face_normal([corners[0], corners[1], corners[2]]); 3])
-        .collect();
     Primitive {
-        normals,
+        normals: flat_normals(&positions).collect(),
         texcoords: gather(&shared.texcoords, &shared.indices),
         joints: shared.joints.as_ref().map(|shared_joints| JointWeights {
             joints: gather(&shared_joints.joints, &shared.indices),

@@ -135,9 +135,7 @@ fn shown_roots(root: &Root, report: &mut Report) -> Vec<usize> {
     let mut roots = Vec::with_capacity(scene.nodes.len());
     for (place, node) in scene.nodes.iter().enumerate() {
         let at = format!("/scenes/{index}/nodes/{place}");
-        if report.lookup(&root.nodes, node.value(), "node", &at).is_some() {
-            roots.push(node.value());
-        }
+        roots.extend(report.index(&root.nodes, Some(*node), "node", &at));
     }
     roots
 }
@@ -145,11 +143,8 @@ fn shown_roots(root: &Root, report: &mut Report) -> Vec<usize> {
 fn one(root: &Root, index: usize, json: &JsonNode, report: &mut Report) -> Node {
     let at = format!("/nodes/{index}");
     let extras = ObjectExtras::new(&json.extras, &at);
-    let mesh = json.mesh.map(|mesh| mesh.value());
-    let mesh =
-        mesh.filter(|mesh| report.lookup(&root.meshes, *mesh, "mesh", &format!("{at}/mesh")).is_some());
-    let skin = json.skin.map(|skin| skin.value());
-    let skin = skin.filter(|skin| report.lookup(&root.skins, *skin, "skin", &format!("{at}/skin")).is_some());
+    let mesh = report.index(&root.meshes, json.mesh, "mesh", &format!("{at}/mesh"));
+    let skin = report.index(&root.skins, json.skin, "skin", &format!("{at}/skin"));
     Node {
         name: json.name.clone().unwrap_or_default(),
         parent: None,

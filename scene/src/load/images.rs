@@ -9,13 +9,14 @@ use gltf::json::validation::Checked;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Cursor;
+use umbragraph_pipeline::wgpu_types::{AddressMode, FilterMode, MipmapFilterMode};
 
 use super::accessor::Accessors;
 use super::limits::{DECODED_PER_IMAGE_BYTE, MAX_IMAGE_SIDE};
 use super::report::Report;
 use super::resource::{Resolver, resolve};
 use crate::codes;
-use crate::texture::{Filter, Image, Sampler, Texture, Wrap};
+use crate::texture::{Image, Sampler, Texture};
 
 /// The images and textures behind the document's textures `wanted`; one texture for each, in that order. A texture
 /// whose image cannot be read gets another one after a diagnostic: no scene comes of it.
@@ -97,49 +98,33 @@ impl Sources {
 }
 
 fn read_sampler(index: usize, json: &JsonSampler, report: &mut Report) -> Sampler {
-    let mut unknown = |property: &str| {
-        let at = format!("/samplers/{index}/{property}");
-        report.error(
-            codes::BAD_VALUE,
-            &at,
-            format!("sampler {index} has an unknown {property}"),
-            "see the glTF 2.0 specification, section 5.26",
-        );
-    };
-    let mut wrap = |value: &Checked<WrappingMode>, property| match value {
-        Checked::Valid(WrappingMode::Repeat) => Wrap::Repeat,
-        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::ClampToEdge,
-        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::MirroredRepeat,
-        Checked::Invalid => {
-            unknown(property);
-            Wrap::Repeat
-        }
+    let mut wrap = |value: &Checked<WrappingMode>, property| match known(value, index, property, report) {
+        Some(WrappingMode::Repeat) | None => AddressMode::Repeat,
+        Some(WrappingMode::ClampToEdge) => AddressMode::ClampToEdge,
+        Some(WrappingMode::MirroredRepeat) => AddressMode::MirrorRepeat,
     };
     let (wrap_u, wrap_v) = (wrap(&json.wrap_s, "wrapS"), wrap(&json.wrap_t, "wrapT"));
-    let magnify = match &json.mag_filter {
-        Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
-        Some(Checked::Valid(MagFilter::Linear)) | None => Filter::Linear,
-        Some(Checked::Invalid) => {
-            unknown("magFilter");
-            Filter::Linear
-        }
+    let mag_filter = json.mag_filter.as_ref().and_then(|value| known(value, index, "magFilter", report));
+    let magnify = match mag_filter {
+        Some(MagFilter::Nearest) => FilterMode::Nearest,
+        Some(MagFilter::Linear) | None => FilterMode::Linear,
     };
-    let (minify, mipmap) = match &json.min_filter {
-        Some(Checked::Valid(filter)) => match filter {
-            MinFilter::Nearest => (Filter::Nearest, None),
-            MinFilter::Linear => (Filter::Linear, None),
-            MinFilter::NearestMipmapNearest => (Filter::Nearest, Some(Filter::Nearest)),
-            MinFilter::LinearMipmapNearest => (Filter::Linear, Some(Filter::Nearest)),
-            MinFilter::NearestMipmapLinear => (Filter::Nearest, Some(Filter::Linear)),
-            MinFilter::LinearMipmapLinear => (Filter::Linear, Some(Filter::Linear)),
-        },
-        None => (Filter::Linear, Some(Filter::Linear)),
-        Some(Checked::Invalid) => {
-            unknown("minFilter");
-            (Filter::Linear, Some(Filter::Linear))
-        }
+    let min_filter = json.min_filter.as_ref().and_then(|value| known(value, index, "minFilter", report));
+    let (minify, mipmap) = match min_filter {
+        Some(MinFilter::Nearest) => (FilterMode::Nearest, None),
+        Some(MinFilter::Linear) => (FilterMode::Linear, None),
+        Some(MinFilter::NearestMipmapNearest) => (FilterMode::Nearest, Some(MipmapFilterMode::Nearest)),
+        Some(MinFilter::LinearMipmapNearest) => (FilterMode::Linear, Some(MipmapFilterMode::Nearest)),
+        Some(MinFilter::NearestMipmapLinear) => (FilterMode::Nearest, Some(MipmapFilterMode::Linear)),
+        Some(MinFilter::LinearMipmapLinear) | None => (FilterMode::Linear, Some(MipmapFilterMode::Linear)),
     };
     Sampler { wrap_u, wrap_v, magnify, minify, mipmap }
+}
+
+fn known<T: Copy>(value: &Checked<T>, index: usize, property: &str, report: &mut Report) -> Option<T> {
+    let message = format!("sampler {index} has an unknown {property}");
+    let help = "see the glTF 2.0 specification, section 5.26";
+    report.known(value, &format!("/samplers/{index}/{property}"), message, help)
 }
 
 fn read_image(
@@ -156,8 +141,12 @@ fn read_image(
             Ok(bytes) => Cow::Owned(bytes),
             Err(error) => {
                 let help = "put the file beside the document, or export the scene as one .glb file";
-                report.error(codes::BAD_IMAGE, &format!("{at}/uri"), format!("image {index}: {error}"), help);
-                return None;
+                return report.reject(
+                    codes::BAD_IMAGE,
+                    &format!("{at}/uri"),
+                    format!("image {index}: {error}"),
+                    help,
+                );
             }
         },
         (None, Some(view)) => {
@@ -165,47 +154,36 @@ fn read_image(
         }
         (None, None) => {
             let message = format!("image {index} has neither a URI nor a buffer view");
-            report.error(codes::BAD_IMAGE, &at, message, "export the scene with its textures");
-            return None;
+            return report.reject(codes::BAD_IMAGE, &at, message, "export the scene with its textures");
         }
     };
-    let mut failed = |error: &dyn std::fmt::Display| {
+    let failed = |error: image::ImageError, report: &mut Report| {
         let message = format!("image {index} cannot be decoded: {error}");
-        report.error(codes::BAD_IMAGE, &at, message, "use a PNG or JPEG image");
+        report.reject(codes::BAD_IMAGE, &at, message, "use a PNG or JPEG image")
     };
-    let reader = || image::ImageReader::new(Cursor::new(&*bytes)).with_guessed_format();
-    let (width, height) =
-        match reader().map_err(image::ImageError::IoError).and_then(image::ImageReader::into_dimensions) {
-            Ok(size) => size,
-            Err(error) => {
-                failed(&error);
-                return None;
-            }
-        };
+    let reader = || {
+        let reader = image::ImageReader::new(Cursor::new(&*bytes)).with_guessed_format();
+        reader.map_err(image::ImageError::IoError)
+    };
+    let (width, height) = match reader().and_then(image::ImageReader::into_dimensions) {
+        Ok(size) => size,
+        Err(error) => return failed(error, report),
+    };
     if width == 0 || height == 0 || width.max(height) > MAX_IMAGE_SIDE {
         let message = format!("image {index} has {width} × {height} texels");
-        report.error(
-            codes::TOO_LARGE,
-            &at,
-            message,
-            format!("at most {MAX_IMAGE_SIDE} texels a side are read"),
-        );
-        return None;
+        let help = format!("at most {MAX_IMAGE_SIDE} texels a side are read");
+        return report.reject(codes::TOO_LARGE, &at, message, help);
     }
     report.allow(sources.new_bytes(accessors, index, bytes.len()), DECODED_PER_IMAGE_BYTE);
     // Mip levels take another third.
     if !report.charge(u64::from(width) * u64::from(height) * 4 * 4 / 3, &at) {
         return None;
     }
-    match reader().map_err(image::ImageError::IoError).and_then(image::ImageReader::decode) {
+    match reader().and_then(image::ImageReader::decode) {
         Ok(decoded) => {
             let rgba = decoded.into_rgba8().into_raw();
             Some(Image { name: json.name.clone().unwrap_or_default(), width, height, rgba })
         }
-        Err(error) => {
-            let message = format!("image {index} cannot be decoded: {error}");
-            report.error(codes::BAD_IMAGE, &at, message, "use a PNG or JPEG image");
-            None
-        }
+        Err(error) => failed(error, report),
     }
 }

@@ -1,7 +1,6 @@
 //! Materials, and which textures they use.
 
 use gltf::json::material::AlphaMode as JsonAlphaMode;
-use gltf::json::validation::Checked;
 use gltf::json::{Material as JsonMaterial, Root};
 use std::collections::BTreeMap;
 
@@ -53,20 +52,12 @@ fn one(
     check(&base_color, "pbrMetallicRoughness/baseColorFactor");
     check(&emissive, "emissiveFactor");
     check(&[cutoff], "alphaCutoff");
-    let alpha_mode = match &json.alpha_mode {
-        Checked::Valid(JsonAlphaMode::Opaque) => AlphaMode::Opaque,
-        Checked::Valid(JsonAlphaMode::Mask) => AlphaMode::Mask { cutoff },
-        Checked::Valid(JsonAlphaMode::Blend) => AlphaMode::Blend,
-        Checked::Invalid => {
-            let message = format!("material {index} has an unknown alpha mode");
-            report.error(
-                codes::BAD_VALUE,
-                &format!("{at}/alphaMode"),
-                message,
-                "it is OPAQUE, MASK or BLEND",
-            );
-            AlphaMode::Opaque
-        }
+    let message = format!("material {index} has an unknown alpha mode");
+    let help = "it is OPAQUE, MASK or BLEND";
+    let alpha_mode = match report.known(&json.alpha_mode, &format!("{at}/alphaMode"), message, help) {
+        Some(JsonAlphaMode::Opaque) | None => AlphaMode::Opaque,
+        Some(JsonAlphaMode::Mask) => AlphaMode::Mask { cutoff },
+        Some(JsonAlphaMode::Blend) => AlphaMode::Blend,
     };
     let base_color_texture = surface.base_color_texture.as_ref().and_then(|texture| {
         let at = format!("{at}/pbrMetallicRoughness/baseColorTexture/index");

@@ -73,14 +73,8 @@ fn is_out_of_reach(world: &DMat4, noun: &str, at: &str, report: &mut Report) -> 
 }
 
 fn projection(json: &gltf::json::Camera, at: &str, report: &mut Report) -> Option<Projection> {
-    let kind = match &json.type_ {
-        Checked::Valid(kind) => *kind,
-        Checked::Invalid => {
-            let help = "it is perspective or orthographic";
-            report.error(codes::BAD_VALUE, &format!("{at}/type"), "the camera has an unknown type", help);
-            return None;
-        }
-    };
+    let help = "it is perspective or orthographic";
+    let kind = report.known(&json.type_, &format!("{at}/type"), "the camera has an unknown type", help)?;
     let found = match kind {
         Type::Perspective => json.perspective.as_ref().map(|view| Projection::Perspective {
             vertical_fov: f64::from(view.yfov),
@@ -134,6 +128,11 @@ pub(super) fn lights(root: &Root, scene: &mut Scene, pose: &Pose, report: &mut R
         }
         scene.lights.push(SceneLight { node, light });
     }
+}
+
+/// What the extras of the node say, which is stronger than what those of the light say; both are read.
+fn stronger<T>(extras: &[ObjectExtras; 2], read: impl FnMut(&ObjectExtras) -> Option<T>) -> Option<T> {
+    extras.each_ref().map(read).into_iter().flatten().next()
 }
 
 fn one(
@@ -207,20 +206,12 @@ fn one(
             LightKind::Point
         }
     };
-    // What the node says is stronger than what the light says.
-    let mut number = |key: &str| {
-        let found = extras.each_ref().map(|extras| extras.number(key, report));
-        found.into_iter().flatten().next()
-    };
+    let mut number = |key: &str| stronger(extras, |extras| extras.number(key, report));
     let (angular_diameter_deg, radius) = (number("angular_diameter_deg"), number("radius"));
     let priority = number("priority");
     let hardness =
-        extras.each_ref().map(|extras| extras.word("shadowHardness", &["hard", "soft", "pcss"], report));
-    let hardness = hardness.into_iter().flatten().next();
-    let mut is_on = |key: &str| {
-        let found = extras.each_ref().map(|extras| extras.boolean(key, report));
-        found.into_iter().flatten().next().unwrap_or(true)
-    };
+        stronger(extras, |extras| extras.word("shadowHardness", &["hard", "soft", "pcss"], report));
+    let mut is_on = |key: &str| stronger(extras, |extras| extras.boolean(key, report)).unwrap_or(true);
     let switches = [("cast_shadow", is_on("castShadow")), ("contact_shadow", is_on("contactShadow"))];
     let words = switches.into_iter().filter_map(|(word, is_on)| is_on.then_some(word));
     let words = words.chain(hardness.map(|at| ["hard_shadow", "soft_shadow", "pcss_shadow"][at]));

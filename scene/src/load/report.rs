@@ -1,6 +1,8 @@
 //! Diagnostics while a scene is loaded, and the budget that they share.
 
-use umbragraph_pipeline::diagnostic::{Code, Diagnostic, Diagnostics};
+use gltf::json::Index;
+use gltf::json::validation::Checked;
+use umbragraph_pipeline::diagnostic::{Code, Diagnostic, Diagnostics, Severity};
 
 use super::limits::{FREE_DECODED_BYTES, MAX_DECODED_BYTES, MAX_DIAGNOSTICS};
 use crate::codes;
@@ -49,6 +51,18 @@ impl Report {
         self.errors.push(Diagnostic::in_file(code, &*self.file, at, message).help(help));
     }
 
+    /// An error behind which there is nothing to go on with.
+    pub(super) fn reject<T>(
+        &mut self,
+        code: Code,
+        at: &str,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Option<T> {
+        self.error(code, at, message, help);
+        None
+    }
+
     pub(super) fn warning(
         &mut self,
         code: Code,
@@ -57,9 +71,8 @@ impl Report {
         help: impl Into<String>,
     ) {
         if self.warnings.len() < MAX_DIAGNOSTICS {
-            let mut diagnostic = Diagnostic::in_file(code, &*self.file, at, message).help(help);
-            diagnostic.severity = umbragraph_pipeline::diagnostic::Severity::Warning;
-            self.warnings.push(diagnostic);
+            let diagnostic = Diagnostic::in_file(code, &*self.file, at, message).help(help);
+            self.warnings.push(diagnostic.severity(Severity::Warning));
         }
     }
 
@@ -123,6 +136,32 @@ impl Report {
             self.error(codes::DANGLING_REFERENCE, at, message, help);
         }
         found
+    }
+
+    /// An index into a list of the document; says so where it leads nowhere.
+    pub(super) fn index<T, U>(
+        &mut self,
+        list: &[T],
+        index: Option<Index<U>>,
+        noun: &str,
+        at: &str,
+    ) -> Option<usize> {
+        let index = index?.value();
+        self.lookup(list, index, noun, at).map(|_| index)
+    }
+
+    /// The value of a property, if glTF knows it; says so where it does not.
+    pub(super) fn known<T: Copy>(
+        &mut self,
+        value: &Checked<T>,
+        at: &str,
+        message: impl Into<String>,
+        help: &str,
+    ) -> Option<T> {
+        match value {
+            Checked::Valid(value) => Some(*value),
+            Checked::Invalid => self.reject(codes::BAD_VALUE, at, message, help),
+        }
     }
 
     /// The diagnostics: errors where there is any, else the warnings.

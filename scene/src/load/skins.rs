@@ -19,9 +19,8 @@ pub(super) fn read(accessors: &Accessors<'_>, report: &mut Report) -> Vec<Skin> 
         let at = format!("/skins/{index}");
         let mut joints = Vec::with_capacity(json.joints.len());
         for (place, joint) in json.joints.iter().enumerate() {
-            if report.lookup(&root.nodes, joint.value(), "node", &format!("{at}/joints/{place}")).is_some() {
-                joints.push(NodeId(joint.value() as u32));
-            }
+            let joint = report.index(&root.nodes, Some(*joint), "node", &format!("{at}/joints/{place}"));
+            joints.extend(joint.map(|joint| NodeId(joint as u32)));
         }
         if json.joints.is_empty() || json.joints.len() > usize::from(u16::MAX) {
             let message = format!("skin {index} has {} joints", json.joints.len());

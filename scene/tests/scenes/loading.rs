@@ -7,8 +7,8 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use umbragraph_pipeline::compose::Roots;
 use umbragraph_pipeline::diagnostic::Diagnostics;
 use umbragraph_pipeline::frame::{LightKind, Projection};
+use umbragraph_pipeline::wgpu_types::{AddressMode, FilterMode, MipmapFilterMode};
 use umbragraph_scene::material::AlphaMode;
-use umbragraph_scene::texture::{Filter, Wrap};
 use umbragraph_scene::{Folder, NoFiles, Scene, from_slice};
 
 fn close(a: DVec3, b: DVec3) -> bool {
@@ -107,7 +107,7 @@ fn shadow_switches_of_node_mesh_and_material_are_combined() {
         let scene = document.load().unwrap();
         let draw = scene.draws().next().unwrap();
         assert!(!draw.cast_shadow && draw.receive_shadow, "{place}");
-        assert!(scene.caster_bounds(&scene.rest_pose()).is_empty());
+        assert!(scene.frame_input(1.0, 0.0).bounds_of("casters").is_empty());
         assert!(!scene.bounds(&scene.rest_pose()).is_empty());
         document.json[list][0]["extras"] = json!({ "receiveShadow": false });
         let scene = document.load().unwrap();
@@ -145,9 +145,12 @@ fn materials_textures_and_samplers_are_read_and_unused_images_are_not_decoded() 
     assert_eq!(material.alpha_mode, AlphaMode::Mask { cutoff: 0.25 });
     assert!(material.double_sided && scene.is_alpha_masked(draw));
     let texture = scene.textures[material.base_color_texture.unwrap()];
-    assert_eq!((texture.sampler.wrap_u, texture.sampler.wrap_v), (Wrap::ClampToEdge, Wrap::MirroredRepeat));
-    assert_eq!((texture.sampler.magnify, texture.sampler.minify), (Filter::Nearest, Filter::Linear));
-    assert_eq!(texture.sampler.mipmap, Some(Filter::Nearest));
+    assert_eq!(
+        (texture.sampler.wrap_u, texture.sampler.wrap_v),
+        (AddressMode::ClampToEdge, AddressMode::MirrorRepeat)
+    );
+    assert_eq!((texture.sampler.magnify, texture.sampler.minify), (FilterMode::Nearest, FilterMode::Linear));
+    assert_eq!(texture.sampler.mipmap, Some(MipmapFilterMode::Nearest));
     let image = &scene.images[texture.image];
     assert_eq!((image.width, image.height, scene.images.len()), (2, 1, 1));
     assert_eq!(image.rgba, [0, 10, 20, 128, 200, 10, 20, 128]);

@@ -15,7 +15,7 @@ impl Placement {
             let limit = capacity[pool];
             for candidate in &scratch.candidates {
                 let at = candidate.entry as usize;
-                let count = if candidate.verdict.is_ok() { candidate.slots[pool] } else { 0 };
+                let count = if candidate.verdict.is_ok() { candidate.need.slots[pool] } else { 0 };
                 let entry = &self.entries[at];
                 let held = entry.held_slots[pool];
                 if held != count || (held > 0 && entry.first_slots[pool] + held > limit) {
@@ -24,8 +24,8 @@ impl Placement {
             }
             self.pools[pool].set_capacity(limit);
             for at in 0..scratch.candidates.len() {
-                let Candidate { entry, slots, verdict, .. } = scratch.candidates[at];
-                let (at, count) = (entry as usize, slots[pool]);
+                let Candidate { entry, need, verdict } = scratch.candidates[at];
+                let (at, count) = (entry as usize, need.slots[pool]);
                 if verdict.is_err() || self.entries[at].held_slots[pool] == count {
                     continue;
                 }
@@ -55,7 +55,7 @@ impl Placement {
         scratch.runs.extend(self.entries.iter().enumerate().filter_map(|(at, entry)| {
             (entry.seen != 0 && entry.held_slots[pool] > 0).then_some((
                 entry.first_slots[pool],
-                entry.key,
+                entry.asked.key,
                 at as u32,
             ))
         }));

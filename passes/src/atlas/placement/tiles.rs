@@ -14,7 +14,7 @@ impl Placement {
         let mut scratch = std::mem::take(&mut self.scratch);
         scratch.pending.iter_mut().for_each(Vec::clear);
         for candidate in &scratch.candidates {
-            let (at, count) = (candidate.entry as usize, candidate.tiles as u8);
+            let (at, count) = (candidate.entry as usize, candidate.need.tiles as u8);
             let entry = &self.entries[at];
             let Ok(class) = candidate.verdict else {
                 self.release_tiles(at);

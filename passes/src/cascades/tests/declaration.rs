@@ -64,6 +64,16 @@ fn floats(data: &BlackboardData, name: &str) -> Vec<f32> {
 }
 
 #[test]
+fn a_camera_that_sees_nothing_leaves_the_light() {
+    let mut frame = frame(identity_camera(), DVec3::NEG_Y);
+    frame.camera.position.x = f64::NAN;
+    let data = run(r#"{ "far": [10, 30, 80, 200], "resolution": 1024 }"#, &frame);
+    assert_eq!(data.words("count"), Some([0].as_slice()));
+    assert_eq!(floats(&data, "direction_to_light"), [0.0, 1.0, 0.0]);
+    assert_eq!(floats(&data, "light_intensity"), [3.0]);
+}
+
+#[test]
 fn the_shortest_settings_publish_a_view_and_values_for_each_cascade() {
     let frame = frame(identity_camera(), DVec3::NEG_Y);
     let data = run(r#"{ "far": [10, 30, 80, 200], "resolution": 1024 }"#, &frame);

@@ -6,7 +6,7 @@ use umbragraph_executor::wgpu;
 
 use super::Skinned;
 use crate::gpu::geometry::{Geometry, normal_matrix};
-use crate::mesh::Primitive;
+use crate::mesh::{Primitive, direction};
 use crate::node::NodeId;
 use crate::pose::Pose;
 use crate::scene::Scene;
@@ -82,7 +82,7 @@ fn skin(
         let position = blended.transform_point3(DVec3::from_array(position.map(f64::from)));
         let normal = normal_matrix(&blended) * DVec3::from_array(normal.map(f64::from));
         positions.push(position.as_vec3().to_array());
-        normals.push(normal.try_normalize().unwrap_or(DVec3::Y).as_vec3().to_array());
+        normals.push(direction(normal));
     }
 }
 

@@ -41,8 +41,6 @@ pub(super) struct Skinning {
 }
 
 enum Way {
-    /// Nothing is skinned.
-    Nothing,
     Device(Box<DeviceSkinning>),
     Host(HostSkinning),
 }
@@ -62,9 +60,8 @@ impl Skinning {
     pub(super) fn new(device: &wgpu::Device, scene: &Scene, geometry: &Geometry) -> Self {
         let (morphing, draws): (Vec<Skinned>, Vec<Skinned>) =
             moved_draws(scene, geometry).into_iter().partition(|moved| scene.morphs(moved.draw));
-        let way = if draws.is_empty() {
-            Way::Nothing
-        } else if DeviceSkinning::fits(&device.limits(), scene, &draws, geometry.skinned_vertices()) {
+        let fits = DeviceSkinning::fits(&device.limits(), scene, &draws, geometry.skinned_vertices());
+        let way = if fits && !draws.is_empty() {
             Way::Device(Box::new(DeviceSkinning::new(device, scene, &draws, geometry)))
         } else {
             Way::Host(HostSkinning::new(draws))
@@ -91,7 +88,6 @@ impl Skinning {
         }
         std::mem::swap(&mut self.next, &mut self.joints);
         match &mut self.way {
-            Way::Nothing => {}
             Way::Device(skinning) => skinning.write(queue, &self.joints),
             Way::Host(skinning) => skinning.write(queue, geometry, scene, pose, &self.joints),
         }
