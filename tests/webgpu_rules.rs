@@ -87,6 +87,13 @@ const PULLED: &str = r#"@group(0) @binding(0) var<storage, read> words: array<u3
 @fragment fn paint() -> @location(0) vec4<f32> { return vec4<f32>(1.0); }
 "#;
 
+const STENCIL: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+@group(0) @binding(0) var marks: texture_2d<u32>;
+@fragment fn show(covered: Covered) -> @location(0) vec4<f32> {
+    return vec4<f32>(textureLoad(marks, vec2<i32>(covered.position.xy), 0));
+}
+"#;
+
 /// What the own template and the document of a rule begin with.
 struct Ground {
     template: &'static str,
@@ -193,6 +200,19 @@ const DEPTHS: Ground = Ground {
     passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "target" }],
             "depth": { "to": "depth", "clear": 1, "compare": "always", "write": true } } },
         "copy": { "copy": { "from": { "name": "depth" }, "to": { "name": "other" } } }"#,
+};
+
+/// Stencil that a pass sees while it writes another depth.
+const STENCILED: Ground = Ground {
+    template: STENCIL,
+    resources: r#""marks": { "texture": { "format": "depth24plus-stencil8", "size": [64, 64] } },
+        "depth": { "texture": { "format": "depth32float", "size": [64, 64] } }"#,
+    passes: r#""mark": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }],
+            "depth": { "to": "marks", "clear": 1, "compare": "always", "write": true },
+            "stencil": { "to": "marks", "clear": 0, "reference": 1, "front": { "pass": "replace" } } } },
+        "own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "target" }],
+            "bind": { "marks": { "texture": { "name": "marks", "aspect": "stencil-only" } } },
+            "depth": { "to": "depth", "clear": 1, "compare": "always", "write": true } } }"#,
 };
 
 /// A copy of texels and one into rows of a buffer.
@@ -312,6 +332,7 @@ const RULES: &[Rule] = &[
     Rule("an attachment is a layer", "UG0409", &SHOWN, "\"size\": [64, 64] } }", "\"size\": [64, 64], \"layers\": 2 } }"),
     Rule("volumes are not attached", "UG0409", &SHOWN, "\"size\": [64, 64] } }", "\"size\": [64, 64], \"view\": \"3d\" } }"),
     Rule("a pass does not sample what it draws to", "UG0404", &SHOWN, "\"picture\": \"picture\"", "\"picture\": \"target\""),
+    Rule("a pass sees no stencil beside depth that it writes", "UG0404", &STENCILED, "\"to\": \"depth\", \"clear\": 1,", "\"to\": \"marks\","),
     Rule("a usage scope reads no buffer that it writes", "UG0404", &COUNTED, "\"words\": \"words\", \"counts\": \"counts\"", "\"words\": { \"buffer\": { \"name\": \"words\", \"offset\": 0, \"size\": 256 } }, \"counts\": { \"buffer\": { \"name\": \"words\", \"offset\": 256, \"size\": 256 } }"),
     Rule("resolving changes no format", "UG0409", &RESOLVED, "\"samples\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"samples\": { \"texture\": { \"format\": \"bgra8unorm\""),
     Rule("resolving begins with several samples", "UG0409", &RESOLVED, ", \"samples\": 4", ""),

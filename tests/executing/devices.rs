@@ -88,6 +88,50 @@ fn bind_groups_and_blocks_beyond_the_device_are_named() {
     assert_eq!(rejected(&plan, &short), [("UG0804", wanted.to_owned())]);
 }
 
+/// A limit of a device.
+type Limit = fn(&mut wgpu::Limits) -> &mut u32;
+
+#[test]
+fn a_limit_may_be_met_exactly_and_not_be_exceeded_by_one() {
+    let resources = format!(
+        r#""sums": {{ "buffer": {{ "size": 1024 }} }},
+           "between": {{ "texture": {{ "format": "rgba8unorm", "size": [512, 300] }} }}, {}"#,
+        target(1)
+    );
+    let passes = format!(
+        r#"{}, "none": {{ "clear": {{ "buffer": "sums" }} }},
+           "sum": {{ "compute": {{ "shader": "shared.wgsl.jinja", "bind": {{ "sums": "sums" }}, "workgroups": [3, 1, 1] }} }},
+           "show": {{ "fullscreen": {{ "shader": "show.wgsl.jinja", "bind": {{ "picture": "between" }},
+             "color": [{{ "to": "target" }}] }} }},
+           "word": {{ "fullscreen": {{ "shader": "word.wgsl.jinja", "bind": {{ "words": "sums" }},
+             "color": [{{ "to": "target", "blend": "add" }}] }} }}"#,
+        fill("one", r#"{ "to": "between" }"#, "[1, 0, 0, 1]")
+    );
+    let plan = plan(&resources, &passes);
+    let limits: [(u32, Limit); 9] = [
+        (512, |limits| &mut limits.max_texture_dimension_2d),
+        (2, |limits| &mut limits.max_bind_groups),
+        (1, |limits| &mut limits.max_color_attachments),
+        (16, |limits| &mut limits.max_compute_workgroup_size_x),
+        (4, |limits| &mut limits.max_compute_workgroup_size_y),
+        (2, |limits| &mut limits.max_compute_workgroup_size_z),
+        (128, |limits| &mut limits.max_compute_invocations_per_workgroup),
+        (512, |limits| &mut limits.max_compute_workgroup_storage_size),
+        (3, |limits| &mut limits.max_compute_workgroups_per_dimension),
+    ];
+    for (at, (needed, limit)) in limits.into_iter().enumerate() {
+        let with = |allowed| device(wgpu::Features::empty(), |limits| *limit(limits) = allowed);
+        if let Err(error) = instantiate(&plan, &with(needed)) {
+            panic!("limit {at}, {needed}: {:?}", said(&error));
+        }
+        let found = rejected(&plan, &with(needed - 1));
+        assert!(
+            !found.is_empty() && found.iter().all(|(code, _)| *code == "UG0804"),
+            "limit {at}: {found:?}"
+        );
+    }
+}
+
 #[test]
 fn a_lost_device_is_no_panic() {
     lose(&device(wgpu::Features::empty(), |_| {}), true);

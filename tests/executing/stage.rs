@@ -180,6 +180,18 @@ const COUNT: &str = r#"struct Sum { value: atomic<u32> }
 @compute @workgroup_size(4) fn count() { atomicAdd(&sum.value, 1u); }
 "#;
 
+/// Sums what its invocations say, in memory that a workgroup shares.
+const SHARED: &str = r#"@group(1) @binding(0) var<storage, read_write> sums: array<u32>;
+var<workgroup> shares: array<u32, 128>;
+@compute @workgroup_size(16, 4, 2) fn sum(
+    @builtin(local_invocation_index) own: u32, @builtin(workgroup_id) group: vec3<u32>
+) {
+    shares[own] = own;
+    workgroupBarrier();
+    if own == 0u { sums[group.x] = shares[1] + shares[127]; }
+}
+"#;
+
 /// The edge of the picture, in texels.
 pub(crate) const SIDE: u32 = 8;
 
@@ -236,6 +248,7 @@ pub(crate) fn try_plan_with(text: String, side: u32, features: wgpu::Features) -
         ("word.wgsl.jinja", WORD),
         ("enlarge.wgsl.jinja", ENLARGE),
         ("length.wgsl.jinja", LENGTH),
+        ("shared.wgsl.jinja", SHARED),
     ];
     let triangle = |corner: &str| TRIANGLE.replace("CORNER", corner);
     // A triangle that covers everything, one whose right half is beyond the far plane, and one over the left half.
