@@ -19,6 +19,7 @@ const TESTS: &[&str] = &[
     "broken",
     "caching",
     "checker",
+    "device_limits",
     "engine",
     "executing",
     "executor",
@@ -31,6 +32,7 @@ const TESTS: &[&str] = &[
     "own_scenes",
     "penumbrae",
     "scenes",
+    "webgpu_rules",
 ];
 
 /// What to plant faults in, and how many.
