@@ -34,6 +34,8 @@ const TESTS: &[&str] = &[
     "scenes",
     "webgpu_rules",
 ];
+/// Without a driver.
+const FEATURES: &[&str] = &["--features", "umbragraph/noop"];
 
 /// What to plant faults in, and how many.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -86,7 +88,7 @@ fn rust(options: &Options) -> ExitCode {
     } else {
         &["test", "--release"]
     });
-    without.args(PACKAGES.split(',').flat_map(|package| ["--package", package])).args(&tests);
+    without.args(PACKAGES.split(',').flat_map(|package| ["--package", package])).args(FEATURES).args(&tests);
     match without.status() {
         Ok(status) if status.success() => {}
         status => return finish(status),
@@ -95,7 +97,7 @@ fn rust(options: &Options) -> ExitCode {
     command.args(["mutants", "--in-place", "--shuffle", "--baseline", "skip", "--timeout", "900"]);
     // Release builds are incremental.
     command.args(["--profile", "release", "--test-tool", if nextest { "nextest" } else { "cargo" }]);
-    command.args(&selection).args(["--test-package", PACKAGES]);
+    command.args(&selection).args(["--test-package", PACKAGES]).args(FEATURES);
     if let Some(sample) = options.sample {
         let listed = process::program("cargo").args(["mutants", "--list"]).args(&selection).output();
         let Ok(listed) = listed.map(|output| String::from_utf8_lossy(&output.stdout).lines().count()) else {
