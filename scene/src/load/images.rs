@@ -1,17 +1,17 @@
 //! Textures and the decoding of their images.
 //!
-//! Only the images of textures that materials use are decoded, each once, and those of the same bytes once together. The format is told from the bytes; the MIME
-//! type in the document is not trusted. Before any texel is decoded the size in the image's own header is held
-//! against the limits.
+//! Only the images of textures that materials use are decoded, each once, and those of the same bytes once together.
+//! The format is told from the bytes; the MIME type in the document is not trusted. Before any texel is decoded the
+//! size in the image's own header is held against the limits.
 
 use gltf::json::texture::{MagFilter, MinFilter, Sampler as JsonSampler, WrappingMode};
 use gltf::json::validation::Checked;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::io::Cursor;
 use umbragraph_pipeline::wgpu_types::{AddressMode, FilterMode, MipmapFilterMode};
 
 use super::accessor::Accessors;
+use super::decode::{DecodeError, Encoded};
 use super::limits::{DECODED_PER_IMAGE_BYTE, MAX_IMAGE_SIDE};
 use super::report::Report;
 use super::resource::{Resolver, resolve};
@@ -157,18 +157,15 @@ fn read_image(
             return report.reject(codes::BAD_IMAGE, &at, message, "export the scene with its textures");
         }
     };
-    let failed = |error: image::ImageError, report: &mut Report| {
+    let failed = |error: DecodeError, report: &mut Report| {
         let message = format!("image {index} cannot be decoded: {error}");
         report.reject(codes::BAD_IMAGE, &at, message, "use a PNG or JPEG image")
     };
-    let reader = || {
-        let reader = image::ImageReader::new(Cursor::new(&*bytes)).with_guessed_format();
-        reader.map_err(image::ImageError::IoError)
-    };
-    let (width, height) = match reader().and_then(image::ImageReader::into_dimensions) {
-        Ok(size) => size,
+    let encoded = match Encoded::new(&bytes) {
+        Ok(encoded) => encoded,
         Err(error) => return failed(error, report),
     };
+    let (width, height) = encoded.size();
     if width == 0 || height == 0 || width.max(height) > MAX_IMAGE_SIDE {
         let message = format!("image {index} has {width} × {height} texels");
         let help = format!("at most {MAX_IMAGE_SIDE} texels a side are read");
@@ -179,11 +176,8 @@ fn read_image(
     if !report.charge(u64::from(width) * u64::from(height) * 4 * 4 / 3, &at) {
         return None;
     }
-    match reader().and_then(image::ImageReader::decode) {
-        Ok(decoded) => {
-            let rgba = decoded.into_rgba8().into_raw();
-            Some(Image { name: json.name.clone().unwrap_or_default(), width, height, rgba })
-        }
+    match encoded.rgba() {
+        Ok(rgba) => Some(Image { name: json.name.clone().unwrap_or_default(), width, height, rgba }),
         Err(error) => failed(error, report),
     }
 }

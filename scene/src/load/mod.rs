@@ -20,6 +20,7 @@ mod accessor;
 mod animations;
 mod buffers;
 mod container;
+mod decode;
 mod details;
 mod draws;
 mod extras;

@@ -262,7 +262,7 @@ fn broken_images_and_samplers_and_material_values_are_found() {
             "UG0724 /samplers/0/wrapS: sampler 0 has an unknown wrapS (see the glTF 2.0 specification, section 5.26)",
             "UG0724 /samplers/0/magFilter: sampler 0 has an unknown magFilter (see the glTF 2.0 specification, section 5.26)",
             "UG0724 /samplers/0/minFilter: sampler 0 has an unknown minFilter (see the glTF 2.0 specification, section 5.26)",
-            "UG0718 /images/0: image 0 cannot be decoded: The image format could not be determined (use a PNG or JPEG image)",
+            "UG0718 /images/0: image 0 cannot be decoded: its first bytes are those of neither PNG nor JPEG (use a PNG or JPEG image)",
             "UG0705 /textures/1/sampler: sampler 4 does not exist (the document has one sampler, number 0)",
             "UG0718 /images/1: image 1 has neither a URI nor a buffer view (export the scene with its textures)",
         ]

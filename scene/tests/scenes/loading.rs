@@ -504,3 +504,62 @@ fn weights_of_morph_targets_follow_their_keys() {
     let bounds = wild.bounds(&wild.pose(1.0));
     assert!(bounds.max.is_finite() && !bounds.is_empty());
 }
+
+/// The texels of an image file, as a scene has them.
+fn texels(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
+    let mut document = Document::triangle();
+    let view = document.view(bytes);
+    document.push("images", json!({ "bufferView": view }));
+    document.push("textures", json!({ "source": 0 }));
+    document.push("materials", json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }));
+    document.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    let texcoords = document.floats("VEC2", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    document.attribute("TEXCOORD_0", texcoords);
+    let image = document.load().unwrap().images.swap_remove(0);
+    (image.width, image.height, image.rgba)
+}
+
+#[test]
+fn images_of_every_layout_of_channels_are_read_as_another_decoder_reads_them() {
+    use image::ImageFormat::{Jpeg, Png};
+    let color = image::DynamicImage::from(image::RgbaImage::from_fn(17, 13, |x, y| {
+        image::Rgba([x as u8 * 15, y as u8 * 19, 255 - x as u8 * 7, 255 - y as u8 * 9])
+    }));
+    let cases = [
+        (Png, image::DynamicImage::from(color.to_luma8()), 0),
+        (Png, color.to_luma_alpha8().into(), 0),
+        (Png, color.to_rgb8().into(), 0),
+        (Png, color.clone(), 0),
+        // The other decoder rounds.
+        (Png, color.to_luma16().into(), 1),
+        (Png, color.to_luma_alpha16().into(), 1),
+        (Png, color.to_rgb16().into(), 1),
+        (Png, color.to_rgba16().into(), 1),
+        (Jpeg, color.to_luma8().into(), 0),
+        (Jpeg, color.to_rgb8().into(), 0),
+    ];
+    for (format, picture, difference) in cases {
+        let mut bytes = Vec::new();
+        picture.write_to(&mut std::io::Cursor::new(&mut bytes), format).unwrap();
+        let expected = image::load_from_memory(&bytes).unwrap().into_rgba8();
+        let (width, height, rgba) = texels(&bytes);
+        assert_eq!((width, height, rgba.len()), (17, 13, expected.len()), "{format:?} {:?}", picture.color());
+        let worst = rgba.iter().zip(expected.iter()).map(|(own, other)| own.abs_diff(*other)).max();
+        assert!(worst <= Some(difference), "{format:?} {:?}: {worst:?}", picture.color());
+    }
+}
+
+#[test]
+fn palettes_have_the_alpha_of_their_entries() {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 3, 1);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_depth(png::BitDepth::Two);
+    encoder.set_palette(vec![10, 20, 30, 40, 50, 60, 70, 80, 90]);
+    encoder.set_trns(vec![255, 128]);
+    let mut writer = encoder.write_header().unwrap();
+    // Entries 0, 1 and 2.
+    writer.write_image_data(&[0b0001_1000]).unwrap();
+    writer.finish().unwrap();
+    assert_eq!(texels(&bytes), (3, 1, vec![10, 20, 30, 255, 40, 50, 60, 128, 70, 80, 90, 255]));
+}

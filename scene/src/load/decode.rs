@@ -1,0 +1,85 @@
+//! PNG and JPEG files as 8-bit RGBA.
+//!
+//! The format is told from the first bytes. What the header says of the size is known before any texel is decoded.
+//! 16-bit channels keep their upper byte, palettes are looked up, and grey becomes three equal channels; embedded color
+//! profiles are ignored, as glTF demands.
+
+use std::io::Cursor;
+
+use thiserror::Error;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+/// Why an image cannot be decoded.
+#[derive(Debug, Error)]
+pub(super) enum DecodeError {
+    #[error("its first bytes are those of neither PNG nor JPEG")]
+    Format,
+    #[error(transparent)]
+    Png(#[from] png::DecodingError),
+    #[error(transparent)]
+    Jpeg(#[from] zune_jpeg::errors::DecodeErrors),
+}
+
+/// An image whose header was read.
+pub(super) enum Encoded<'a> {
+    Png(Box<png::Reader<Cursor<&'a [u8]>>>),
+    Jpeg(Box<zune_jpeg::JpegDecoder<ZCursor<&'a [u8]>>>),
+}
+
+impl<'a> Encoded<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Result<Self, DecodeError> {
+        if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
+            let mut decoder = png::Decoder::new(Cursor::new(bytes));
+            decoder.set_transformations(png::Transformations::normalize_to_color8());
+            decoder.set_ignore_text_chunk(true);
+            decoder.set_ignore_iccp_chunk(true);
+            return Ok(Self::Png(Box::new(decoder.read_info()?)));
+        }
+        if bytes.starts_with(b"\xff\xd8\xff") {
+            let options = DecoderOptions::default().set_max_width(usize::MAX).set_max_height(usize::MAX);
+            let options = options.set_strict_mode(false);
+            let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+            decoder.decode_headers()?;
+            let grey = decoder.input_colorspace() == Some(ColorSpace::Luma);
+            let colors = if grey { ColorSpace::Luma } else { ColorSpace::RGB };
+            decoder.set_options(options.jpeg_set_out_colorspace(colors));
+            return Ok(Self::Jpeg(Box::new(decoder)));
+        }
+        Err(DecodeError::Format)
+    }
+
+    /// Width and height, in texels.
+    pub(super) fn size(&self) -> (u32, u32) {
+        match self {
+            Self::Png(reader) => reader.info().size(),
+            Self::Jpeg(decoder) => {
+                let info = decoder.info().unwrap_or_default();
+                (info.width.into(), info.height.into())
+            }
+        }
+    }
+
+    /// The texels, four bytes each, rows from the top.
+    pub(super) fn rgba(self) -> Result<Vec<u8>, DecodeError> {
+        let (texels, channels) = match self {
+            Self::Png(mut reader) => {
+                let mut texels = vec![0; reader.output_buffer_size().unwrap_or_default()];
+                let info = reader.next_frame(&mut texels)?;
+                texels.truncate(info.buffer_size());
+                (texels, info.color_type.samples())
+            }
+            Self::Jpeg(mut decoder) => {
+                let texels = decoder.decode()?;
+                (texels, decoder.output_colorspace().map_or(3, |colors| colors.num_components()))
+            }
+        };
+        Ok(match channels {
+            1 => texels.iter().flat_map(|grey| [*grey, *grey, *grey, 255]).collect(),
+            2 => texels.chunks_exact(2).flat_map(|one| [one[0], one[0], one[0], one[1]]).collect(),
+            3 => texels.chunks_exact(3).flat_map(|one| [one[0], one[1], one[2], 255]).collect(),
+            _ => texels,
+        })
+    }
+}
