@@ -48,12 +48,17 @@ impl Diagnostic {
         otherwise: impl FnOnce(&[&'a str]) -> String,
     ) -> Self {
         let known: Vec<&str> = known.into_iter().collect();
-        let Some(suggested) = suggested_name(name, known.iter().copied()) else {
-            return self.help(match begun(name, &known) {
+        match Closest::of(name, &known) {
+            Some(closest) => self.propose(name, &closest, written, taken(closest.name)),
+            None => self.help(match begun(name, &known) {
                 Some(suggested) => format!("is \"{suggested}\" meant?"),
                 None => otherwise(&known),
-            });
-        };
+            }),
+        }
+    }
+
+    fn propose(self, name: &str, closest: &Closest<'_>, written: Option<Span>, is_taken: bool) -> Self {
+        let suggested = closest.name;
         let diagnostic = self.help(format!("{DID_YOU_MEAN} \"{suggested}\"?"));
         let replacement = written.and_then(|span| match span.range().len().checked_sub(name.len())? {
             0 => Some((span, suggested.to_owned())),
@@ -62,11 +67,8 @@ impl Diagnostic {
         });
         // A name with an escape would be another text in JSON.
         let is_plain = !suggested.contains(['"', '\\']) && !suggested.contains(char::is_control);
-        let is_sure = is_plain
-            && !taken(suggested)
-            && certain_suggestion(name, known.iter().copied()) == Some(suggested);
         match replacement {
-            Some((span, text)) if is_sure => diagnostic.fix(span, text),
+            Some((span, text)) if is_plain && !is_taken && closest.is_certain => diagnostic.fix(span, text),
             _ => diagnostic,
         }
     }
@@ -86,39 +88,42 @@ fn begun<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
 /// Distance is Damerau–Levenshtein on the names as written; a candidate is close when it is within a third of the
 /// longer name's length (at least one edit). Ties go to the alphabetically first.
 pub fn suggested_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    distances(name, candidates).min().map(|(_, candidate)| candidate)
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    Closest::of(name, &candidates).map(|closest| closest.name)
 }
 
 /// The same, or `None` where two candidates are equally close: only what this gives is fit for a fix.
 pub fn certain_suggestion<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let mut close: Vec<(usize, &str)> = distances(name, candidates).collect();
-    close.sort_unstable();
-    close.dedup();
-    match close.as_slice() {
-        [first, second, ..] if first.0 == second.0 => None,
-        [first, ..] => Some(first.1),
-        [] => None,
-    }
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    Closest::of(name, &candidates).filter(|closest| closest.is_certain).map(|closest| closest.name)
 }
 
-/// The candidates that are close enough, with their distances.
-fn distances<'a>(
-    name: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> impl Iterator<Item = (usize, &'a str)> {
-    let lower = name.to_lowercase();
-    let (bytes, characters) = (name.len(), name.chars().count());
-    candidates
-        .into_iter()
-        // Longer names are not typed by people, and the distance costs the product of the lengths.
-        .filter(move |candidate| {
-            bytes.max(candidate.len()) <= MAX_NAME && candidate.len().abs_diff(bytes) <= MAX_NAME / 3
-        })
-        .filter_map(move |candidate| {
+struct Closest<'a> {
+    name: &'a str,
+    /// Whether no other candidate is as close.
+    is_certain: bool,
+}
+
+impl<'a> Closest<'a> {
+    fn of(name: &str, candidates: &[&'a str]) -> Option<Self> {
+        let lower = name.to_lowercase();
+        let (bytes, characters) = (name.len(), name.chars().count());
+        let mut close: Vec<(usize, &str)> = Vec::new();
+        for candidate in candidates.iter().copied() {
+            // Longer names are not typed by people, and the distance costs the product of the lengths.
+            if bytes.max(candidate.len()) > MAX_NAME || candidate.len().abs_diff(bytes) > MAX_NAME / 3 {
+                continue;
+            }
             let distance = strsim::damerau_levenshtein(&lower, &candidate.to_lowercase());
-            let allowed = (characters.max(candidate.chars().count()) / 3).max(1);
-            (distance <= allowed).then_some((distance, candidate))
-        })
+            if distance <= (characters.max(candidate.chars().count()) / 3).max(1) {
+                close.push((distance, candidate));
+            }
+        }
+        close.sort_unstable();
+        close.dedup();
+        let (distance, name) = *close.first()?;
+        Some(Self { name, is_certain: close.get(1).is_none_or(|(second, _)| *second != distance) })
+    }
 }
 
 #[cfg(test)]
