@@ -160,17 +160,13 @@ impl Model {
         State { remaining, alive: vec![0; self.min.len()], peak: self.min.clone() }
     }
 
-    /// Runs a pass; by how many bytes the peaks rise, and how many more bytes are alive afterwards.
-    fn run(&self, state: &mut State, pass: PassHandle) -> (u64, i64) {
-        let (mut rise, mut change) = (0, 0i64);
+    /// Runs a pass.
+    fn run(&self, state: &mut State, pass: PassHandle) {
         for resource in &self.uses[pass.index()] {
             let Needed { class, bytes, users } = self.resources[*resource];
             if state.remaining[*resource] == users {
                 state.alive[class] += bytes;
-                change += bytes as i64;
-                let above = state.alive[class].saturating_sub(state.peak[class]);
-                state.peak[class] += above;
-                rise += above;
+                state.peak[class] = state.peak[class].max(state.alive[class]);
             }
         }
         for resource in &self.uses[pass.index()] {
@@ -178,13 +174,11 @@ impl Model {
             if state.remaining[*resource] == 0 {
                 let Needed { class, bytes, .. } = self.resources[*resource];
                 state.alive[class] -= bytes;
-                change -= bytes as i64;
             }
         }
-        (rise, change)
     }
 
-    /// The effect of running a pass, without running it.
+    /// By how many bytes the peaks would rise if a pass ran, and how many more bytes would be alive afterwards.
     fn weigh(&self, state: &State, pass: PassHandle) -> (u64, i64) {
         let mut begun: Vec<(usize, u64)> = Vec::new();
         let mut change = 0i64;
