@@ -36,7 +36,7 @@ fn main() {
     }
     let synthetic =
         set(&[("synthetic.wgsl.jinja", &synthetic_template()), ("synthetic.axes.json", &synthetic_axes(0))]);
-    let project = set(umbragraph_shaders_templates::FILES);
+    let project = project();
     // `cargo bench ... -- overhead threads` runs these parts only.
     let parts = ["threads", "wide_space", "everything", "processes", "memory", "overhead"];
     if let Some(what) = arguments.iter().find_map(|argument| argument.strip_prefix("count_")) {
@@ -79,6 +79,17 @@ fn set(files: &[(&str, &str)]) -> TemplateSet {
     set.check(&mut diagnostics);
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
     set
+}
+
+/// The project's templates but those with more than 16 axes, each of which has thousands of texts for minutes.
+fn project() -> TemplateSet {
+    const FILES: &[(&str, &str)] = umbragraph_shaders_templates::FILES;
+    let all = set(FILES);
+    let is_small = |(file, _): &&(&str, &str)| {
+        let template = file.replace(".axes.json", ".wgsl.jinja");
+        file.starts_with("lib/") || all.axes(&template).is_none_or(|axes| axes.iter().count() <= 16)
+    };
+    set(&FILES.iter().filter(is_small).copied().collect::<Vec<_>>())
 }
 
 fn roots(set: &TemplateSet) -> Vec<String> {

@@ -84,6 +84,8 @@ fn times_are_told_for_each_pass_if_asked_for() {
     let times: Vec<_> = executor.times().map(|(name, time)| (name.to_owned(), time)).collect();
     assert_eq!(times.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["views", "squares"]);
     assert!(times[1].1 >= std::time::Duration::from_millis(5), "{times:?}");
+    let starts: Vec<_> = executor.starts().collect();
+    assert!(starts.len() == 2 && starts[0] < starts[1] && starts[1] >= starts[0] + times[0].1, "{starts:?}");
     executor.measure_times(false);
     assert_eq!(executor.times().count(), 0);
 }
