@@ -33,7 +33,7 @@ pub(crate) fn condition(statement: &Statement) -> Option<Handle<Expression>> {
     }
 }
 
-/// The operands of an expression, but for the offset of a sample, which is constant; `None` for what WGSL does not have.
+/// The operands of an expression, but for the offset of a sample, which is constant; `None` for what is not known here.
 pub(crate) fn operands(expression: &Expression) -> Option<impl Iterator<Item = Handle<Expression>>> {
     let mut components: &[Handle<Expression>] = &[];
     let mut operands = [None; 7];

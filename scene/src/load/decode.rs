@@ -5,11 +5,14 @@
 //! profiles are ignored, as glTF demands.
 
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use thiserror::Error;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
+
+use super::jpeg::without_metadata;
 
 /// Why an image cannot be decoded.
 #[derive(Debug, Error)]
@@ -20,12 +23,17 @@ pub(super) enum DecodeError {
     Png(#[from] png::DecodingError),
     #[error(transparent)]
     Jpeg(#[from] zune_jpeg::errors::DecodeErrors),
+    #[error("a JPEG of {0} channels is neither grey nor RGB, YCbCr or CMYK")]
+    Channels(u8),
+    /// A defect of the decoder.
+    #[error("the JPEG decoder failed")]
+    Panic,
 }
 
 /// An image whose header was read.
 pub(super) enum Encoded<'a> {
     Png(Box<png::Reader<Cursor<&'a [u8]>>>),
-    Jpeg(Box<zune_jpeg::JpegDecoder<ZCursor<&'a [u8]>>>),
+    Jpeg(Box<zune_jpeg::JpegDecoder<ZCursor<Vec<u8>>>>),
 }
 
 impl<'a> Encoded<'a> {
@@ -40,10 +48,14 @@ impl<'a> Encoded<'a> {
         if bytes.starts_with(b"\xff\xd8\xff") {
             let options = DecoderOptions::default().set_max_width(usize::MAX).set_max_height(usize::MAX);
             let options = options.set_strict_mode(false);
-            let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-            decoder.decode_headers()?;
-            let grey = decoder.input_colorspace() == Some(ColorSpace::Luma);
-            let colors = if grey { ColorSpace::Luma } else { ColorSpace::RGB };
+            let bytes = ZCursor::new(without_metadata(bytes));
+            let mut decoder = zune_jpeg::JpegDecoder::new_with_options(bytes, options);
+            guarded(|| decoder.decode_headers())?;
+            let colors = match (decoder.info().unwrap_or_default().components, decoder.input_colorspace()) {
+                (1, Some(ColorSpace::Luma)) => ColorSpace::Luma,
+                (3 | 4, _) => ColorSpace::RGB,
+                (channels, _) => return Err(DecodeError::Channels(channels)),
+            };
             decoder.set_options(options.jpeg_set_out_colorspace(colors));
             return Ok(Self::Jpeg(Box::new(decoder)));
         }
@@ -71,7 +83,7 @@ impl<'a> Encoded<'a> {
                 (texels, info.color_type.samples())
             }
             Self::Jpeg(mut decoder) => {
-                let texels = decoder.decode()?;
+                let texels = guarded(|| decoder.decode())?;
                 (texels, decoder.output_colorspace().map_or(3, |colors| colors.num_components()))
             }
         };
@@ -82,4 +94,9 @@ impl<'a> Encoded<'a> {
             _ => texels,
         })
     }
+}
+
+/// What a decoder says, which may panic on files that are broken on purpose.
+fn guarded<T>(decode: impl FnOnce() -> Result<T, zune_jpeg::errors::DecodeErrors>) -> Result<T, DecodeError> {
+    Ok(catch_unwind(AssertUnwindSafe(decode)).map_err(|_| DecodeError::Panic)??)
 }

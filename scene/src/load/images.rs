@@ -12,7 +12,7 @@ use umbragraph_pipeline::wgpu_types::{AddressMode, FilterMode, MipmapFilterMode}
 
 use super::accessor::Accessors;
 use super::decode::{DecodeError, Encoded};
-use super::limits::{DECODED_PER_IMAGE_BYTE, MAX_IMAGE_SIDE};
+use super::limits::{DECODED_PER_IMAGE_BYTE, MAX_IMAGE_SIDE, MAX_IMAGE_TEXELS};
 use super::report::Report;
 use super::resource::{Resolver, resolve};
 use crate::codes;
@@ -166,14 +166,15 @@ fn read_image(
         Err(error) => return failed(error, report),
     };
     let (width, height) = encoded.size();
-    if width == 0 || height == 0 || width.max(height) > MAX_IMAGE_SIDE {
+    let area = u64::from(width) * u64::from(height);
+    if area == 0 || width.max(height) > MAX_IMAGE_SIDE || area > MAX_IMAGE_TEXELS {
         let message = format!("image {index} has {width} × {height} texels");
-        let help = format!("at most {MAX_IMAGE_SIDE} texels a side are read");
+        let help = format!("at most {MAX_IMAGE_SIDE} texels a side and {MAX_IMAGE_TEXELS} in all are read");
         return report.reject(codes::TOO_LARGE, &at, message, help);
     }
     report.allow(sources.new_bytes(accessors, index, bytes.len()), DECODED_PER_IMAGE_BYTE);
     // Mip levels take another third.
-    if !report.charge(u64::from(width) * u64::from(height) * 4 * 4 / 3, &at) {
+    if !report.charge(area * 4 * 4 / 3, &at) {
         return None;
     }
     match encoded.rgba() {

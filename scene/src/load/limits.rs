@@ -32,6 +32,10 @@ pub const MAX_DECODED_BYTES: u64 = 3 << 30;
 /// The maximum number of texels along one side of an image.
 pub const MAX_IMAGE_SIDE: u32 = 16_384;
 
+/// The maximum number of texels of an image. While it is decoded it may take some 16 bytes for each beside what is
+/// charged.
+pub const MAX_IMAGE_TEXELS: u64 = 1 << 27;
+
 /// The maximum number of draws: primitives of shown nodes.
 pub const MAX_DRAWS: usize = 1 << 20;
 

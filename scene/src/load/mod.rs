@@ -27,6 +27,7 @@ mod extras;
 mod geometry;
 mod hierarchy;
 mod images;
+mod jpeg;
 pub mod limits;
 mod materials;
 mod morph;

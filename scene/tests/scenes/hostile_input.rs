@@ -314,7 +314,9 @@ fn an_image_that_claims_a_huge_size_is_rejected_before_it_is_decoded() {
     document.binary[at + 13..at + 17].copy_from_slice(&checksum.to_be_bytes());
     assert_eq!(
         diagnostics(document.load()),
-        ["UG0715 /images/0: image 0 has 2000000 × 2 texels (at most 16384 texels a side are read)"]
+        [
+            "UG0715 /images/0: image 0 has 2000000 × 2 texels (at most 16384 texels a side and 134217728 in all are read)"
+        ]
     );
 }
 
@@ -325,4 +327,74 @@ fn crc32(bytes: &[u8]) -> u32 {
             |sum, _| if sum & 1 == 1 { sum >> 1 ^ 0xedb8_8320 } else { sum >> 1 },
         )
     })
+}
+
+/// What is said of a triangle with a picture of these bytes.
+fn pictured(bytes: &[u8]) -> Result<Scene, Vec<String>> {
+    let mut document = Document::triangle();
+    let view = document.view(bytes);
+    document.push("images", json!({ "bufferView": view }));
+    document.push("textures", json!({ "source": 0 }));
+    document.push("materials", json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }));
+    document.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    let texcoords = document.floats("VEC2", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    document.attribute("TEXCOORD_0", texcoords);
+    document.load().map_err(|error| diagnostics(Err(error)))
+}
+
+fn colors(format: image::ImageFormat) -> Vec<u8> {
+    let texels = image::RgbImage::from_fn(40, 24, |x, y| image::Rgb([x as u8 * 6, y as u8 * 9, 200]));
+    let mut bytes = Vec::new();
+    texels.write_to(&mut std::io::Cursor::new(&mut bytes), format).unwrap();
+    bytes
+}
+
+#[test]
+fn pictures_with_random_faults_are_decoded_whole_or_rejected() {
+    for format in [image::ImageFormat::Png, image::ImageFormat::Jpeg] {
+        let sound = colors(format);
+        let mut random = umbragraph_test_support::random::Random(7);
+        let (mut decoded, mut rejected) = (0, 0);
+        for _ in 0..600 {
+            let mut bytes = sound.clone();
+            // Headers are at the front.
+            let end = if random.below(2) == 0 { bytes.len().min(700) } else { bytes.len() };
+            for _ in 0..=random.below(4) {
+                bytes[random.below(end)] = random.below(256) as u8;
+            }
+            if random.below(8) == 0 {
+                bytes.truncate(random.below(bytes.len()));
+            }
+            match pictured(&bytes) {
+                Ok(scene) => {
+                    decoded += 1;
+                    let image = &scene.images[0];
+                    assert_eq!(image.rgba.len() as u64, u64::from(image.width) * u64::from(image.height) * 4);
+                }
+                Err(said) => {
+                    rejected += 1;
+                    assert_eq!(said.len(), 1, "{said:?}");
+                }
+            }
+        }
+        assert!(rejected > 50, "{format:?}: {decoded} decoded, {rejected} rejected");
+    }
+}
+
+#[test]
+fn a_jpeg_of_two_channels_is_rejected() {
+    let mut bytes = colors(image::ImageFormat::Jpeg);
+    let marker = |bytes: &[u8], marker| bytes.windows(2).position(|pair| pair == [0xff, marker]).unwrap();
+    // The frame's header, then the scan's: a length, and three bytes, or two, for each channel.
+    let frame = marker(&bytes, 0xc0);
+    bytes[frame + 3] -= 3;
+    bytes[frame + 9] = 2;
+    bytes.drain(frame + 16..frame + 19);
+    let scan = marker(&bytes, 0xda);
+    bytes[scan + 3] -= 2;
+    bytes[scan + 4] = 2;
+    bytes.drain(scan + 9..scan + 11);
+    let said = pictured(&bytes).err().expect("a diagnostic");
+    let expected = "UG0718 /images/0: image 0 cannot be decoded: a JPEG of 2 channels is neither grey nor RGB, YCbCr or CMYK (use a PNG or JPEG image)";
+    assert_eq!(said, [expected]);
 }

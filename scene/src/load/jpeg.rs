@@ -1,0 +1,69 @@
+//! What of a JPEG file its decoder is given: the segments that say texels, and none that say anything about them.
+//!
+//! Metadata (Exif, XMP, color profiles, comments) is of no use to glTF, and the decoder's time for it grows with the
+//! square of its segments. Between segments entropy-coded bytes are taken as they are. Source: ITU-T T.81, annex B.
+
+/// The file without the segments APP1 to APP13, APP15 and comments; up to the first byte that begins no segment.
+pub(super) fn without_metadata(bytes: &[u8]) -> Vec<u8> {
+    let mut kept = Vec::with_capacity(bytes.len());
+    let mut rest = bytes;
+    while let [0xff, marker, after @ ..] = rest {
+        let length = match marker {
+            // A fill byte.
+            0xff => {
+                rest = &rest[1..];
+                continue;
+            }
+            // Temporary, restarts, the start of the image: markers alone.
+            0x01 | 0xd0..=0xd8 => 0,
+            0xd9 => {
+                kept.extend_from_slice(&rest[..2]);
+                return kept;
+            }
+            _ => match after {
+                [high, low, ..] => usize::from(u16::from_be_bytes([*high, *low])),
+                _ => return kept,
+            },
+        };
+        // What follows the header of a scan, or a restart, is entropy-coded up to the next marker.
+        let segment = (2 + length).min(rest.len());
+        let is_scan = matches!(marker, 0xda | 0xd0..=0xd7);
+        let end = if is_scan { segment + entropy_coded(&rest[segment..]) } else { segment };
+        if !matches!(marker, 0xe1..=0xed | 0xef | 0xfe) {
+            kept.extend_from_slice(&rest[..end]);
+        }
+        rest = &rest[end..];
+    }
+    kept
+}
+
+/// The bytes before the next marker; those of value 255 that are data are followed by a zero.
+fn entropy_coded(bytes: &[u8]) -> usize {
+    bytes.windows(2).position(|pair| pair[0] == 0xff && pair[1] != 0).unwrap_or(bytes.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::without_metadata;
+
+    #[test]
+    fn metadata_goes_and_scans_stay_byte_for_byte() {
+        let start = [0xff, 0xd8, 0xff, 0xe0, 0, 3, 7];
+        let exif = [0xff, 0xe1, 0, 4, 1, 2];
+        let scan = [0xff, 0xda, 0, 3, 9, 5, 0xff, 0, 6, 0xff, 0xd3, 8];
+        let comment = [0xff, 0xff, 0xfe, 0, 2];
+        let end = [0xff, 0xd9];
+        let file = [&start[..], &exif, &scan, &comment, &scan, &end, &[1, 2, 3]].concat();
+        assert_eq!(without_metadata(&file), [&start[..], &scan, &scan, &end].concat());
+    }
+
+    #[test]
+    fn what_ends_early_ends_early() {
+        let file = [0xff, 0xd8, 0xff, 0xc0, 0, 200, 1, 2];
+        for length in 0..=file.len() {
+            assert!(without_metadata(&file[..length]).len() <= length);
+        }
+        assert_eq!(without_metadata(&file), file);
+        assert!(without_metadata(&[1, 2, 3]).is_empty());
+    }
+}
