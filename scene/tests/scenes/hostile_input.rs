@@ -394,7 +394,7 @@ fn a_jpeg_of_two_channels_is_rejected() {
     bytes[scan + 3] -= 2;
     bytes[scan + 4] = 2;
     bytes.drain(scan + 9..scan + 11);
-    let said = pictured(&bytes).err().expect("a diagnostic");
+    let Err(said) = pictured(&bytes) else { panic!("two channels were decoded") };
     let expected = "UG0718 /images/0: image 0 cannot be decoded: a JPEG of 2 channels is neither grey nor RGB, YCbCr or CMYK (use a PNG or JPEG image)";
     assert_eq!(said, [expected]);
 }
