@@ -90,6 +90,19 @@ impl Document {
         self.json["meshes"][0]["primitives"][0]["attributes"][name] = json!(accessor);
     }
 
+    /// A triangle whose material has a picture of these bytes.
+    pub(crate) fn pictured(bytes: &[u8]) -> Self {
+        let mut document = Self::triangle();
+        let view = document.view(bytes);
+        document.push("images", json!({ "bufferView": view }));
+        document.push("textures", json!({ "source": 0 }));
+        document.push("materials", json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }));
+        document.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+        let texcoords = document.floats("VEC2", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+        document.attribute("TEXCOORD_0", texcoords);
+        document
+    }
+
     /// A binary glTF of what there is.
     pub(crate) fn glb(&self) -> Vec<u8> {
         let mut json = self.json.clone();

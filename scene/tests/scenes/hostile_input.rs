@@ -329,19 +329,7 @@ fn crc32(bytes: &[u8]) -> u32 {
     })
 }
 
-/// What is said of a triangle with a picture of these bytes.
-fn pictured(bytes: &[u8]) -> Result<Scene, Vec<String>> {
-    let mut document = Document::triangle();
-    let view = document.view(bytes);
-    document.push("images", json!({ "bufferView": view }));
-    document.push("textures", json!({ "source": 0 }));
-    document.push("materials", json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }));
-    document.json["meshes"][0]["primitives"][0]["material"] = json!(0);
-    let texcoords = document.floats("VEC2", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
-    document.attribute("TEXCOORD_0", texcoords);
-    document.load().map_err(|error| diagnostics(Err(error)))
-}
-
+/// A picture of 40 by 24 texels.
 fn colors(format: image::ImageFormat) -> Vec<u8> {
     let texels = image::RgbImage::from_fn(40, 24, |x, y| image::Rgb([x as u8 * 6, y as u8 * 9, 200]));
     let mut bytes = Vec::new();
@@ -365,7 +353,7 @@ fn pictures_with_random_faults_are_decoded_whole_or_rejected() {
             if random.below(8) == 0 {
                 bytes.truncate(random.below(bytes.len()));
             }
-            match pictured(&bytes) {
+            match Document::pictured(&bytes).load() {
                 Ok(scene) => {
                     decoded += 1;
                     let image = &scene.images[0];
@@ -394,7 +382,31 @@ fn a_jpeg_of_two_channels_is_rejected() {
     bytes[scan + 3] -= 2;
     bytes[scan + 4] = 2;
     bytes.drain(scan + 9..scan + 11);
-    let Err(said) = pictured(&bytes) else { panic!("two channels were decoded") };
     let expected = "UG0718 /images/0: image 0 cannot be decoded: a JPEG of 2 channels is neither grey nor RGB, YCbCr or CMYK (use a PNG or JPEG image)";
-    assert_eq!(said, [expected]);
+    assert_eq!(diagnostics(Document::pictured(&bytes).load()), [expected]);
+}
+
+#[test]
+fn a_jpeg_on_which_the_decoder_panics_is_rejected() {
+    let segment = |marker: u8, body: &[u8]| {
+        [&[0xff, marker], &(body.len() as u16 + 2).to_be_bytes()[..], body].concat()
+    };
+    // A progressive frame of four channels, the first of which has twice as many rows, that calls itself YCbCr.
+    let frame = [8, 0, 16, 0, 16, 4, 1, 0x12, 0, 2, 0x11, 0, 3, 0x11, 0, 4, 0x11, 0];
+    let mut one_code = [0; 18];
+    one_code[1] = 1;
+    let bytes = [
+        vec![0xff, 0xd8],
+        segment(0xdb, &[[0].as_slice(), &[1; 64]].concat()),
+        segment(0xc2, &frame),
+        segment(0xee, b"Adobe\0\x64\0\0\0\0\x01"),
+        segment(0xc4, &one_code),
+        segment(0xda, &[4, 1, 0, 2, 0, 3, 0, 4, 0, 0, 0, 0]),
+        vec![0; 64],
+        vec![0xff, 0xd9],
+    ]
+    .concat();
+    let expected =
+        "UG0718 /images/0: image 0 cannot be decoded: the JPEG decoder failed (use a PNG or JPEG image)";
+    assert_eq!(diagnostics(Document::pictured(&bytes).load()), [expected]);
 }

@@ -507,15 +507,7 @@ fn weights_of_morph_targets_follow_their_keys() {
 
 /// The texels of an image file, as a scene has them.
 fn texels(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
-    let mut document = Document::triangle();
-    let view = document.view(bytes);
-    document.push("images", json!({ "bufferView": view }));
-    document.push("textures", json!({ "source": 0 }));
-    document.push("materials", json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }));
-    document.json["meshes"][0]["primitives"][0]["material"] = json!(0);
-    let texcoords = document.floats("VEC2", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
-    document.attribute("TEXCOORD_0", texcoords);
-    let image = document.load().unwrap().images.swap_remove(0);
+    let image = Document::pictured(bytes).load().unwrap().images.swap_remove(0);
     (image.width, image.height, image.rgba)
 }
 
