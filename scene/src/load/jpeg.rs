@@ -3,14 +3,16 @@
 //! Metadata (Exif, XMP, color profiles, comments) is of no use to glTF, and the decoder's time for it grows with the
 //! square of its segments. Between segments entropy-coded bytes are taken as they are. Source: ITU-T T.81, annex B.
 
-/// The file without the segments APP1 to APP13, APP15 and comments; up to the first byte that begins no segment.
+/// The file without the segments APP1 to APP13, APP15 and comments, and without stray bytes between segments.
 pub(super) fn without_metadata(bytes: &[u8]) -> Vec<u8> {
     let mut kept = Vec::with_capacity(bytes.len());
     let mut rest = bytes;
-    while let [0xff, marker, after @ ..] = rest {
+    while let Some(start) = rest.iter().position(|byte| *byte == 0xff) {
+        rest = &rest[start..];
+        let [_, marker, after @ ..] = rest else { return kept };
         let length = match marker {
-            // A fill byte.
-            0xff => {
+            // A fill byte, or a stray one.
+            0x00 | 0xff => {
                 rest = &rest[1..];
                 continue;
             }
@@ -52,8 +54,8 @@ mod tests {
         let exif = [0xff, 0xe1, 0, 4, 1, 2];
         let scan = [0xff, 0xda, 0, 3, 9, 5, 0xff, 0, 6, 0xff, 0xd3, 8];
         let comment = [0xff, 0xff, 0xfe, 0, 2];
-        let end = [0xff, 0xd9];
-        let file = [&start[..], &exif, &scan, &comment, &scan, &end, &[1, 2, 3]].concat();
+        let (stray, end) = ([4, 0xff, 0], [0xff, 0xd9]);
+        let file = [&start[..], &exif, &stray, &scan, &comment, &scan, &end, &[1, 2, 3]].concat();
         assert_eq!(without_metadata(&file), [&start[..], &scan, &scan, &end].concat());
     }
 
