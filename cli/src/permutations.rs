@@ -65,9 +65,10 @@ fn requests(
         let (values, plan) = (Overrides::default(), PlanOptions::new(1280, 720));
         let options = session.check_options(first, &values, &plan);
         let mut diagnostics = Diagnostics::new();
-        let configurations = match is_one {
-            true => Configurations::one(&overrides),
-            false => Configurations::all(&document, &session.templates, first),
+        let configurations = if is_one {
+            Configurations::one(&overrides)
+        } else {
+            Configurations::all(&document, &session.templates, first)
         };
         let mut judge = dry_run(first);
         let reached = pipeline::reach(

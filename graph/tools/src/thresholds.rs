@@ -30,9 +30,8 @@ pub(super) struct Number<'a> {
 impl Number<'_> {
     /// The settings, this one with another value.
     fn with(&self, value: f64) -> impl Fn(&str) -> Option<Value> {
-        move |name: &str| match name == self.name {
-            true => Some(Value::Number(value)),
-            false => self.defaults.get(name).cloned(),
+        move |name: &str| {
+            if name == self.name { Some(Value::Number(value)) } else { self.defaults.get(name).cloned() }
         }
     }
 
