@@ -81,6 +81,13 @@ struct Values {
     list: Vec<Value>,
 }
 
+impl Values {
+    fn add(&mut self, name: &str, value: Value) {
+        self.names.insert(name.to_owned(), self.list.len());
+        self.list.push(value);
+    }
+}
+
 impl Scope for Values {
     fn lookup(&self, name: &str) -> Option<Value> {
         self.borrow(name).cloned()
@@ -102,15 +109,19 @@ impl Parameters {
         let scope = pipeline.scope();
         let mut values = Values { names: HashMap::new(), list: Vec::new() };
         for (name, parameter) in &pipeline.parameters {
-            values.names.insert(name.clone(), values.list.len());
-            values.list.push(parameter.value.clone());
+            values.add(name, parameter.value.clone());
         }
         let mut hasher = DefaultHasher::new();
         pipeline.parameters.keys().for_each(|name| name.hash(&mut hasher));
         let settled = values.list.clone();
         for following in &pipeline.following {
-            values.names.insert(following.name.clone(), values.list.len());
-            values.list.push(scope.lookup(&following.name).unwrap_or(Value::Bool(false)));
+            values.add(&following.name, scope.lookup(&following.name).unwrap_or(Value::Bool(false)));
+        }
+        // What does not change.
+        for name in pipeline.features.keys().chain(pipeline.derived.keys()) {
+            if !values.names.contains_key(name) {
+                scope.lookup(name).into_iter().for_each(|value| values.add(name, value));
+            }
         }
         let mut parameters = Self {
             is_set: vec![false; settled.len()],
@@ -406,8 +417,7 @@ impl Parameters {
         pointer: &str,
         diagnostics: &mut Diagnostics,
     ) -> Option<Value> {
-        let scope = Around { values: &self.values, pipeline: &self.plan.pipeline };
-        match expression::evaluate(expression, &scope) {
+        match expression::evaluate(expression, &self.values) {
             Ok(value) => Some(value),
             Err(error) => {
                 let diagnostic = Diagnostic::error(codes::EXPRESSION_ARITHMETIC, place, error.message);
@@ -416,28 +426,6 @@ impl Parameters {
                 None
             }
         }
-    }
-}
-
-/// Live values, and features, which do not change.
-struct Around<'a> {
-    values: &'a Values,
-    pipeline: &'a Pipeline,
-}
-
-impl Scope for Around<'_> {
-    fn lookup(&self, name: &str) -> Option<Value> {
-        let derived = || self.pipeline.derived.get(name).map(|derived| derived.value.clone());
-        let feature = || self.pipeline.features.get(name).map(|feature| feature.value.clone());
-        self.values.lookup(name).or_else(feature).or_else(derived)
-    }
-
-    fn borrow(&self, name: &str) -> Option<&Value> {
-        self.values.borrow(name)
-    }
-
-    fn names(&self) -> Vec<String> {
-        self.values.names()
     }
 }
 
@@ -458,13 +446,9 @@ fn whole(value: &Value, limit: u32) -> Option<u32> {
 }
 
 fn color(value: &Value) -> Option<[f64; 4]> {
-    match value {
-        Value::List(list) => match list.as_slice() {
-            [r, g, b, a] => Some([r.number()?, g.number()?, b.number()?, a.number()?]),
-            _ => None,
-        },
-        _ => None,
-    }
+    let Value::List(list) = value else { return None };
+    let [r, g, b, a] = list.as_slice() else { return None };
+    Some([r.number()?, g.number()?, b.number()?, a.number()?])
 }
 
 /// What a value sets.
