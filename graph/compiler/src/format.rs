@@ -4,8 +4,6 @@
 //! candidates the first of the first texture is taken to which all others have one alike; where there is none, each has
 //! the first of its own, and the copy or the attachment its diagnostic.
 
-use std::collections::HashMap;
-
 use smallvec::SmallVec;
 use wgpu_types::{BindingType, TextureFormat, TextureFormatFeatureFlags, TextureSampleType, TextureUsages};
 
@@ -14,7 +12,6 @@ use super::texture_size::TextureSize;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{TextureDeclaration, TextureShape, format_name, parse_format, unknown_format};
 use crate::pipeline::{Access, Aspect, Pipeline, Program, Resource, Usage};
-use crate::shader::TargetProfile;
 use crate::work::{
     BoundSlot, ColorAttachment, PassHandle, ResourceHandle, SlotSource, TextureView, TransferEnd, Work,
 };
@@ -43,28 +40,9 @@ impl FormatRequirements<'_> {
     }
 }
 
-/// The formats by name that one plan has met, so that each name is parsed once.
-#[derive(Default)]
-pub(super) struct Formats(HashMap<String, Option<TextureFormat>>);
-
-impl Formats {
-    fn parse(&mut self, name: &str) -> Option<TextureFormat> {
-        if let Some(known) = self.0.get(name) {
-            return *known;
-        }
-        let format = parse_format(name);
-        self.0.insert(name.to_owned(), format);
-        format
-    }
-}
-
 /// The slots of a pass and the program that they belong to.
 pub(super) fn slots(pipeline: &Pipeline, pass: PassHandle) -> Option<(&Program, &[BoundSlot])> {
-    let (program, slots) = match pipeline.pass(pass).work() {
-        Work::Render(render) => render.draw.bound(),
-        Work::Compute(compute) => (compute.program, &*compute.bindings),
-        Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => return None,
-    };
+    let (program, slots) = pipeline.pass(pass).work().bound()?;
     Some((pipeline.program(program), slots))
 }
 
@@ -148,7 +126,6 @@ fn copied(work: &Work) -> Vec<(ResourceHandle, ResourceHandle)> {
 /// One diagnostic that says of each candidate why not.
 pub(super) fn choose(
     pipeline: &Pipeline,
-    formats: &mut Formats,
     resource: &Resource,
     texture: &TextureDeclaration,
     wants: &FormatRequirements<'_>,
@@ -156,18 +133,16 @@ pub(super) fn choose(
     goes_with_others: &dyn Fn(TextureFormat) -> bool,
 ) -> Result<TextureFormat, Box<Diagnostic>> {
     let names = texture.format.names();
+    let volume = texture.view == Some(TextureShape::D3);
     let mut first = None;
     let mut reasons = Vec::new();
     let mut unknown = None;
     for (at, name) in names.iter().enumerate() {
-        let Some(format) = formats.parse(name) else {
+        let Some(format) = parse_format(name) else {
             unknown.get_or_insert((at, name));
             continue;
         };
-        let volume = texture.view == Some(TextureShape::D3);
-        let rejected = rejection(pipeline, format, wants, size.samples, &pipeline.profile)
-            .or_else(|| texture_rules::of_format(format, size, volume, wants.texture_usages()));
-        match rejected {
+        match rejection(pipeline, format, wants, size, volume) {
             None if unknown.is_none() && goes_with_others(format) => return Ok(format),
             None if unknown.is_none() => {
                 first.get_or_insert(format);
@@ -189,7 +164,7 @@ pub(super) fn choose(
     }
     let message =
         format!("no format of \"{}\" supports all of its usages: {}", resource.name, reasons.join("; "));
-    let would_do = could_be(pipeline, wants, size, texture.view == Some(TextureShape::D3));
+    let would_do = could_be(pipeline, wants, size, volume);
     // Where no format does, it is a use that is wrong: what is attached is not read as the shader wants it.
     let sampled = wants.accesses.iter().rfind(|(_, one)| one.usage == Usage::Sampled);
     let (place, pointer) = match sampled.filter(|_| would_do.is_empty()) {
@@ -234,11 +209,7 @@ fn could_be(
         "r32sint",
     ];
     let does = |name: &&str| {
-        parse_format(name).is_some_and(|format| {
-            rejection(pipeline, format, wants, size.samples, &pipeline.profile)
-                .or_else(|| texture_rules::of_format(format, size, volume, wants.texture_usages()))
-                .is_none()
-        })
+        parse_format(name).is_some_and(|format| rejection(pipeline, format, wants, size, volume).is_none())
     };
     COMMON.into_iter().filter(does).take(3).collect()
 }
@@ -251,13 +222,9 @@ pub(super) fn could_be_like(
     size: TextureSize,
     fits: &dyn Fn(TextureFormat) -> bool,
 ) -> bool {
-    let usages = wants.texture_usages();
     let volume = texture.view == Some(TextureShape::D3);
-    texture.format.names().iter().filter_map(|name| parse_format(name)).any(|format| {
-        fits(format)
-            && rejection(pipeline, format, wants, size.samples, &pipeline.profile).is_none()
-            && texture_rules::of_format(format, size, volume, usages).is_none()
-    })
+    let mut formats = texture.format.names().iter().filter_map(|name| parse_format(name));
+    formats.any(|format| fits(format) && rejection(pipeline, format, wants, size, volume).is_none())
 }
 
 /// Whether texels are copied from one format to the other.
@@ -287,9 +254,10 @@ fn rejection(
     pipeline: &Pipeline,
     format: TextureFormat,
     wants: &FormatRequirements<'_>,
-    samples: u32,
-    profile: &TargetProfile,
+    size: TextureSize,
+    volume: bool,
 ) -> Option<String> {
+    let (profile, samples) = (&pipeline.profile, size.samples);
     let missing = format.required_features() - profile.features;
     if !missing.is_empty() {
         return Some(format!("needs a feature that the profile {} does not have", profile.name));
@@ -381,5 +349,5 @@ fn rejection(
             _ => {}
         }
     }
-    None
+    texture_rules::of_format(format, size, volume, wants.texture_usages())
 }

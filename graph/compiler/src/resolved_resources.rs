@@ -98,7 +98,6 @@ impl<'a> ResolvedResources<'a> {
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Self {
         let mut resolved = Self::empty(pipeline, options, sources);
-        let mut formats = format::Formats::default();
         let mut classes = CompatibilityClasses::new(pipeline, conditional, options.aliasing);
         let all = format::wants(pipeline, live);
         for handle in pipeline.resource_handles() {
@@ -115,32 +114,28 @@ impl<'a> ResolvedResources<'a> {
             }
             let descriptor = match (&resource.kind, resolved.sizes.of(handle)) {
                 (ResourceKind::Texture(texture), Some(Size::Texture(size))) => {
-                    let usages = wants.texture_usages();
-                    let usages = if scrolls(pipeline, handle, wants) {
-                        usages | TextureUsages::COPY_SRC
-                    } else {
-                        usages
-                    };
-                    let usages = match resource.is_exposed() {
-                        true => usages | TextureUsages::COPY_SRC | TextureUsages::TEXTURE_BINDING,
-                        false => usages,
-                    };
+                    let mut usages = wants.texture_usages();
+                    if scrolls(pipeline, handle, wants) {
+                        usages |= TextureUsages::COPY_SRC;
+                    }
+                    if resource.is_exposed() {
+                        usages |= TextureUsages::COPY_SRC | TextureUsages::TEXTURE_BINDING;
+                    }
                     resolved.check_import(handle, usages, wants, options, diagnostics);
-                    let format = match told(options, resource) {
+                    let import = told(options, resource);
+                    let format = match import {
                         Some(import) => Some(import.format),
                         None => {
                             let goes = |format| resolved.goes_with_others(&all, handle, format, options);
-                            format::choose(pipeline, &mut formats, resource, texture, wants, size, &goes)
+                            format::choose(pipeline, resource, texture, wants, size, &goes)
                                 .map_err(|diagnostic| diagnostics.push(*diagnostic))
                                 .ok()
                         }
                     };
                     // What has several samples has to be an attachment, whatever else is done with it.
-                    let is_own = told(options, resource).is_none();
-                    let usages = match size.samples {
-                        2.. if is_own => usages | TextureUsages::RENDER_ATTACHMENT,
-                        _ => usages,
-                    };
+                    if import.is_none() && size.samples > 1 {
+                        usages |= TextureUsages::RENDER_ATTACHMENT;
+                    }
                     let volume = texture.view == Some(TextureShape::D3);
                     format.map(|format| {
                         let view_format =
@@ -149,14 +144,11 @@ impl<'a> ResolvedResources<'a> {
                     })
                 }
                 (ResourceKind::Buffer(_), Some(Size::Buffer(bytes))) => {
-                    let usages = wants
-                        .accesses
-                        .iter()
-                        .fold(BufferUsages::empty(), |all, (_, one)| all | one.usage.buffer_usages());
-                    let usages = match resource.is_exposed() {
-                        true => usages | BufferUsages::COPY_SRC | BufferUsages::STORAGE,
-                        false => usages,
-                    };
+                    let mut usages: BufferUsages =
+                        wants.accesses.iter().map(|(_, one)| one.usage.buffer_usages()).collect();
+                    if resource.is_exposed() {
+                        usages |= BufferUsages::COPY_SRC | BufferUsages::STORAGE;
+                    }
                     Some(Descriptor::Buffer { bytes, usages })
                 }
                 _ => None,
