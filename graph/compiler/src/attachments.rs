@@ -17,20 +17,14 @@ use super::planner::Planner;
 use super::resolved_resources::TextureProperties;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::Lifetime;
-use crate::pipeline::{SubresourceRange, Usage, canonical};
+use crate::pipeline::{SubresourceRange, canonical};
 use crate::shader::{ScalarKind, Stage};
-use crate::work::{LoadOperation, PassHandle, RenderWork, Subresource};
+use crate::work::{Attachment, LoadOperation, PassHandle, RenderWork};
 
 impl Planner<'_> {
     /// Plans an attachment of the pass at a position.
-    pub(super) fn attachment(
-        &self,
-        at: usize,
-        to: &Subresource,
-        usage: Usage,
-        load: LoadOperation<()>,
-        discard: bool,
-    ) -> PlannedAttachment {
+    pub(super) fn attachment(&self, at: usize, attachment: Attachment<'_>) -> PlannedAttachment {
+        let Attachment { to, usage, load, discard } = attachment;
         let (target, resource) = (to.target(), self.pipeline.resource(to.resource));
         let range = SubresourceRange::of(Some(target.mip), target.layer);
         let range = resource.texture().map_or(range, |texture| canonical(texture, range, usage));

@@ -14,7 +14,7 @@ use super::graph::Graph;
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
-use crate::pipeline::{Access, Pipeline, SubresourceRange};
+use crate::pipeline::{Access, Aspect, Pipeline, SubresourceRange};
 use crate::work::{AttachmentTarget, PassHandle, RenderWork, ResourceHandle, Work};
 
 /// Finds the readers of what passes discard.
@@ -48,20 +48,17 @@ pub(super) fn check(pipeline: &Pipeline, graph: &Graph, diagnostics: &mut Diagno
 
 /// Whether a pass discards what it leaves in a subresource range.
 pub(super) fn discards(render: &RenderWork, resource: ResourceHandle, range: SubresourceRange) -> bool {
-    use crate::pipeline::Aspect::{DepthOnly, StencilOnly};
-    let same = |target: AttachmentTarget| {
-        target.resource == resource
-            && SubresourceRange::of(Some(target.mip), target.layer).aspect(range.aspect) == range
-    };
-    render.color.iter().any(|color| color.discard && same(color.to.target()))
-        || render
-            .depth
-            .as_ref()
-            .is_some_and(|one| one.discard && range.aspect != StencilOnly && same(one.to.target()))
-        || render
-            .stencil
-            .as_ref()
-            .is_some_and(|one| one.discard && range.aspect != DepthOnly && same(one.to.target()))
+    render.attachments().filter(|one| one.discard).any(|one| {
+        let AttachmentTarget { resource: discarded, mip, layer } = one.to.target();
+        let is_beside = match range.aspect {
+            Aspect::All => false,
+            Aspect::DepthOnly => one.usage.is_stencil(),
+            Aspect::StencilOnly => one.usage.is_depth(),
+        };
+        discarded == resource
+            && !is_beside
+            && SubresourceRange::of(Some(mip), layer).aspect(range.aspect) == range
+    })
 }
 
 struct Check<'a> {

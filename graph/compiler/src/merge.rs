@@ -11,14 +11,10 @@ use std::collections::HashSet;
 
 use super::resolved_resources::ResolvedResources;
 use crate::pipeline::{Access, Condition, Pipeline};
-use crate::work::{
-    AttachmentTarget, Draw, LoadOperation, PassHandle, RenderWork, ResourceHandle, Subresource, Work,
-};
+use crate::work::{Attachment, AttachmentTarget, Draw, LoadOperation, PassHandle, ResourceHandle, Work};
 
-/// What has to be equal: the color attachments, and those of depth and stencil, each as texture, mip and layer. Beside
-/// it the toggle.
-pub(super) type Key = (Vec<Target>, [Option<Target>; 2], Option<Condition>);
-type Target = (ResourceHandle, u32, Option<u32>);
+/// What has to be equal: the attachments, each with whether it is that of depth or of stencil, and the toggle.
+pub(super) type Key = (Vec<(AttachmentTarget, [bool; 2])>, Option<Condition>);
 
 /// The attachments of a pass; `None` for one that shares no render pass with others.
 pub(super) fn key(pipeline: &Pipeline, resolved: &ResolvedResources<'_>, pass: PassHandle) -> Option<Key> {
@@ -28,30 +24,19 @@ pub(super) fn key(pipeline: &Pipeline, resolved: &ResolvedResources<'_>, pass: P
     if keeps || render.color.iter().any(|color| color.resolve.is_some()) {
         return None;
     }
-    let target = |to: &Subresource| {
-        let AttachmentTarget { resource, mip, layer } = to.target();
-        (resource, mip, layer)
-    };
-    let color: Vec<Target> = render.color.iter().map(|color| target(&color.to)).collect();
-    let depth = render.depth.as_ref().map(|depth| target(&depth.to));
-    let rest = [depth, render.stencil.as_ref().map(|stencil| target(&stencil.to))];
-    let fixed = |(resource, _, layer): &Target| {
-        layer.is_some() || resolved.texture(*resource).is_some_and(|texture| texture.size.layers == 1)
-    };
-    let mut targets = color.iter().chain(rest.iter().flatten());
-    let once = others(pipeline, pass)
-        .all(|one| color.iter().chain(rest.iter().flatten()).all(|(resource, ..)| *resource != one.resource));
-    (once && targets.all(fixed)).then_some((color, rest, pipeline.pass(pass).condition))
+    let target = |one: Attachment<'_>| (one.to.target(), [one.usage.is_depth(), one.usage.is_stencil()]);
+    let targets: Vec<_> = render.attachments().map(target).collect();
+    let is_sole = targets.iter().all(|(AttachmentTarget { resource, layer, .. }, _)| {
+        let single = || resolved.texture(*resource).is_some_and(|texture| texture.size.layers == 1);
+        (layer.is_some() || single()) && others(pipeline, pass).all(|one| one.resource != *resource)
+    });
+    is_sole.then(|| (targets, pipeline.pass(pass).condition))
 }
 
 /// Whether nothing of the attachments is cleared or discarded at the start.
 pub(super) fn loads_all(pipeline: &Pipeline, pass: PassHandle) -> bool {
-    let loads = |render: &RenderWork| {
-        render.color.iter().all(|color| color.load == LoadOperation::Load)
-            && render.depth.as_ref().is_none_or(|depth| depth.load == LoadOperation::Load)
-            && render.stencil.as_ref().is_none_or(|stencil| stencil.load == LoadOperation::Load)
-    };
-    matches!(pipeline.pass(pass).work(), Work::Render(render) if loads(render))
+    let Work::Render(render) = pipeline.pass(pass).work() else { return false };
+    render.attachments().all(|one| one.load == LoadOperation::Load)
 }
 
 /// The accesses that are no attachments.

@@ -7,7 +7,7 @@ use super::planned::{PlannedAttachment, PlannedPass};
 use super::resolved_resources::ResolvedResources;
 use crate::diagnostic::Diagnostic;
 use crate::pipeline::{Access, Condition, Pipeline};
-use crate::work::{LoadOperation, PassHandle, Work};
+use crate::work::{PassHandle, Work};
 
 /// Plans the live passes of one order.
 pub(super) struct Planner<'a> {
@@ -83,18 +83,13 @@ impl<'a> Planner<'a> {
                 .collect();
         }
         if let Work::Render(render) = pass.work() {
-            for color in &render.color {
-                let load = load_kind(&color.load);
-                planned.color.push(self.attachment(at, &color.to, color.usage(), load, color.discard));
-            }
-            if let Some(depth) = &render.depth {
-                let load = load_kind(&depth.load);
-                planned.depth = Some(self.attachment(at, &depth.to, depth.usage(), load, depth.discard));
-            }
-            if let Some(stencil) = &render.stencil {
-                let load = load_kind(&stencil.load);
-                let usage = stencil.usage();
-                planned.stencil = Some(self.attachment(at, &stencil.to, usage, load, stencil.discard));
+            for one in render.attachments() {
+                let attachment = self.attachment(at, one);
+                match one.usage {
+                    usage if usage.is_depth() => planned.depth = Some(attachment),
+                    usage if usage.is_stencil() => planned.stencil = Some(attachment),
+                    _ => planned.color.push(attachment),
+                }
             }
         }
         self.resolved.size_pass(&mut planned, diagnostics);
@@ -106,14 +101,5 @@ impl<'a> Planner<'a> {
             diagnostics.extend(self.check_outputs(handle, &planned, render));
         }
         planned
-    }
-}
-
-/// The operation without its value.
-fn load_kind<T>(load: &LoadOperation<T>) -> LoadOperation<()> {
-    match load {
-        LoadOperation::Load => LoadOperation::Load,
-        LoadOperation::Clear(_) => LoadOperation::Clear(()),
-        LoadOperation::Discard => LoadOperation::Discard,
     }
 }

@@ -20,8 +20,45 @@ pub struct RenderWork {
     pub blend_constant: Option<[f64; 4]>,
 }
 
+impl RenderWork {
+    /// All attachments: color, depth, stencil.
+    pub fn attachments(&self) -> impl Iterator<Item = Attachment<'_>> {
+        let color =
+            self.color.iter().map(|one| Attachment::new(&one.to, one.usage(), &one.load, one.discard));
+        let depth =
+            self.depth.iter().map(|one| Attachment::new(&one.to, one.usage(), &one.load, one.discard));
+        let stencil =
+            self.stencil.iter().map(|one| Attachment::new(&one.to, one.usage(), &one.load, one.discard));
+        color.chain(depth).chain(stencil)
+    }
+}
+
+/// What attachments of all kinds have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct Attachment<'a> {
+    /// The target.
+    pub to: &'a Subresource,
+    /// How the texture is used.
+    pub usage: Usage,
+    /// The load operation without its value.
+    pub load: LoadOperation<()>,
+    /// Whether its contents are discarded after the pass.
+    pub discard: bool,
+}
+
+impl<'a> Attachment<'a> {
+    fn new<T>(to: &'a Subresource, usage: Usage, load: &LoadOperation<T>, discard: bool) -> Self {
+        let load = match load {
+            LoadOperation::Load => LoadOperation::Load,
+            LoadOperation::Clear(_) => LoadOperation::Clear(()),
+            LoadOperation::Discard => LoadOperation::Discard,
+        };
+        Self { to, usage, load, discard }
+    }
+}
+
 /// The part of a texture that is attached.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct AttachmentTarget {
     /// The texture.
     pub resource: ResourceHandle,

@@ -15,7 +15,8 @@ mod handle;
 mod transfer;
 
 pub use attachment::{
-    AttachmentTarget, ColorAttachment, DepthAttachment, LoadOperation, RenderWork, StencilAttachment,
+    Attachment, AttachmentTarget, ColorAttachment, DepthAttachment, LoadOperation, RenderWork,
+    StencilAttachment,
 };
 pub use binding::{
     Address, BlockLayout, BlockRun, BlockValues, BoundSlot, BoundTexture, Compare, Deferred, Filter, Sampler,
@@ -74,13 +75,18 @@ pub enum Work {
 }
 
 impl Work {
-    /// The shader, of what has one.
-    pub fn program(&self) -> Option<ProgramHandle> {
+    /// The shader, and what its bindings are, of what has one.
+    pub fn bound(&self) -> Option<(ProgramHandle, &[BoundSlot])> {
         match self {
-            Work::Render(render) => Some(render.draw.bound().0),
-            Work::Compute(compute) => Some(compute.program),
+            Work::Render(render) => Some(render.draw.bound()),
+            Work::Compute(compute) => Some((compute.program, &compute.bindings)),
             Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => None,
         }
+    }
+
+    /// The shader, of what has one.
+    pub fn program(&self) -> Option<ProgramHandle> {
+        Some(self.bound()?.0)
     }
 
     /// The draws of the host's meshes, of what has some.

@@ -8,7 +8,7 @@ use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::pipeline::binding::block_layout;
 use crate::pipeline::{Pass, ResourceKind};
 use crate::source::Span;
-use crate::work::{BoundSlot, ProgramHandle, ResourceHandle, Work};
+use crate::work::ResourceHandle;
 
 /// Finds blackboard data that does not fit the blocks that it is bound to, now that all of it is published.
 pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &mut Shared) {
@@ -21,7 +21,7 @@ pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, sha
                 unpublished.entry(one.resource).or_insert((one.place, one.pointer.clone()));
             }
         }
-        let Some((program, slots)) = bound(pass.work()) else { continue };
+        let Some((program, slots)) = pass.work().bound() else { continue };
         let program = &shared.programs.list[program.index()];
         for slot in slots {
             let Some(Err(errors)) = block_layout(program, slot, &shared.resources) else { continue };
@@ -76,13 +76,5 @@ fn check_expected(shared: &mut Shared) {
             .help("name the data of a pass of the kind that is wanted here")
             .pointer(expected.pointer);
         shared.diagnostics.push(diagnostic);
-    }
-}
-
-fn bound(work: &Work) -> Option<(ProgramHandle, &[BoundSlot])> {
-    match work {
-        Work::Render(render) => Some(render.draw.bound()),
-        Work::Compute(compute) => Some((compute.program, &*compute.bindings)),
-        Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => None,
     }
 }
