@@ -13,7 +13,7 @@ use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::pipeline::{Access, Aspect, Pipeline, ResourceKind, SubresourceRange, Version};
+use crate::pipeline::{Access, Aspect, Located as _, Pipeline, ResourceKind, SubresourceRange, Version};
 use crate::work::{PassHandle, Work};
 
 /// One pass's access to a subresource range of a resource.
@@ -209,10 +209,7 @@ fn feedback(pipeline: &Pipeline, pass: PassHandle, first: &Access, second: &Acce
     } else {
         "no device can read what the same pass writes: use another mip or layer, or let those that write it before write a second texture, which is read here"
     };
-    Diagnostic::error(codes::FEEDBACK, second.place, message)
-        .pointer(&second.pointer)
-        .related(first.place, "the other access")
-        .help(help)
+    second.error(codes::FEEDBACK, message).related(first.place, "the other access").help(help)
 }
 
 #[cfg(test)]

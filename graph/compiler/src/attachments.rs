@@ -17,7 +17,7 @@ use super::planner::Planner;
 use super::resolved_resources::TextureProperties;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::Lifetime;
-use crate::pipeline::{SubresourceRange, canonical};
+use crate::pipeline::{Located as _, SubresourceRange, canonical};
 use crate::shader::{ScalarKind, Stage};
 use crate::work::{Attachment, LoadOperation, PassHandle, RenderWork};
 
@@ -78,8 +78,7 @@ impl Planner<'_> {
             );
             let help = "use a profile with the feature (webgpu+dual-source-blending), let a feature of the pipeline \
                         require it (\"required_features\"), or blend without \"src1\"";
-            let diagnostic = Diagnostic::error(codes::ATTACHMENTS, pass.place, message);
-            return Some(diagnostic.pointer(&pass.pointer).help(help));
+            return Some(pass.error(codes::ATTACHMENTS, message).help(help));
         }
         if needs_second && planned.color.len() > 1 {
             let error = "is blended with a second source, for which a pass has one color attachment only";
@@ -153,9 +152,9 @@ impl Planner<'_> {
     }
 
     fn output_mismatch(&self, handle: PassHandle, template: &str, error: &str) -> Diagnostic {
-        let pass = self.pipeline.pass(handle);
-        Diagnostic::error(codes::ATTACHMENTS, pass.place, format!("{template} {error}"))
-            .pointer(&pass.pointer)
+        self.pipeline
+            .pass(handle)
+            .error(codes::ATTACHMENTS, format!("{template} {error}"))
             .help("the outputs of the fragment shader and the color attachments match one to one")
     }
 }

@@ -3,7 +3,7 @@
 //! Seen from a reader in a frame in which it runs, another pass runs always, never, or [sometimes](Runs).
 
 use crate::diagnostic::{Diagnostic, codes};
-use crate::pipeline::{Access, Condition, Pass, Pipeline};
+use crate::pipeline::{Access, Condition, Located as _, Pass, Pipeline};
 use crate::source::Span;
 use crate::work::PassHandle;
 
@@ -67,8 +67,7 @@ pub(super) fn taken_away(
             writes.name, reads.name
         )
     };
-    Diagnostic::error(codes::TOGGLED_AWAY, one.place, message)
-        .pointer(&one.pointer)
+    one.error(codes::TOGGLED_AWAY, message)
         .related(place, format!("\"{}\" writes it here, with the toggle \"{written}\"", writes.name))
         .help(help)
 }

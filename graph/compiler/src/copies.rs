@@ -20,7 +20,7 @@ use super::runs::joined;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::Value;
 use crate::language::format_name;
-use crate::pipeline::{Aspect, Pass};
+use crate::pipeline::{Aspect, Located as _, Pass};
 use crate::work::{
     BufferRegion, Deferred, PassHandle, ResourceHandle, TextureRegion, TransferEnd, TransferWork, Work,
 };
@@ -187,19 +187,13 @@ impl Copies<'_, '_> {
         message: String,
         help: &str,
     ) -> Option<T> {
-        let alike =
-            |one: &&crate::pipeline::Access| one.resource == resource && one.usage.writes() == written;
-        let used = self.pass.accesses().iter().find(alike);
-        let (place, pointer) =
-            used.map_or((self.pass.place, &self.pass.pointer), |one| (one.place, &one.pointer));
-        let diagnostic = Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help);
-        self.diagnostics.push(diagnostic);
+        let named = self.pass.access_or_self(|one| one.resource == resource && one.usage.writes() == written);
+        self.diagnostics.push(named.error(codes::DEVICE_RULE, message).help(help));
         None
     }
 
     fn reject_at<T>(&mut self, deferred: &Deferred, message: String, help: &str) -> Option<T> {
-        let diagnostic = Diagnostic::error(codes::DEVICE_RULE, deferred.place, message);
-        self.diagnostics.push(diagnostic.pointer(&deferred.pointer).help(help));
+        self.diagnostics.push(deferred.error(codes::DEVICE_RULE, message).help(help));
         None
     }
 

@@ -27,7 +27,7 @@ use std::sync::Arc;
 
 use crate::data::{BlackboardData, DataShape};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::pipeline::{LiveSettings, ResourceKind};
+use crate::pipeline::{LiveSettings, Located as _, ResourceKind};
 use crate::planned::Plan;
 use crate::switches::Switches;
 use crate::work::{CpuContext, CpuRun, CpuWork, PassHandle, ResourceHandle, Subresource, Work};
@@ -144,7 +144,7 @@ impl CpuPasses {
             let pass = self.plan.pipeline.pass(pass);
             let message = format!("\"{}\" publishes {reason}", pass.name);
             let help = "a CPU pass publishes what it declared; this is a defect of its node kind";
-            Err(Diagnostic::error(codes::BLACKBOARD, pass.place, message).pointer(&pass.pointer).help(help))
+            Err(pass.error(codes::BLACKBOARD, message).help(help))
         });
         self.data[cpu.output.resource.index()] = Some(data);
         runs.then_some(outcome)

@@ -11,9 +11,8 @@ use super::planned::{Plan, PlannedPass, PlannedResource};
 use super::texture_size::TextureSize;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{TextureShape, format_name};
-use crate::pipeline::{LiveTarget, Pass, Program, ProgramBinding};
+use crate::pipeline::{LiveTarget, Located as _, Pass, Program, ProgramBinding};
 use crate::shader::Stage;
-use crate::source::Span;
 use crate::work::{
     BoundSlot, BufferDraw, ColorAttachment, Draw, DrawCounts, ResourceHandle, SlotSource, Work,
 };
@@ -62,11 +61,9 @@ impl Rules<'_> {
         });
         let too_short = |(resource, wanted): (ResourceHandle, u64)| {
             let bytes = self.planned(resource)?.bytes;
-            let (place, pointer) = self.place(resource);
             let message =
                 format!("\"{}\" has {bytes} bytes, but {wanted} of it are drawn", self.name(resource));
-            let diagnostic = Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer);
-            (bytes < wanted).then(|| diagnostic.help("make the buffer larger, or draw less"))
+            (bytes < wanted).then(|| self.reject(resource, message, "make the buffer larger, or draw less"))
         };
         drawn.filter_map(too_short).collect()
     }
@@ -79,8 +76,7 @@ impl Rules<'_> {
         };
         let template = &program.template;
         let reject = |message: String, help: String| {
-            let diagnostic = Diagnostic::error(codes::UNKNOWN_ENTRY_POINT, self.pass.place, message);
-            Some(diagnostic.pointer(&self.pass.pointer).help(help))
+            Some(self.pass.error(codes::UNKNOWN_ENTRY_POINT, message).help(help))
         };
         for variant in &program.variants {
             if variant.entry_point(needed).is_none() {
@@ -115,10 +111,8 @@ impl Rules<'_> {
     fn storage(&self, program: &Program, binding: &ProgramBinding) -> Option<Diagnostic> {
         let features = self.plan.pipeline.profile.features;
         let (template, name) = (&program.template, &binding.name);
-        let reject = |message: String, help: &str| {
-            let diagnostic = Diagnostic::error(codes::DEVICE_RULE, self.pass.place, message);
-            Some(diagnostic.pointer(&self.pass.pointer).help(help))
-        };
+        let reject =
+            |message: String, help: &str| Some(self.pass.error(codes::DEVICE_RULE, message).help(help));
         let is_written = match binding.entry.ty {
             BindingType::Buffer { ty: BufferBindingType::Storage { read_only }, .. } => !read_only,
             BindingType::StorageTexture { access, .. } => access != StorageTextureAccess::ReadOnly,
@@ -165,21 +159,14 @@ impl Rules<'_> {
         &self.plan.pipeline.resource(resource).name
     }
 
-    fn place(&self, resource: ResourceHandle) -> (Span, &str) {
-        let used = self.pass.accesses().iter().find(|one| one.resource == resource);
-        used.map_or((self.pass.place, self.pass.pointer.as_str()), |one| (one.place, one.pointer.as_str()))
-    }
-
     fn reject(&self, resource: ResourceHandle, message: String, help: &str) -> Diagnostic {
-        let (place, pointer) = self.place(resource);
-        Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help)
+        let used = self.pass.access_or_self(|one| one.resource == resource);
+        used.error(codes::DEVICE_RULE, message).help(help)
     }
 
     fn slot(&self, program: &Program, slot: &BoundSlot) -> Option<Diagnostic> {
         let binding = program.binding_at(slot.group, slot.binding)?;
-        let reject = |message: String, help: &str| {
-            Some(Diagnostic::error(codes::DEVICE_RULE, slot.place, message).pointer(&slot.pointer).help(help))
-        };
+        let reject = |message: String, help: &str| Some(slot.error(codes::DEVICE_RULE, message).help(help));
         let limits = &self.plan.pipeline.profile.limits;
         match (&slot.source, binding.entry.ty) {
             (SlotSource::Texture(bound), BindingType::Texture { multisampled, .. }) => {
@@ -338,9 +325,8 @@ impl Rules<'_> {
             "the color attachments of \"{}\" have {bytes} bytes for each sample, but only {allowed} are guaranteed",
             self.pass.name
         );
-        let diagnostic =
-            Diagnostic::error(codes::DEVICE_RULE, self.pass.place, message).pointer(&self.pass.pointer);
-        (bytes > allowed).then(|| diagnostic.help("choose smaller formats, or write them in two passes"))
+        let help = "choose smaller formats, or write them in two passes";
+        (bytes > allowed).then(|| self.pass.error(codes::DEVICE_RULE, message).help(help))
     }
 
     fn attachments(&self, planned: &PlannedPass, fullscreen: bool) -> Vec<Diagnostic> {

@@ -14,7 +14,7 @@ use super::graph::Graph;
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
-use crate::pipeline::{Access, Aspect, Pipeline, SubresourceRange};
+use crate::pipeline::{Access, Aspect, Located as _, Pipeline, SubresourceRange};
 use crate::work::{AttachmentTarget, PassHandle, RenderWork, ResourceHandle, Work};
 
 /// Finds the readers of what passes discard.
@@ -126,8 +126,7 @@ impl Check<'_> {
         let (by, name) = (&self.pipeline.pass(self.handle).name, &self.pipeline.pass(reader).name);
         let resource = &self.pipeline.resource(self.one.resource).name;
         let message = format!("\"{name}\" reads \"{resource}\"{when}, which \"{by}\" discards");
-        Diagnostic::error(codes::DISCARDED, read.place, message)
-            .pointer(&read.pointer)
+        read.error(codes::DISCARDED, message)
             .related(self.one.place, "discarded here")
             .help(format!("remove \"store\" from \"{by}\", or let another pass write it before it is read"))
     }

@@ -3,6 +3,7 @@
 use super::resolved_resources::ResolvedResources;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::Value;
+use crate::pipeline::Located as _;
 use crate::shader::Stage;
 use crate::work::{ComputeWork, Dispatch, PassHandle};
 
@@ -14,7 +15,6 @@ pub(super) fn workgroups(
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<[u32; 3]> {
     let pipeline = resolved.pipeline;
-    let pass = pipeline.pass(handle);
     let limit = pipeline.profile.limits.max_compute_workgroups_per_dimension;
     let counts = match &compute.dispatch {
         Dispatch::Indirect { .. } => return None,
@@ -38,13 +38,8 @@ pub(super) fn workgroups(
                     }
                     other => {
                         let message = format!("{other} is not a workgroup count");
-                        diagnostics.push(
-                            Diagnostic::error(codes::DISPATCH, deferred.place, message)
-                                .pointer(&deferred.pointer)
-                                .help(format!(
-                                    "whole numbers from 0 to {limit} are possible; ceil() rounds up"
-                                )),
-                        );
+                        let help = format!("whole numbers from 0 to {limit} are possible; ceil() rounds up");
+                        diagnostics.push(deferred.error(codes::DISPATCH, message).help(help));
                         return None;
                     }
                 }
@@ -53,11 +48,9 @@ pub(super) fn workgroups(
         }
     };
     if counts.iter().any(|count| *count > limit) {
-        diagnostics.push(
-            Diagnostic::error(codes::DISPATCH, pass.place, format!("{counts:?} workgroups are too many"))
-                .pointer(&pass.pointer)
-                .help(format!("the profile {} allows {limit} in each direction", pipeline.profile.name)),
-        );
+        let message = format!("{counts:?} workgroups are too many");
+        let help = format!("the profile {} allows {limit} in each direction", pipeline.profile.name);
+        diagnostics.push(pipeline.pass(handle).error(codes::DISPATCH, message).help(help));
         return None;
     }
     Some(counts)

@@ -80,9 +80,7 @@ fn initial(
 ) -> Result<Option<InitialValue>, Box<Diagnostic>> {
     let resource = resolved.pipeline.resource(handle);
     let reject = |pointer: &str, message: String, help: &str| {
-        let place = resource.value.nearest(pointer).span;
-        let diagnostic = Diagnostic::error(codes::HISTORY_SETTING, place, message);
-        Err(Box::new(diagnostic.pointer(format!("{}{pointer}", resource.pointer)).help(help)))
+        Err(Box::new(resource.error_at(pointer, codes::HISTORY_SETTING, message).help(help)))
     };
     match &resource.kind {
         ResourceKind::Texture(texture) => {

@@ -12,11 +12,8 @@ use super::planned::{PlannedAttachment, PlannedPass};
 use super::resolved_resources::{Descriptor, ResolvedResources, TextureProperties};
 use super::values::{self, PackedBlock};
 use crate::diagnostic::{Diagnostic, codes};
-use crate::pipeline::{LiveTarget, ResourceKind};
-use crate::source::Span;
-use crate::work::{
-    AttachmentTarget, Dispatch, Draw, PassHandle, Redraw, RenderWork, ResourceHandle, SceneDraw, Work,
-};
+use crate::pipeline::{Access, LiveTarget, ResourceKind};
+use crate::work::{AttachmentTarget, Dispatch, Draw, PassHandle, Redraw, RenderWork, SceneDraw, Work};
 
 impl ResolvedResources<'_> {
     /// Fills in, or makes again, what depends on sizes.
@@ -69,11 +66,16 @@ impl ResolvedResources<'_> {
         most.min()
     }
 
-    /// The place of an attachment of a pass.
-    fn place_of(&self, handle: PassHandle, resource: ResourceHandle) -> (Span, String) {
-        let pass = self.pipeline.pass(handle);
-        let found = pass.accesses().iter().find(|one| one.resource == resource && one.usage.is_attachment());
-        found.map_or((pass.place, pass.pointer.clone()), |one| (one.place, one.pointer.clone()))
+    /// An error about an attachment of a pass.
+    fn reject(
+        &self,
+        handle: PassHandle,
+        attachment: &PlannedAttachment,
+        message: String,
+        help: &str,
+    ) -> Diagnostic {
+        let is_it = |one: &Access| one.resource == attachment.target.resource && one.usage.is_attachment();
+        self.pipeline.pass(handle).access_or_self(is_it).error(codes::ATTACHMENTS, message).help(help)
     }
 
     /// Finds attachments that do not fit one another or the views.
@@ -94,7 +96,6 @@ impl ResolvedResources<'_> {
             match first {
                 None => first = Some((attachment, own)),
                 Some((other, wanted)) if wanted != own => {
-                    let (place, pointer) = self.place_of(handle, attachment.target.resource);
                     let words =
                         |size: [u32; 3]| format!("{} by {} with {} samples", size[0], size[1], size[2]);
                     let message = format!(
@@ -104,11 +105,8 @@ impl ResolvedResources<'_> {
                         other.resource,
                         words(wanted)
                     );
-                    diagnostics.push(
-                        Diagnostic::error(codes::ATTACHMENTS, place, message)
-                            .pointer(pointer)
-                            .help("attachments of one pass have one size and sample count"),
-                    );
+                    let help = "attachments of one pass have one size and sample count";
+                    diagnostics.push(self.reject(handle, attachment, message, help));
                 }
                 Some(_) => {}
             }
@@ -152,11 +150,9 @@ impl ResolvedResources<'_> {
         } else {
             return None;
         };
-        let pass = self.pipeline.pass(handle);
-        let found =
-            pass.accesses().iter().find(|one| one.resource == over.resource && !one.usage.is_attachment());
-        let (place, pointer) = found.map_or((pass.place, &pass.pointer), |one| (one.place, &one.pointer));
-        Some(Diagnostic::error(codes::ATTACHMENTS, place, message).pointer(pointer).help(help))
+        let is_it = |one: &Access| one.resource == over.resource && !one.usage.is_attachment();
+        let named = self.pipeline.pass(handle).access_or_self(is_it);
+        Some(named.error(codes::ATTACHMENTS, message).help(help))
     }
 
     /// Finds attachments with fewer layers than there are views, or of another size than these are made for.
@@ -181,32 +177,26 @@ impl ResolvedResources<'_> {
                 Some((other?, extent))
             });
             if let Some(((attachment, [width, height]), [wide, high])) = other {
-                let (place, pointer) = self.place_of(handle, attachment.target.resource);
                 let views = &self.pipeline.resource(scene.views.resource).name;
                 let message = format!(
                     "\"{}\" is {width} by {height}, but the views of \"{views}\" are made for {wide} by {high}",
                     attachment.resource
                 );
-                diagnostics.push(Diagnostic::error(codes::ATTACHMENTS, place, message).pointer(pointer).help(
-                    "layers of an array have one size, that of the largest view: give the texture that size (smaller \
-                     views take a part of it), or each view a texture of its own (\"view\")",
-                ));
+                let help = "layers of an array have one size, that of the largest view: give the texture that size (smaller \
+                     views take a part of it), or each view a texture of its own (\"view\")";
+                diagnostics.push(self.reject(handle, attachment, message, help));
             }
             for attachment in planned.attachments().filter(|attachment| attachment.target.layer.is_none()) {
                 let Some(TextureProperties { size, .. }) = self.texture(attachment.target.resource) else {
                     continue;
                 };
                 if size.layers > 1 && size.layers < shape.view_layers {
-                    let (place, pointer) = self.place_of(handle, attachment.target.resource);
                     let message = format!(
                         "\"{}\" has {} layers for {} views",
                         attachment.resource, size.layers, shape.max_views
                     );
-                    diagnostics.push(
-                        Diagnostic::error(codes::ATTACHMENTS, place, message)
-                            .pointer(pointer)
-                            .help("give the texture a layer for each view"),
-                    );
+                    let help = "give the texture a layer for each view";
+                    diagnostics.push(self.reject(handle, attachment, message, help));
                 }
             }
         }

@@ -21,7 +21,7 @@ use super::texture_rules;
 use super::texture_size::TextureSize;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{Pipeline, Resource, ResourceKind};
+use crate::pipeline::{Located as _, Pipeline, Resource, ResourceKind};
 use crate::source::Sources;
 use crate::work::{Draw, PassHandle, ResourceHandle, Work};
 
@@ -297,15 +297,9 @@ impl<'a> ResolvedResources<'a> {
                 resource.name,
                 one.usage.name()
             );
-            diagnostics.push(
-                Diagnostic::error(codes::IMPORT_USAGE, one.place, message)
-                    .pointer(&one.pointer)
-                    .related(resource.place, "declared here")
-                    .help(format!(
-                        "create the host's texture with the usage {:?}",
-                        one.usage.texture_usages()
-                    )),
-            );
+            let diagnostic = one.error(codes::IMPORT_USAGE, message).related(resource.place, "declared here");
+            let help = format!("create the host's texture with the usage {:?}", one.usage.texture_usages());
+            diagnostics.push(diagnostic.help(help));
         }
     }
 }

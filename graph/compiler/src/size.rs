@@ -320,10 +320,7 @@ impl<'a> Sizes<'a> {
         message: String,
         help: &str,
     ) -> Option<T> {
-        let diagnostic = Diagnostic::error(code, resource.value.nearest(pointer).span, message)
-            .help(help)
-            .pointer(format!("{}{pointer}", resource.pointer));
-        self.diagnostics.borrow_mut().push(diagnostic);
+        self.diagnostics.borrow_mut().push(resource.error_at(pointer, code, message).help(help));
         None
     }
 }

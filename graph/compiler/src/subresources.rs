@@ -13,7 +13,7 @@ use super::resolved_resources::sizes;
 use super::size::{Size, Sizes};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::TextureShape;
-use crate::pipeline::{Access, History, Pass, Pipeline, SubresourceRange};
+use crate::pipeline::{Access, History, Located as _, Pass, Pipeline, SubresourceRange};
 use crate::source::Sources;
 use crate::work::PassHandle;
 
@@ -62,9 +62,8 @@ pub(super) fn beyond(pipeline: &Pipeline, sizes: &Sizes<'_>) -> Vec<(PassHandle,
     let mut found = Vec::new();
     for (handle, pass) in pipeline.pass_handles().zip(&pipeline.passes) {
         for one in pass.accesses().iter().filter(|one| one.range != SubresourceRange::WHOLE) {
-            let diagnostics = [bytes_beyond(pipeline, sizes, one)];
-            let diagnostics =
-                diagnostics.into_iter().flatten().chain(subresources_beyond(pipeline, sizes, one));
+            let bytes = bytes_beyond(pipeline, sizes, one).into_iter();
+            let diagnostics = bytes.chain(subresources_beyond(pipeline, sizes, one));
             found.extend(diagnostics.map(|diagnostic| (handle, diagnostic)));
         }
     }
@@ -80,12 +79,8 @@ fn bytes_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Access) -> Option<
     let resource = pipeline.resource(one.resource);
     let (first, last) = (run.first, run.end() - 1);
     let message = format!("bytes {first} to {last} of \"{}\" are used, which has {bytes}", resource.name);
-    let diagnostic = Diagnostic::error(codes::ATTACHMENTS, one.place, message).pointer(&one.pointer);
-    Some(
-        diagnostic
-            .related(resource.place, "declared here")
-            .help("choose \"offset\" and \"size\" within the buffer, or make it larger"),
-    )
+    let diagnostic = one.error(codes::ATTACHMENTS, message).related(resource.place, "declared here");
+    Some(diagnostic.help("choose \"offset\" and \"size\" within the buffer, or make it larger"))
 }
 
 fn subresources_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Access) -> Vec<Diagnostic> {
@@ -105,8 +100,7 @@ fn subresources_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Access) -> 
             1 => format!("\"{}\" has no {what} {first}", resource.name),
             _ => format!("\"{}\" has no {what}s {first} to {last}", resource.name),
         };
-        let diagnostic = Diagnostic::error(codes::ATTACHMENTS, one.place, message).pointer(&one.pointer);
-        Some(diagnostic.help(format!("it has {count}, counted from 0")))
+        Some(one.error(codes::ATTACHMENTS, message).help(format!("it has {count}, counted from 0")))
     });
     beyond.collect()
 }

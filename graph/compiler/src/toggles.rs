@@ -15,7 +15,7 @@ use super::uninitialised;
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{Access, Pass, Passthrough, Pipeline, SubresourceRange, Usage};
+use crate::pipeline::{Access, Located as _, Pass, Passthrough, Pipeline, SubresourceRange, Usage};
 use crate::work::{PassHandle, ResourceHandle};
 
 /// The passthroughs of what a pass writes, by names; a version as it is written in a reference.
@@ -123,11 +123,10 @@ pub(super) fn check_outputs(
                 let state = if own.on { "off" } else { "on" };
                 let message =
                     format!("nothing writes \"{}\" while \"{}\" is {state}", known.name, toggle.name);
-                let diagnostic = Diagnostic::error(codes::TOGGLED_AWAY, one.place, message)
-                    .pointer(&one.pointer)
-                    .related(known.place, "declared here")
-                    .help("let a pass without a toggle write it too, or one with the opposite toggle (\"!name\")");
-                diagnostics.push(diagnostic);
+                let help =
+                    "let a pass without a toggle write it too, or one with the opposite toggle (\"!name\")";
+                let diagnostic = one.error(codes::TOGGLED_AWAY, message).help(help);
+                diagnostics.push(diagnostic.related(known.place, "declared here"));
                 break;
             }
         }
@@ -192,8 +191,8 @@ fn misfit(
 ) -> Diagnostic {
     let (own, other) = (pipeline.resource(resource), pipeline.resource(passthrough.fallback));
     let message = format!("\"{}\" and \"{}\" {error}", own.name, other.name);
-    Diagnostic::error(codes::PASSTHROUGH, passthrough.place, message)
-        .pointer(&passthrough.pointer)
+    passthrough
+        .error(codes::PASSTHROUGH, message)
         .related(own.place, "the resource with the passthrough")
         .related(other.place, "the fallback")
         .help("a fallback has the dimension, layers and samples of the resource that it replaces, and is no smaller a buffer")

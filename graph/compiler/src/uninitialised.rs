@@ -29,7 +29,7 @@ use super::runs::{Runs, between, joined};
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::Lifetime;
-use crate::pipeline::{Access, Condition, Pipeline, ResourceKind, Usage};
+use crate::pipeline::{Access, Condition, Located as _, Pipeline, ResourceKind, Usage};
 use crate::work::PassHandle;
 
 /// The maximum number of mips, ranges of layers or of bytes that a diagnostic names.
@@ -229,7 +229,7 @@ fn between_rows(
             "fill the buffer before \"{by}\" ({{ \"clear\": {{ \"buffer\": \"{resource}\" }} }}), choose rows of a multiple of \
              256 bytes that fill it, or let \"{name}\" read less with \"offset\" and \"size\""
         );
-        let diagnostic = Diagnostic::error(codes::NEVER_WRITTEN, one.place, message).pointer(&one.pointer);
+        let diagnostic = one.error(codes::NEVER_WRITTEN, message);
         return Some(diagnostic.related(written.place, format!("\"{by}\" writes rows here")).help(help));
     }
     None
@@ -397,8 +397,5 @@ fn diagnostic(pipeline: &Pipeline, reader: PassHandle, one: &Access, pieces: &st
              \"layer\" or \"aspect\", or give \"{name}\" no more than are used"
         ),
     };
-    Diagnostic::error(codes::NEVER_WRITTEN, one.place, message)
-        .pointer(&one.pointer)
-        .related(resource.place, "declared here")
-        .help(help)
+    one.error(codes::NEVER_WRITTEN, message).related(resource.place, "declared here").help(help)
 }

@@ -6,7 +6,7 @@ use super::size::Sizes;
 use crate::data::{Component, ValueType};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::Value;
-use crate::pipeline::{element_type, member_runs};
+use crate::pipeline::{Located as _, element_type, member_runs};
 use crate::shader::{Member, TypeLayout};
 use crate::work::Deferred;
 
@@ -41,11 +41,8 @@ pub(super) fn pack(
             pack_member(member, &value, (&mut Packing::default(), &mut Vec::new()), &mut bytes)
         {
             fine = false;
-            diagnostics.push(
-                Diagnostic::error(codes::EXPRESSION_TYPE, deferred.place, message)
-                    .pointer(&deferred.pointer)
-                    .help(format!("the shader declares \"{}\" as {}", member.name, member.layout.spelling())),
-            );
+            let help = format!("the shader declares \"{}\" as {}", member.name, member.layout.spelling());
+            diagnostics.push(deferred.error(codes::EXPRESSION_TYPE, message).help(help));
         }
     }
     fine.then_some(bytes)

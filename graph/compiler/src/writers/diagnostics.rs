@@ -5,7 +5,7 @@ use crate::access::PassAccess;
 use crate::cycle;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::graph::Hazard;
-use crate::pipeline::{Pipeline, ResourceKind};
+use crate::pipeline::{Located as _, Pipeline, ResourceKind};
 use crate::work::ResourceHandle;
 
 /// The maximum number of members of a cycle that a diagnostic names.
@@ -35,8 +35,7 @@ impl Builder<'_> {
             } else {
                 "break the cycle: read an older version (name@pass), or write to another resource"
             };
-            let mut diagnostic =
-                Diagnostic::error(codes::CYCLE, first.place, message).pointer(&first.pointer).help(help);
+            let mut diagnostic = first.error(codes::CYCLE, message).help(help);
             for (from, to) in steps.take(SHOWN) {
                 let step = self.describe_step(*from, *to);
                 diagnostic = diagnostic.related(self.pipeline.passes[*from].place, step);
@@ -79,11 +78,8 @@ pub(super) fn never_written(
         pipeline.pass(reader.pass).name,
         known.name
     );
-    let mut diagnostic = Diagnostic::error(codes::NEVER_WRITTEN, reader.one.place, message)
-        .pointer(&reader.one.pointer)
-        .related(known.place, "declared here");
     let others = list.iter().any(|access| access.writes && access.pass != reader.pass);
-    diagnostic.help = Some(match (&known.kind, others, reader.writes) {
+    let help = match (&known.kind, others, reader.writes) {
         (ResourceKind::Data(_), ..) => "let a CPU pass publish it".to_owned(),
         _ if known.history.is_some() => {
             format!(
@@ -99,8 +95,8 @@ pub(super) fn never_written(
         (_, false, false) => {
             "let a pass write it, or make it \"lifetime\": \"imported\" if the host fills it".to_owned()
         }
-    });
-    diagnostic
+    };
+    reader.one.error(codes::NEVER_WRITTEN, message).related(known.place, "declared here").help(help)
 }
 
 pub(super) fn unordered_writers(
@@ -117,8 +113,8 @@ pub(super) fn unordered_writers(
         name(first),
         name(second)
     );
-    Diagnostic::error(codes::UNORDERED_WRITERS, second.one.place, message)
-        .pointer(&second.one.pointer)
+    let diagnostic = second.one.error(codes::UNORDERED_WRITERS, message);
+    diagnostic
         .related(first.one.place, format!("\"{}\" writes it here", name(first)))
         .help(order_help(name(first), name(second)))
 }

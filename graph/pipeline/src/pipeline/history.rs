@@ -9,7 +9,7 @@
 use super::expression_diagnostic::expression_diagnostic;
 use super::load::Shared;
 use super::{Resource, ResourceKind};
-use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::expression::{self, ExpressionError, Value};
 use crate::language::{Expr, Lifetime};
 use crate::work::ResourceHandle;
@@ -56,7 +56,7 @@ pub(super) fn add(shared: &mut Shared, mut resource: Resource) {
                 let message = format!("\"{}\" has \"{what}\", but no history", resource.name);
                 let help = "add \"lifetime\": \"history\", or remove it";
                 let at = format!("{section}/{what}");
-                diagnostics.push(diagnostic(&resource, codes::HISTORY_SETTING, &at, message, help));
+                diagnostics.push(resource.error_at(&at, codes::HISTORY_SETTING, message).help(help));
             }
         }
     } else {
@@ -67,7 +67,7 @@ pub(super) fn add(shared: &mut Shared, mut resource: Resource) {
             } else {
                 "add \"initial\", such as { \"f32\": 0 }"
             };
-            diagnostics.push(diagnostic(&resource, codes::HISTORY_INITIAL, section, message, help));
+            diagnostics.push(resource.error_at(section, codes::HISTORY_INITIAL, message).help(help));
         }
         let at = format!("{section}/frames");
         let frames = frames.map_or(Ok(1), |frames| count(shared, &resource, frames, &at));
@@ -120,7 +120,7 @@ fn count(
                 value.number().map_or_else(|| value.kind_name().to_owned(), |number| number.to_string());
             let message = format!("the number of earlier frames of \"{}\" is {found}", resource.name);
             let help = format!("1 to {MAX_FRAMES} are possible");
-            Err(Some(Box::new(diagnostic(resource, codes::HISTORY_SETTING, at, message, &help))))
+            Err(Some(Box::new(resource.error_at(at, codes::HISTORY_SETTING, message).help(help))))
         }
         Err(mut error) => {
             resource.environment.widen(&mut error, std::iter::empty());
@@ -129,11 +129,6 @@ fn count(
             Err(expression_diagnostic(&error, value, &pointer).map(Box::new))
         }
     }
-}
-
-fn diagnostic(resource: &Resource, code: Code, at: &str, message: String, help: &str) -> Diagnostic {
-    let place = resource.value.nearest(at).span;
-    Diagnostic::error(code, place, message).pointer(format!("{}{at}", resource.pointer)).help(help)
 }
 
 /// Why an earlier frame of a resource cannot be read.

@@ -27,7 +27,7 @@ use super::environment::Environment;
 use super::expression_diagnostic::expression_diagnostic;
 use super::instance::Instance;
 use super::load::{Shared, name_diagnostic};
-use super::{Access, Pass, Pipeline, ResourceKind, Version, history};
+use super::{Access, Located as _, Pass, Pipeline, ResourceKind, Version, history};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, list_of, suggested_name};
 use crate::document::{Document, Entry, Kind, Value, pointer_join};
 use crate::language::{Reference, ToggleDeclaration};
@@ -271,8 +271,7 @@ pub(super) fn connect(
         let passthrough = &passthroughs[first];
         let names = list_of(cycles.iter().map(|one| shared.resources[one.index()].name.as_str()));
         let message = format!("{names} are fallbacks of one another in a cycle");
-        let diagnostic =
-            Diagnostic::error(codes::PASSTHROUGH, passthrough.place, message).pointer(&passthrough.pointer);
+        let diagnostic = passthrough.error(codes::PASSTHROUGH, message);
         shared.diagnostics.push(diagnostic.help("remove the passthrough of one of them"));
         uncertain.extend(&cycles);
         passthroughs.retain(|resource, _| !cycles.contains(resource));
@@ -281,9 +280,8 @@ pub(super) fn connect(
         for (one, original) in add_fallbacks(pass, &passthroughs) {
             let name = &shared.resources[original.index()].name;
             let message = format!("\"{}\" attaches \"{name}\", which has a passthrough", pass.name);
-            let mut diagnostic = Diagnostic::error(codes::PASSTHROUGH, one.place, message)
-                .pointer(&one.pointer)
-                .help("only resources that are bound or copied from can have a passthrough; give the pass the same toggle");
+            let help = "only resources that are bound or copied from can have a passthrough; give the pass the same toggle";
+            let mut diagnostic = one.error(codes::PASSTHROUGH, message).help(help);
             if let Some(passthrough) = passthroughs.get(&original) {
                 diagnostic = diagnostic.related(passthrough.place, "the passthrough");
             }

@@ -23,6 +23,7 @@ pub use subresources::{Face, SubresourceRangeSettings};
 use super::environment::Environment;
 use super::live::{LiveSetting, LiveTarget};
 use super::load::Shared;
+use super::located::Located as _;
 use crate::diagnostic::{Code, Diagnostic, codes};
 use crate::document;
 use crate::shader::AxisValues;
@@ -105,9 +106,8 @@ impl PassBuilder<'_> {
             let this = name.split('@').next().unwrap_or(name);
             let message =
                 format!("\"{name}\" is used as {}, but an earlier frame is only read", usage.name());
-            let diagnostic = Diagnostic::error(codes::HISTORY_WRITE, named.place, message);
             let help = format!("write \"{this}\", which is this frame's");
-            self.shared.diagnostics.push(diagnostic.pointer(&named.pointer).help(help));
+            self.shared.diagnostics.push(named.error(codes::HISTORY_WRITE, message).help(help));
             return None;
         }
         Some(Produced(work))

@@ -6,7 +6,7 @@ use super::Shared;
 use crate::data::ValueType;
 use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::pipeline::binding::block_layout;
-use crate::pipeline::{Pass, ResourceKind};
+use crate::pipeline::{Located as _, Pass, ResourceKind};
 use crate::source::Span;
 use crate::work::ResourceHandle;
 
@@ -27,11 +27,8 @@ pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, sha
             let Some(Err(errors)) = block_layout(program, slot, &shared.resources) else { continue };
             for error in errors {
                 let message = format!("in \"{}\" of {}: {error}", slot.name, program.template);
-                shared.diagnostics.push(
-                    Diagnostic::error(codes::BLOCK_MISMATCH, slot.place, message)
-                        .pointer(&slot.pointer)
-                        .help("members of a block take the published value of the same name and type"),
-                );
+                let help = "members of a block take the published value of the same name and type";
+                shared.diagnostics.push(slot.error(codes::BLOCK_MISMATCH, message).help(help));
             }
         }
     }

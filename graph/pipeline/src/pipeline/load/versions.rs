@@ -6,7 +6,7 @@ use super::Shared;
 use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::document::Entry;
 use crate::pipeline::instance::Instance;
-use crate::pipeline::{Access, Environment, History, Pass, Passthrough, ResourceKind, Version};
+use crate::pipeline::{Access, Environment, History, Located as _, Pass, Passthrough, ResourceKind, Version};
 use crate::source::Span;
 use crate::work::ResourceHandle;
 
@@ -145,7 +145,7 @@ pub(super) fn check_versions(
             let name = inside(writer);
             let written = version_in(shared.sources.text(one.place), &name);
             let written = written.map(|range| one.place.inside(range));
-            let diagnostic = Diagnostic::error(codes::UNKNOWN_PASS, one.place, message).pointer(&one.pointer);
+            let diagnostic = one.error(codes::UNKNOWN_PASS, message);
             let known = names.iter().map(String::as_str).filter(|name| !name.is_empty());
             shared.diagnostics.push(diagnostic.suggest(&name, known, written, |_| match writers.len() {
                 0 => format!("nothing writes \"{resource}\""),

@@ -1,0 +1,45 @@
+//! What stands at a place of the document, so that an error can be about it.
+
+use super::{Access, Pass, Passthrough, Resource};
+use crate::diagnostic::{Code, Diagnostic};
+use crate::source::Span;
+use crate::work::{BoundSlot, Deferred, Subresource};
+
+/// Something that stands at a place of the document.
+pub trait Located {
+    /// Its place, and its JSON pointer.
+    fn location(&self) -> (Span, &str);
+
+    /// An error about it.
+    fn error(&self, code: Code, message: String) -> Diagnostic {
+        let (place, pointer) = self.location();
+        Diagnostic::error(code, place, message).pointer(pointer)
+    }
+}
+
+macro_rules! located {
+    ($($name:ty),*) => {$(
+        impl Located for $name {
+            fn location(&self) -> (Span, &str) {
+                (self.place, &self.pointer)
+            }
+        }
+    )*};
+}
+
+located!(Access, BoundSlot, Deferred, Pass, Passthrough, Resource, Subresource);
+
+impl Pass {
+    /// The first of its accesses that is meant, or the pass itself.
+    pub fn access_or_self(&self, is_meant: impl Fn(&Access) -> bool) -> &dyn Located {
+        self.accesses.iter().find(|one| is_meant(one)).map_or(self, |one| one)
+    }
+}
+
+impl Resource {
+    /// An error about a setting of its declaration.
+    pub fn error_at(&self, setting: &str, code: Code, message: String) -> Diagnostic {
+        let place = self.value.nearest(setting).span;
+        Diagnostic::error(code, place, message).pointer(format!("{}{setting}", self.pointer))
+    }
+}
