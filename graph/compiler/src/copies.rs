@@ -18,9 +18,8 @@ use super::resolved_resources::{ResolvedResources, TextureProperties};
 use super::runs::Runs;
 use super::runs::joined;
 use crate::diagnostic::{Diagnostic, codes};
-use crate::expression::Value;
 use crate::language::format_name;
-use crate::pipeline::{Aspect, Located as _, Pass};
+use crate::pipeline::{Aspect, Located as _, Pass, whole};
 use crate::work::{
     BufferRegion, Deferred, PassHandle, ResourceHandle, TextureRegion, TransferEnd, TransferWork, Work,
 };
@@ -454,18 +453,11 @@ impl Copies<'_, '_> {
     }
 
     fn texel_count(&mut self, deferred: &Deferred, min: u32) -> Option<u32> {
-        let value = self.resolved.sizes.value(&deferred.expression, deferred.place, &deferred.pointer)?;
-        match value {
-            Value::Number(number)
-                if number.fract() == 0.0 && (f64::from(min)..=f64::from(u32::MAX)).contains(&number) =>
-            {
-                Some(number as u32)
-            }
-            other => {
-                let help = format!("whole numbers from {min} are possible; floor() rounds down");
-                self.reject_at(deferred, format!("{other} is not a number of texels"), &help)
-            }
-        }
+        let value = self.resolved.sizes.value(deferred)?;
+        whole(&value, min..=u32::MAX).or_else(|| {
+            let help = format!("whole numbers from {min} are possible; floor() rounds down");
+            self.reject_at(deferred, format!("{value} is not a number of texels"), &help)
+        })
     }
 }
 

@@ -2,8 +2,7 @@
 
 use super::resolved_resources::ResolvedResources;
 use crate::diagnostic::{Diagnostic, codes};
-use crate::expression::Value;
-use crate::pipeline::Located as _;
+use crate::pipeline::{Located as _, whole};
 use crate::shader::Stage;
 use crate::work::{ComputeWork, Dispatch, PassHandle};
 
@@ -30,19 +29,14 @@ pub(super) fn workgroups(
         Dispatch::Workgroups(expressions) => {
             let mut counts = [0; 3];
             for (count, deferred) in counts.iter_mut().zip(expressions) {
-                match resolved.sizes.value(&deferred.expression, deferred.place, &deferred.pointer)? {
-                    Value::Number(number)
-                        if number.fract() == 0.0 && (0.0..=f64::from(limit)).contains(&number) =>
-                    {
-                        *count = number as u32;
-                    }
-                    other => {
-                        let message = format!("{other} is not a workgroup count");
-                        let help = format!("whole numbers from 0 to {limit} are possible; ceil() rounds up");
-                        diagnostics.push(deferred.error(codes::DISPATCH, message).help(help));
-                        return None;
-                    }
-                }
+                let value = resolved.sizes.value(deferred)?;
+                let Some(found) = whole(&value, 0..=limit) else {
+                    let message = format!("{value} is not a workgroup count");
+                    let help = format!("whole numbers from 0 to {limit} are possible; ceil() rounds up");
+                    diagnostics.push(deferred.error(codes::DISPATCH, message).help(help));
+                    return None;
+                };
+                *count = found;
             }
             counts
         }

@@ -10,9 +10,11 @@ use serde::Serialize;
 
 use super::physical::Physical;
 use super::resolved_resources::ResolvedResources;
+use super::values::to_word;
+use crate::data::Component;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::expression::Value;
-use crate::language::{Expr, WordValue};
+use crate::language::WordValue;
 use crate::pipeline::{Pass, Pipeline, ResourceKind};
 use crate::work::ResourceHandle;
 
@@ -109,26 +111,13 @@ fn initial(
         }
         ResourceKind::Buffer(buffer) => {
             let Some(initial) = &buffer.initial else { return Ok(None) };
-            let (expr, at): (&Expr, _) = match initial {
-                WordValue::F32(expr) => (expr, "/buffer/initial/f32"),
-                WordValue::U32(expr) => (expr, "/buffer/initial/u32"),
-                WordValue::I32(expr) => (expr, "/buffer/initial/i32"),
+            let (expr, at, component) = match initial {
+                WordValue::F32(expr) => (expr, "/buffer/initial/f32", Component::F32),
+                WordValue::U32(expr) => (expr, "/buffer/initial/u32", Component::U32),
+                WordValue::I32(expr) => (expr, "/buffer/initial/i32", Component::I32),
             };
             let Some(number) = resolved.sizes.number(resource, expr, at) else { return Ok(None) };
-            let whole = number.fract() == 0.0;
-            let bits = match initial {
-                WordValue::F32(_) if number.abs() <= f64::from(f32::MAX) => Some((number as f32).to_bits()),
-                WordValue::U32(_) if whole && (0.0..=f64::from(u32::MAX)).contains(&number) => {
-                    Some(number as u32)
-                }
-                WordValue::I32(_)
-                    if whole && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&number) =>
-                {
-                    Some((number as i32).cast_unsigned())
-                }
-                _ => None,
-            };
-            match bits {
+            match to_word(number, component) {
                 Some(bits) => Ok(Some(InitialValue::Word(bits))),
                 None => {
                     let message =

@@ -14,11 +14,11 @@ use super::texture_rules;
 use super::texture_size::TextureSize;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document;
-use crate::expression::{self, Expression, ExpressionError, Scope, Value};
+use crate::expression::{self, ExpressionError, Scope, Value};
 use crate::language::{Expr, TextureShape};
 use crate::pipeline::{Pipeline, Resource, ResourceKind, StaticScope, expression_diagnostic};
-use crate::source::{Sources, Span};
-use crate::work::ResourceHandle;
+use crate::source::Sources;
+use crate::work::{Deferred, ResourceHandle};
 
 /// The maximum number of resources that one size may lead through; evaluation is recursive.
 const MAX_STEPS: u32 = 64;
@@ -140,14 +140,15 @@ impl<'a> Sizes<'a> {
     }
 
     /// Evaluates an expression at its place.
-    pub(super) fn value(&self, expression: &Expression, place: Span, pointer: &str) -> Option<Value> {
+    pub(super) fn value(&self, deferred: &Deferred) -> Option<Value> {
+        let Deferred { expression, place, pointer } = deferred;
         match expression::evaluate(expression, self) {
             Ok(value) => Some(value),
             Err(error) => {
-                let raw = self.sources.text(place).trim_matches('"');
+                let raw = self.sources.text(*place).trim_matches('"');
                 // A text with escapes reads otherwise than it is written.
                 let text = if raw.contains('\\') { String::new() } else { raw.to_owned() };
-                let value = document::Value { span: place, kind: document::Kind::Text(text) };
+                let value = document::Value { span: *place, kind: document::Kind::Text(text) };
                 if let Some(diagnostic) = expression_diagnostic(&error, &value, pointer) {
                     self.reject(&error, diagnostic);
                 }

@@ -6,7 +6,7 @@ use super::size::Sizes;
 use crate::data::{Component, ValueType};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::Value;
-use crate::pipeline::{Located as _, element_type, member_runs};
+use crate::pipeline::{Located as _, element_type, member_runs, whole};
 use crate::shader::{Member, TypeLayout};
 use crate::work::Deferred;
 
@@ -33,7 +33,7 @@ pub(super) fn pack(
     let mut fine = true;
     for member in members {
         let Some((_, deferred)) = values.iter().find(|(name, _)| *name == member.name) else { continue };
-        let Some(value) = sizes.value(&deferred.expression, deferred.place, &deferred.pointer) else {
+        let Some(value) = sizes.value(deferred) else {
             fine = false;
             continue;
         };
@@ -67,10 +67,10 @@ pub(super) fn pack_member(
     for (word, length, offset) in &packing.runs {
         for at in 0..*length {
             let number = numbers[(word + at) as usize];
-            let word_bytes = to_bytes(number, packing.component)
+            let bits = to_word(number, packing.component)
                 .ok_or_else(|| format!("{number} is no {} for \"{}\"", packing.component, member.name))?;
             let start = (offset + at * 4) as usize;
-            bytes[start..start + 4].copy_from_slice(&word_bytes);
+            bytes[start..start + 4].copy_from_slice(&bits.to_le_bytes());
         }
     }
     Ok(())
@@ -117,15 +117,13 @@ impl Packing {
     }
 }
 
-fn to_bytes(number: f64, component: Component) -> Option<[u8; 4]> {
-    let whole = number.fract() == 0.0;
+/// The bits of a number, if it is one of the component's.
+pub(super) fn to_word(number: f64, component: Component) -> Option<u32> {
+    let is_integer = number.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&number);
     match component {
-        Component::F32 => (number.abs() <= f64::from(f32::MAX)).then(|| (number as f32).to_le_bytes()),
-        Component::U32 => {
-            (whole && (0.0..=f64::from(u32::MAX)).contains(&number)).then(|| (number as u32).to_le_bytes())
-        }
-        Component::I32 => (whole && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&number))
-            .then(|| (number as i32).to_le_bytes()),
+        Component::F32 => (number.abs() <= f64::from(f32::MAX)).then(|| (number as f32).to_bits()),
+        Component::U32 => whole(&Value::Number(number), 0..=u32::MAX),
+        Component::I32 => is_integer.then(|| (number as i32).cast_unsigned()),
     }
 }
 

@@ -8,7 +8,7 @@
 
 use super::expression_diagnostic::expression_diagnostic;
 use super::load::Shared;
-use super::{Resource, ResourceKind};
+use super::{Resource, ResourceKind, whole};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::expression::{self, ExpressionError, Value};
 use crate::language::{Expr, Lifetime};
@@ -110,18 +110,13 @@ fn count(
         expression::evaluate(&expression, &shared.scope)
     };
     match evaluate() {
-        Ok(Value::Number(number))
-            if number.fract() == 0.0 && (1.0..=f64::from(MAX_FRAMES)).contains(&number) =>
-        {
-            Ok(number as u32)
-        }
-        Ok(value) => {
+        Ok(value) => whole(&value, 1..=MAX_FRAMES).ok_or_else(|| {
             let found =
                 value.number().map_or_else(|| value.kind_name().to_owned(), |number| number.to_string());
             let message = format!("the number of earlier frames of \"{}\" is {found}", resource.name);
             let help = format!("1 to {MAX_FRAMES} are possible");
-            Err(Some(Box::new(resource.error_at(at, codes::HISTORY_SETTING, message).help(help))))
-        }
+            Some(Box::new(resource.error_at(at, codes::HISTORY_SETTING, message).help(help)))
+        }),
         Err(mut error) => {
             resource.environment.widen(&mut error, std::iter::empty());
             let value = resource.value.nearest(at);

@@ -4,6 +4,8 @@
 //! pass is declared ([`PassBuilder::live`](super::PassBuilder::live)), and when a live parameter has changed
 //! ([`CpuNode::update`](crate::work::CpuNode::update)). So both ask the same of a value.
 
+use std::ops::RangeInclusive;
+
 use serde::de::IntoDeserializer as _;
 
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes};
@@ -63,10 +65,10 @@ pub trait Evaluate {
     /// Evaluates an expression that yields a whole number from 0.
     fn count(&mut self, expr: &Expr, pointer: &str) -> Option<u32> {
         let number = self.number(expr, pointer)?;
-        if number.fract() != 0.0 || !(0.0..=f64::from(u32::MAX)).contains(&number) {
-            return self.wrong_type(pointer, "a whole number from 0", &number.to_string());
+        match whole(&Value::Number(number), 0..=u32::MAX) {
+            Some(count) => Some(count),
+            None => self.wrong_type(pointer, "a whole number from 0", &number.to_string()),
         }
-        Some(number as u32)
     }
 
     /// Evaluates an expression that yields a list of numbers (one number is a list of one).
@@ -136,6 +138,12 @@ pub trait Evaluate {
         }
         known.ok()
     }
+}
+
+/// The whole number that a value is, within a range.
+pub fn whole(value: &Value, range: RangeInclusive<u32>) -> Option<u32> {
+    let number = value.number().filter(|number| number.fract() == 0.0)?;
+    (f64::from(*range.start())..=f64::from(*range.end())).contains(&number).then_some(number as u32)
 }
 
 /// The settings of a CPU node in a frame in which a live parameter has changed.
