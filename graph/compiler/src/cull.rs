@@ -167,13 +167,8 @@ fn survivors(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> (V
     if graph.versions_of(resource).all(|(range, writer)| condition(writer).is_none() && range.is_plain()) {
         let mut covered: BTreeSet<SubresourceRange> = BTreeSet::new();
         for (range, writer) in graph.versions_of(resource).rev() {
-            let wider = [
-                range,
-                SubresourceRange { mip: None, ..range },
-                SubresourceRange { layer: None, ..range },
-                SubresourceRange::WHOLE,
-            ];
-            if !discards(range, writer) && !wider.iter().any(|wider| covered.contains(wider)) {
+            let is_covered = range.plain_around().iter().any(|around| covered.contains(around));
+            if !discards(range, writer) && !is_covered {
                 writers.push(writer);
             }
             if clears(range, writer) {

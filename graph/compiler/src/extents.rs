@@ -1,5 +1,7 @@
 //! Subresource ranges as boxes.
 
+use smallvec::SmallVec;
+
 use crate::pipeline::{Aspect, IndexRange, SubresourceRange};
 
 /// What a subresource range covers of mips, layers, aspects and bytes: the first, and the first after it. Everything
@@ -20,6 +22,22 @@ pub(super) fn extents(range: SubresourceRange) -> Extents {
         aspect,
         run(range.bytes.map(|run| run.first), range.bytes.map(IndexRange::end)),
     ]
+}
+
+/// The boxes beside one that lies within another, which together with it make up that other.
+pub(super) fn beside(mut all: Extents, inside: Extents) -> SmallVec<[Extents; 8]> {
+    let mut boxes = SmallVec::new();
+    for axis in 0..all.len() {
+        let (first, end) = all[axis];
+        for rest in [(first, inside[axis].0), (inside[axis].1, end)] {
+            if rest.0 < rest.1 {
+                all[axis] = rest;
+                boxes.push(all);
+            }
+        }
+        all[axis] = inside[axis];
+    }
+    boxes
 }
 
 /// The intersection of two boxes.

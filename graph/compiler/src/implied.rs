@@ -8,7 +8,7 @@
 //! Cost: a few boxes for each access. Beyond [`MAX_BOXES`] what would have to be cut counts as not met: more orders
 //! are looked for than are needed.
 
-use super::extents::{Extents, common, extents};
+use super::extents::{Extents, beside, common, extents};
 use crate::pipeline::{Condition, SubresourceRange};
 
 /// The maximum number of boxes that are told apart.
@@ -52,22 +52,9 @@ impl Unmet {
                 boxes.push((open, met));
                 continue;
             }
-            let mut inside = open;
-            for axis in 0..inside.len() {
-                let (first, end) = inside[axis];
-                for beside in [(first, both[axis].0), (both[axis].1, end)] {
-                    if beside.0 < beside.1 {
-                        let mut rest = inside;
-                        rest[axis] = beside;
-                        boxes.push((rest, met));
-                    }
-                }
-                inside[axis] = both[axis];
-            }
-            match (met, condition) {
-                (None, Some(_)) => boxes.push((inside, condition)),
-                (Some(known), Some(new)) if known == new => boxes.push((inside, met)),
-                _ => {}
+            boxes.extend(beside(open, both).into_iter().map(|rest| (rest, met)));
+            if condition.is_some() && (met.is_none() || met == condition) {
+                boxes.push((both, condition));
             }
         }
         self.boxes = boxes;

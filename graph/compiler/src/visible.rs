@@ -24,7 +24,7 @@
 
 use smallvec::SmallVec;
 
-use super::extents::{Extents, common, extents};
+use super::extents::{Extents, beside, common, extents};
 use crate::pipeline::{Condition, SubresourceRange};
 
 /// The maximum number of boxes that one look tells apart.
@@ -66,6 +66,7 @@ pub(super) struct Write<W> {
     pub(super) passes_on: bool,
 }
 
+#[derive(Clone)]
 struct Open<W> {
     extents: Extents,
     /// The conditions of the frames in which it is open; sorted.
@@ -122,32 +123,13 @@ impl<'a, W: Copy + Ord> View<'a, W> {
                 boxes.push(open);
                 continue;
             };
-            let pieces = open.extents.iter().zip(covered);
-            let pieces = pieces
-                .map(|(all, own)| usize::from(all.0 < own.0) + usize::from(own.1 < all.1))
-                .sum::<usize>();
-            if pieces > 0 && boxes.len() + left + pieces + 1 > max {
+            let pieces = beside(open.extents, covered);
+            if !pieces.is_empty() && boxes.len() + left + pieces.len() + 1 > max {
                 self.is_coarse = true;
                 boxes.push(open);
                 continue;
             }
-            let mut inside = open.extents;
-            for axis in 0..inside.len() {
-                let (first, end) = inside[axis];
-                for beside in [(first, covered[axis].0), (covered[axis].1, end)] {
-                    if beside.0 < beside.1 {
-                        let mut rest = inside;
-                        rest[axis] = beside;
-                        boxes.push(Open {
-                            extents: rest,
-                            conditions: open.conditions.clone(),
-                            newest: open.newest,
-                            passed_on: open.passed_on.clone(),
-                        });
-                    }
-                }
-                inside[axis] = covered[axis];
-            }
+            boxes.extend(pieces.into_iter().map(|extents| Open { extents, ..open.clone() }));
             let place = |condition: &Condition| open.conditions.binary_search(condition).err();
             let Some(condition) = condition.filter(|condition| place(condition).is_some()) else {
                 continue;
@@ -163,7 +145,7 @@ impl<'a, W: Copy + Ord> View<'a, W> {
                 open.conditions.insert(at, opposite);
             }
             let newest = open.newest.or(Some((write.writer, condition)));
-            boxes.push(Open { extents: inside, newest, ..open });
+            boxes.push(Open { extents: covered, newest, ..open });
         }
         self.boxes = boxes;
     }

@@ -143,7 +143,7 @@ impl Builder<'_> {
                     continue;
                 }
                 let read = common_of_plain(writer.range, reader.range);
-                if !newer.is_empty() && within(&newer, read) {
+                if !newer.is_empty() && read.plain_around().iter().any(|around| newer.contains(around)) {
                     continue;
                 }
                 self.feed(resource, rank, writer.pass, reader.pass);
@@ -286,17 +286,6 @@ impl Hazards {
     fn are_done(&self) -> bool {
         self.shown >= SHOWN_EDGES && self.unmet.is_empty()
     }
-}
-
-/// Whether one of the plain parts has everything of another.
-fn within(ranges: &HashSet<SubresourceRange>, range: SubresourceRange) -> bool {
-    let wider = [
-        range,
-        SubresourceRange { mip: None, ..range },
-        SubresourceRange { layer: None, ..range },
-        SubresourceRange::WHOLE,
-    ];
-    wider.iter().any(|wider| ranges.contains(wider))
 }
 
 /// What two plain parts that overlap have in common.

@@ -110,6 +110,11 @@ impl SubresourceRange {
             && (self.aspect == Aspect::All || self.aspect == other.aspect)
     }
 
+    /// The ranges with at most one mip level and one layer that have everything of this one, which is plain.
+    pub fn plain_around(self) -> [Self; 4] {
+        [self, Self { mip: None, ..self }, Self { layer: None, ..self }, Self::WHOLE]
+    }
+
     /// Whether it names at most one mip level and one layer, all aspects and no bytes.
     pub fn is_plain(self) -> bool {
         let plain = |run: Option<IndexRange<u32>>| run.is_none_or(|run| run.count == 1);
