@@ -146,21 +146,17 @@ pub fn surviving_writers(pipeline: &Pipeline, graph: &Graph, resource: ResourceH
 
 /// The passes of whose writes something is left, and whether there may be fewer of them.
 fn survivors(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> (Vec<PassHandle>, bool) {
-    let clears = |range: SubresourceRange, writer: PassHandle| {
-        let whole = range.layer.is_some() || single_layer(pipeline, resource);
-        let replaces = |one: &Access| {
-            let all = whole || !one.usage.is_attachment();
-            one.resource == resource && one.range == range && one.usage.replaces_contents() && all
-        };
-        pipeline.pass(writer).accesses().iter().any(replaces)
-    };
     let discards = |range: SubresourceRange, writer: PassHandle| match pipeline.pass(writer).work() {
         Work::Render(render) => discards::discards(render, resource, range),
         _ => false,
     };
     let clears = |range: SubresourceRange, writer: PassHandle| {
         let whole = range.layer.is_some() || single_layer(pipeline, resource);
-        clears(range, writer) || whole && discards(range, writer)
+        let replaces = |one: &Access| {
+            let all = whole || !one.usage.is_attachment();
+            one.resource == resource && one.range == range && one.usage.replaces_contents() && all
+        };
+        pipeline.pass(writer).accesses().iter().any(replaces) || whole && discards(range, writer)
     };
     let condition = |writer: PassHandle| pipeline.pass(writer).condition;
     let mut writers = Vec::new();

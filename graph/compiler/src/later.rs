@@ -8,9 +8,10 @@
 //! Cost: for a plain reference a search through what `after` says, if there is a writer that it can lead to. For a
 //! reference to a version of which the reader sees more than its pass writes, the writers of the resource.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 
 use super::access::{PassAccess, Writers};
+use super::ready::{positions, sorted};
 use crate::pipeline::{Access, Pass, Pipeline, SubresourceRange, Version};
 use crate::work::PassHandle;
 
@@ -67,7 +68,6 @@ impl Stated {
         let by_name: HashMap<&str, PassHandle> =
             handles.map(|pass| (pipeline.pass(pass).name.as_str(), pass)).collect();
         let mut next = vec![Vec::new(); pipeline.passes.len()];
-        let mut missing = vec![0usize; next.len()];
         for pass in pipeline.pass_handles() {
             let versions = pipeline.pass(pass).accesses().iter().filter_map(|one| match &one.version {
                 Version::WrittenBy(name) => by_name.get(name.as_str()).copied().filter(|named| {
@@ -79,25 +79,11 @@ impl Stated {
             for before in pipeline.pass(pass).after.iter().copied().chain(versions) {
                 if before != pass {
                     next[before.index()].push(pass);
-                    missing[pass.index()] += 1;
                 }
             }
         }
-        let mut position = vec![usize::MAX; next.len()];
-        let mut ready: BTreeSet<PassHandle> =
-            pipeline.pass_handles().filter(|pass| missing[pass.index()] == 0).collect();
-        let mut count = 0;
-        while let Some(pass) = ready.pop_first() {
-            position[pass.index()] = count;
-            count += 1;
-            for later in &next[pass.index()] {
-                missing[later.index()] -= 1;
-                if missing[later.index()] == 0 {
-                    ready.insert(*later);
-                }
-            }
-        }
-        Self { next, position }
+        let order = sorted(next.len(), |pass| next[pass].iter().copied());
+        Self { position: positions(&order, next.len()), next }
     }
 
     /// The passes of some that are stated to be behind a reader.

@@ -1,9 +1,42 @@
-//! The live passes that can run next.
+//! Passes that can run next, and the order of all passes that takes the first of them.
 
-use std::collections::BTreeSet;
+use std::cmp::Reverse;
+use std::collections::{BTreeSet, BinaryHeap};
 
 use super::graph::Graph;
 use crate::work::PassHandle;
+
+/// Kahn's algorithm over the successors of each pass; among the passes that are ready the first of the document goes
+/// first. Those in or behind a cycle are left out.
+pub(super) fn sorted<I: Iterator<Item = PassHandle>>(
+    count: usize,
+    next: impl Fn(usize) -> I,
+) -> Vec<PassHandle> {
+    let mut missing = vec![0usize; count];
+    (0..count).flat_map(&next).for_each(|to| missing[to.index()] += 1);
+    let free = (0..count).filter(|pass| missing[*pass] == 0);
+    let mut ready: BinaryHeap<Reverse<usize>> = free.map(Reverse).collect();
+    let mut order = Vec::with_capacity(count);
+    while let Some(Reverse(pass)) = ready.pop() {
+        order.push(PassHandle::at(pass));
+        for to in next(pass) {
+            missing[to.index()] -= 1;
+            if missing[to.index()] == 0 {
+                ready.push(Reverse(to.index()));
+            }
+        }
+    }
+    order
+}
+
+/// The position of each pass in an order; those that are left out come last.
+pub(super) fn positions(order: &[PassHandle], count: usize) -> Vec<usize> {
+    let mut positions = vec![usize::MAX; count];
+    for (at, pass) in order.iter().enumerate() {
+        positions[pass.index()] = at;
+    }
+    positions
+}
 
 /// The live passes that can run next.
 pub(super) struct Ready<'a> {

@@ -16,8 +16,7 @@
 mod diagnostics;
 mod readers;
 
-use std::cmp::Reverse;
-use std::collections::{BTreeSet, BinaryHeap, HashMap};
+use std::collections::{BTreeSet, HashMap};
 
 use petgraph::graph::{DiGraph, NodeIndex};
 use smallvec::SmallVec;
@@ -28,6 +27,7 @@ use super::implied::Unmet;
 use super::jagged_array::JaggedArray;
 use super::later::Stated;
 use super::partial_read::PartialRead;
+use super::ready::{positions, sorted};
 use crate::diagnostic::Diagnostics;
 use crate::pipeline::{Condition, Pipeline, Version};
 use crate::work::{PassHandle, ResourceHandle};
@@ -176,33 +176,13 @@ impl<'a> Builder<'a> {
             return true;
         }
         let sorted = self.sorted();
-        self.position = vec![usize::MAX; self.next.len()];
-        for (at, pass) in sorted.iter().enumerate() {
-            self.position[pass.index()] = at;
-        }
+        self.position = positions(&sorted, self.next.len());
         self.is_outdated = sorted.len() < self.next.len();
         !self.is_outdated
     }
 
-    /// Kahn's algorithm; among the passes that are ready the first of the document goes first.
     fn sorted(&self) -> Vec<PassHandle> {
-        let mut missing = vec![0usize; self.next.len()];
-        for (to, _) in self.next.iter().flatten() {
-            missing[to.index()] += 1;
-        }
-        let mut ready: BinaryHeap<Reverse<PassHandle>> =
-            self.pipeline.pass_handles().filter(|pass| missing[pass.index()] == 0).map(Reverse).collect();
-        let mut order = Vec::with_capacity(self.next.len());
-        while let Some(Reverse(pass)) = ready.pop() {
-            order.push(pass);
-            for (to, _) in &self.next[pass.index()] {
-                missing[to.index()] -= 1;
-                if missing[to.index()] == 0 {
-                    ready.push(Reverse(*to));
-                }
-            }
-        }
-        order
+        sorted(self.next.len(), |pass| self.next[pass].iter().map(|(to, _)| *to))
     }
 
     /// The writers of a resource in their order, or the first two that nothing orders; with the rule about a first
