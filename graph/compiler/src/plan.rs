@@ -50,14 +50,11 @@ pub fn plan(
         diagnostics.push(no_output(pipeline));
     }
     let mut own_diagnostics = Vec::new();
-    let conditional = toggles::conditional(pipeline, graph, &live);
+    let is_live = |pass: PassHandle| kept[pass.index()].is_some();
+    let conditional = toggles::conditional(pipeline, graph, &is_live);
     let resolved =
         ResolvedResources::new(pipeline, options, sources, &live, &conditional, &mut own_diagnostics);
-    own_diagnostics.extend(subresources::beyond(pipeline, &resolved.sizes).into_iter().map(|(_, one)| one));
-    history::check_initial(&resolved, &mut own_diagnostics);
-    toggles::check_passthroughs(pipeline, &resolved, &live, &mut own_diagnostics);
-    toggles::check_outputs(&resolved, graph, &live, &mut own_diagnostics);
-    uninitialised::check(&resolved, graph, |pass| kept[pass.index()].is_some(), &mut own_diagnostics);
+    check(&resolved, graph, &is_live, &mut own_diagnostics);
     let report = order::choose(pipeline, graph, &resolved, options.objective, &mut live);
     let planner = Planner::new(pipeline, &resolved, &live);
     let mut passes: Vec<PlannedPass> = Vec::with_capacity(live.len());
@@ -115,6 +112,21 @@ pub fn plan(
     let fine = broken.is_empty();
     diagnostics.extend(broken);
     fine.then_some(plan)
+}
+
+/// Finds what is wrong with accesses, now that sizes are known.
+pub(super) fn check(
+    resolved: &ResolvedResources<'_>,
+    graph: &Graph,
+    is_live: &dyn Fn(PassHandle) -> bool,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    let beyond = subresources::beyond(resolved.pipeline, &resolved.sizes);
+    diagnostics.extend(beyond.into_iter().map(|(_, diagnostic)| diagnostic));
+    history::check_initial(resolved, diagnostics);
+    toggles::check_passthroughs(resolved, is_live, diagnostics);
+    toggles::check_outputs(resolved, graph, is_live, diagnostics);
+    uninitialised::check(resolved, graph, is_live, diagnostics);
 }
 
 fn no_output(pipeline: &Pipeline) -> Diagnostic {

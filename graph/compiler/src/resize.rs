@@ -13,15 +13,11 @@
 use super::allocate;
 use super::device_rules;
 use super::graph::Graph;
-use super::history;
 use super::options::PlanOptions;
 use super::order_report::Objective;
-use super::plan::plan;
+use super::plan::{check, plan};
 use super::planned::Plan;
 use super::resolved_resources::ResolvedResources;
-use super::subresources;
-use super::toggles;
-use super::uninitialised;
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 use crate::source::Sources;
 
@@ -55,7 +51,6 @@ impl Plan {
             return None;
         }
         let mut diagnostics: Vec<Diagnostic> = Vec::new();
-        let live: Vec<_> = self.passes.iter().map(|pass| pass.handle).collect();
         let resolved = ResolvedResources::resized(
             &self.pipeline,
             options,
@@ -63,11 +58,7 @@ impl Plan {
             &fixed.resolved,
             &fixed.conditional,
         )?;
-        diagnostics
-            .extend(subresources::beyond(&self.pipeline, &resolved.sizes).into_iter().map(|(_, one)| one));
-        history::check_initial(&resolved, &mut diagnostics);
-        toggles::check_passthroughs(&self.pipeline, &resolved, &live, &mut diagnostics);
-        uninitialised::check(&resolved, graph, |pass| self.position(pass).is_some(), &mut diagnostics);
+        check(&resolved, graph, &|pass| self.position(pass).is_some(), &mut diagnostics);
         let mut plan = self.clone();
         (plan.viewport, plan.data_sizes) = (options.viewport, options.data_sizes.clone());
         for pass in &mut plan.passes {

@@ -37,25 +37,21 @@ pub(super) fn passthrough_names(pipeline: &Pipeline, pass: &Pass) -> BTreeMap<St
 }
 
 /// For each resource whether some subresource range of it is first written by a pass that can be off.
-pub(super) fn conditional(pipeline: &Pipeline, graph: &Graph, live: &[PassHandle]) -> Vec<bool> {
+pub(super) fn conditional(
+    pipeline: &Pipeline,
+    graph: &Graph,
+    is_live: &dyn Fn(PassHandle) -> bool,
+) -> Vec<bool> {
     let mut conditional = vec![false; pipeline.resources.len()];
     if pipeline.toggles.is_empty() {
         return conditional;
     }
-    let is_live = marked(pipeline, live);
     for resource in pipeline.resource_handles() {
         if pipeline.resource(resource).lifetime() == Lifetime::Transient {
-            conditional[resource.index()] = uncovered(pipeline, graph, resource, &is_live).next().is_some();
+            conditional[resource.index()] = uncovered(pipeline, graph, resource, is_live).next().is_some();
         }
     }
     conditional
-}
-
-/// For each pass whether it is live.
-fn marked(pipeline: &Pipeline, live: &[PassHandle]) -> Vec<bool> {
-    let mut is_live = vec![false; pipeline.passes.len()];
-    live.iter().for_each(|pass| is_live[pass.index()] = true);
-    is_live
 }
 
 /// The live writes of a resource by passes that can be off, with nothing below that always is there.
@@ -63,10 +59,10 @@ fn uncovered<'a>(
     pipeline: &'a Pipeline,
     graph: &'a Graph,
     resource: ResourceHandle,
-    is_live: &'a [bool],
+    is_live: &'a dyn Fn(PassHandle) -> bool,
 ) -> impl Iterator<Item = (SubresourceRange, PassHandle)> + 'a {
     let mut always: Vec<SubresourceRange> = Vec::new();
-    let live = graph.versions_of(resource).filter(|(_, writer)| is_live[writer.index()]);
+    let live = graph.versions_of(resource).filter(|(_, writer)| is_live(*writer));
     live.filter(move |(range, writer)| {
         if pipeline.pass(*writer).condition.is_some() {
             return !always.iter().any(|below| below.contains(*range));
@@ -83,21 +79,19 @@ fn uncovered<'a>(
 pub(super) fn check_outputs(
     resolved: &ResolvedResources<'_>,
     graph: &Graph,
-    live: &[PassHandle],
+    is_live: &dyn Fn(PassHandle) -> bool,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
     let pipeline = resolved.pipeline;
     if pipeline.toggles.is_empty() {
         return;
     }
-    let is_live = marked(pipeline, live);
     for resource in pipeline.resource_handles() {
         let known = pipeline.resource(resource);
         if known.lifetime() != Lifetime::Imported || pipeline.uncertain.contains(&resource) {
             continue;
         }
-        let list: Vec<_> =
-            graph.versions_of(resource).filter(|(_, writer)| is_live[writer.index()]).collect();
+        let list: Vec<_> = graph.versions_of(resource).filter(|(_, writer)| is_live(*writer)).collect();
         let condition = |pass: PassHandle| pipeline.pass(pass).condition;
         let mut effort = Effort::default();
         for (range, writer) in &list {
@@ -136,16 +130,17 @@ pub(super) fn check_outputs(
 /// Finds fallbacks that do not fit what the readers do with them. Formats and subresource ranges are checked as those
 /// of any access.
 pub(super) fn check_passthroughs(
-    pipeline: &Pipeline,
     resolved: &ResolvedResources<'_>,
-    live: &[PassHandle],
+    is_live: &dyn Fn(PassHandle) -> bool,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
+    let pipeline = resolved.pipeline;
     if pipeline.passthroughs.is_empty() {
         return;
     }
     let mut copied = vec![false; pipeline.resources.len()];
-    for one in live.iter().flat_map(|pass| pipeline.pass(*pass).accesses()) {
+    let live = pipeline.pass_handles().filter(|pass| is_live(*pass));
+    for one in live.flat_map(|pass| pipeline.pass(pass).accesses()) {
         copied[one.resource.index()] |= one.usage == Usage::CopySource;
     }
     for (resource, passthrough) in &pipeline.passthroughs {

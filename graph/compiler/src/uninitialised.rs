@@ -53,7 +53,7 @@ struct Wanted {
 pub(super) fn check(
     resolved: &ResolvedResources<'_>,
     graph: &Graph,
-    is_live: impl Fn(PassHandle) -> bool,
+    is_live: &dyn Fn(PassHandle) -> bool,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
     for read in graph.partial.iter().filter(|read| is_live(read.reader)) {
@@ -87,8 +87,8 @@ pub(super) fn check(
             }
         }
     }
-    check_earlier_frames(resolved, graph, &is_live, diagnostics);
-    check_lasting(resolved, graph, &is_live, diagnostics);
+    check_earlier_frames(resolved, graph, is_live, diagnostics);
+    check_lasting(resolved, graph, is_live, diagnostics);
 }
 
 /// Finds what is read of resources with memory of their own, and no pass writes in any frame.
