@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 
 use super::overrides::{Overrides, Setting};
-use super::setting::{self, SettingKind, declared, not_there};
+use super::setting::{SettingKind, declared, decode_feature, decode_parameter, not_there};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::language::{FeatureDeclaration, ParameterDeclaration};
@@ -103,39 +103,29 @@ pub(super) fn check(
     };
     for preset in presets {
         let at = pointer_join("/presets", &preset.key);
-        let values = |section: &str| preset.value.entries_of(section);
-        let is_there = |section: &str, entry: &Entry, name: &str| {
-            let is_twin = |other: &&Entry| other.key == name && other.key_span.file == entry.key_span.file;
-            values(section).iter().any(|other| is_twin(&other))
-        };
-        for entry in values("parameters").iter().filter(|entry| !is_chosen(entry)) {
-            let pointer = pointer_join(&format!("{at}/parameters"), &entry.key);
-            let found = match parameters.get(&entry.key) {
-                Some(declaration) => {
-                    let value = setting::decode_parameter(&entry.key, declaration, &entry.value);
-                    value.err().unwrap_or_default()
-                }
-                None => {
-                    let taken = |name: &str| is_there("parameters", entry, name);
-                    let (known, others) = (declared(parameters), declared(features));
-                    let (kind, place) = (SettingKind::Parameter, entry.key_span);
-                    vec![not_there(kind, &entry.key, &known, &others, place, taken)]
-                }
+        for kind in [SettingKind::Parameter, SettingKind::Feature] {
+            let (section, known, others) = match kind {
+                SettingKind::Parameter => ("parameters", declared(parameters), declared(features)),
+                SettingKind::Feature => ("features", declared(features), declared(parameters)),
             };
-            diagnostics.extend(found.into_iter().map(|diagnostic| diagnostic.pointer(&pointer)));
-        }
-        for entry in values("features").iter().filter(|entry| !is_chosen(entry)) {
-            let pointer = pointer_join(&format!("{at}/features"), &entry.key);
-            let diagnostic = match features.get(&entry.key) {
-                Some(declaration) => setting::decode_feature(&entry.key, declaration, &entry.value).err(),
-                None => {
-                    let taken = |name: &str| is_there("features", entry, name);
-                    let (known, others) = (declared(features), declared(parameters));
-                    let (kind, place) = (SettingKind::Feature, entry.key_span);
-                    Some(Box::new(not_there(kind, &entry.key, &known, &others, place, taken)))
-                }
-            };
-            diagnostics.extend(diagnostic.map(|diagnostic| diagnostic.pointer(pointer)));
+            let entries = preset.value.entries_of(section);
+            for entry in entries.iter().filter(|entry| !is_chosen(entry)) {
+                let Entry { key, value, key_span } = entry;
+                let decoded = match kind {
+                    SettingKind::Parameter => {
+                        parameters.get(key).map(|one| decode_parameter(key, one, value))
+                    }
+                    SettingKind::Feature => features.get(key).map(|one| decode_feature(key, one, value)),
+                };
+                let decoded = decoded.unwrap_or_else(|| {
+                    let is_twin = |other: &Entry| other.key_span.file == key_span.file;
+                    let taken = |name: &str| entries.iter().any(|other| other.key == name && is_twin(other));
+                    Err(vec![not_there(kind, key, &known, &others, *key_span, taken)])
+                });
+                let pointer = pointer_join(&format!("{at}/{section}"), key);
+                let errors = decoded.err().into_iter().flatten();
+                diagnostics.extend(errors.map(|diagnostic| diagnostic.pointer(&pointer)));
+            }
         }
     }
 }

@@ -58,11 +58,10 @@ pub(super) fn parameters(
         let Some(declaration) = declarations.get(&entry.key) else { continue };
         let pointer = document::pointer_join("/parameters", &entry.key);
         if declaration.parameter_type == ParameterType::Enum && declaration.values.is_empty() {
-            diagnostics.push(
-                Diagnostic::error(codes::MISSING_KEY, entry.value.span, "the key \"values\" is missing here")
-                    .pointer(&pointer)
-                    .help("an enumeration lists its words under \"values\""),
-            );
+            let message = "the key \"values\" is missing here";
+            let diagnostic = Diagnostic::error(codes::MISSING_KEY, entry.value.span, message);
+            let help = "an enumeration lists its words under \"values\"";
+            diagnostics.push(diagnostic.pointer(&pointer).help(help));
             continue;
         }
         let Some(default) = entry.value.get("default") else { continue };
@@ -78,10 +77,8 @@ pub(super) fn parameters(
             chosen = found.map(|value| (value, setting.place)).or(chosen);
         }
         if let Some((value, place)) = chosen.or(from_default.map(|value| (value, default.span))) {
-            parameters.insert(
-                entry.key.clone(),
-                Parameter { declaration: declaration.clone(), value, place, structural: None },
-            );
+            let parameter = Parameter { declaration: declaration.clone(), value, place, structural: None };
+            parameters.insert(entry.key.clone(), parameter);
         }
     }
     parameters
@@ -109,31 +106,25 @@ pub(super) fn features(
         };
         let (value, place) =
             setting.map_or((default, default_place), |setting| (&setting.value, setting.place));
-        match decode_feature(&entry.key, declaration, value) {
-            Ok(value) => {
-                let mut feature = Feature { declaration: declaration.clone(), value, place };
-                if let (Some(setting), Some(lacking), true) = (setting, &lacking, feature.is_on()) {
-                    diagnostics.push(availability::cannot_be_on(setting, lacking, profile));
-                    // Nothing follows from what cannot be.
-                    feature.value = decode_feature(&entry.key, declaration, default).unwrap_or(feature.value);
-                }
-                features.insert(entry.key.clone(), feature);
+        let decode = |value| decode_feature(&entry.key, declaration, value);
+        let (value, place) = match decode(value) {
+            Ok(value) => (value, place),
+            Err(errors) => {
+                let help = "features are booleans, or words of their enumeration";
+                let errors = errors.into_iter().map(|one| one.help(help));
+                let declared = "the feature is declared here";
+                diagnostics.extend(errors.map(|one| one.related(entry.key_span, declared)));
+                let Ok(value) = decode(default) else { continue };
+                (value, default_place)
             }
-            Err(diagnostic) => {
-                diagnostics.push(
-                    diagnostic
-                        .related(entry.key_span, "the feature is declared here")
-                        .help("features are booleans, or words of their enumeration"),
-                );
-                if let Ok(value) = decode_feature(&entry.key, declaration, default) {
-                    let place = default_place;
-                    features.insert(
-                        entry.key.clone(),
-                        Feature { declaration: declaration.clone(), value, place },
-                    );
-                }
-            }
+        };
+        let mut feature = Feature { declaration: declaration.clone(), value, place };
+        if let (Some(setting), Some(lacking), true) = (setting, &lacking, feature.is_on()) {
+            diagnostics.push(availability::cannot_be_on(setting, lacking, profile));
+            // Nothing follows from what cannot be.
+            feature.value = decode(default).unwrap_or(feature.value);
         }
+        features.insert(entry.key.clone(), feature);
     }
     groups(declarations, entries, overrides, &mut features, diagnostics);
     for (name, feature) in &features {
@@ -163,14 +154,8 @@ pub(super) fn features(
                     None if entries.iter().any(|entry| entry.key == *other) => {}
                     None => {
                         let taken = |name: &str| others.iter().any(|other| other == name);
-                        let diagnostic = not_there(
-                            SettingKind::Feature,
-                            other,
-                            &declared(declarations),
-                            &[],
-                            written,
-                            taken,
-                        );
+                        let (kind, known) = (SettingKind::Feature, declared(declarations));
+                        let diagnostic = not_there(kind, other, &known, &[], written, taken);
                         diagnostics.push(diagnostic.pointer(pointer()));
                     }
                     Some(on) if on != wanted && feature.is_on() => {
@@ -270,12 +255,11 @@ pub(super) fn unknown(
     overrides: &Overrides,
     diagnostics: &mut Diagnostics,
 ) {
-    let of = |kind| match kind {
-        SettingKind::Parameter => (&overrides.parameters, declared(parameters), declared(features)),
-        SettingKind::Feature => (&overrides.features, declared(features), declared(parameters)),
-    };
     for kind in [SettingKind::Parameter, SettingKind::Feature] {
-        let (settings, known, others) = of(kind);
+        let (settings, known, others) = match kind {
+            SettingKind::Parameter => (&overrides.parameters, declared(parameters), declared(features)),
+            SettingKind::Feature => (&overrides.features, declared(features), declared(parameters)),
+        };
         for setting in settings.iter().filter(|setting| !known.contains(&setting.name.as_str())) {
             // Another file may set it too.
             let taken = |name: &str| {
@@ -372,12 +356,8 @@ pub(super) fn decode_parameter(
             let (min, max) = (declaration.min_length.unwrap_or(0), declaration.max_length.unwrap_or(65_536));
             if !(min as usize..=max as usize).contains(&elements.len()) {
                 let message = format!("the parameter \"{name}\" has {} elements", elements.len());
-                return Err(error(
-                    codes::SETTING_RANGE,
-                    value.span,
-                    message,
-                    format!("it takes {min} to {max}"),
-                ));
+                let help = format!("it takes {min} to {max}");
+                return Err(error(codes::SETTING_RANGE, value.span, message, help));
             }
             let (mut numbers, mut errors) = (Vec::new(), Vec::new());
             for element in elements {
@@ -514,19 +494,19 @@ pub(super) fn decode_feature(
     name: &str,
     declaration: &FeatureDeclaration,
     value: &document::Value,
-) -> Result<Value, Box<Diagnostic>> {
+) -> Result<Value, Vec<Diagnostic>> {
     match (declaration.feature_type, &value.kind) {
         (FeatureType::Bool, document::Kind::Bool(on)) => Ok(Value::Bool(*on)),
         (FeatureType::Enum, document::Kind::Text(word)) if declaration.values.contains(word) => {
             Ok(Value::Text(word.clone()))
         }
         (FeatureType::Enum, document::Kind::Text(_)) => {
-            Err(Box::new(document::schema::unknown_word(value, &words(&declaration.values))))
+            Err(vec![document::schema::unknown_word(value, &words(&declaration.values))])
         }
         (kind, _) => {
             let wanted = if kind == FeatureType::Bool { "a boolean" } else { "a word" };
             let message = format!("the feature \"{name}\" is {wanted}, this is {}", value.kind_name());
-            Err(Box::new(Diagnostic::error(codes::SETTING_TYPE, value.span, message)))
+            Err(vec![Diagnostic::error(codes::SETTING_TYPE, value.span, message)])
         }
     }
 }
