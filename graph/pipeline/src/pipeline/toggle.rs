@@ -26,7 +26,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::environment::Environment;
 use super::expression_diagnostic::expression_diagnostic;
 use super::instance::Instance;
-use super::load::{Shared, name_diagnostic};
+use super::load::{Shared, is_of, name_diagnostic};
 use super::{Access, Located as _, Pass, Pipeline, ResourceKind, Version, history};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, list_of, suggested_name};
 use crate::document::{Document, Entry, Kind, Value, pointer_join};
@@ -398,10 +398,7 @@ impl PassthroughCheck<'_> {
     }
 
     fn members(&self) -> impl Iterator<Item = &Pass> {
-        let name = &self.declaration.name;
-        self.passes.iter().filter(move |pass| {
-            pass.name.strip_prefix(name.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-        })
+        self.passes.iter().filter(|pass| is_of(&pass.name, &self.declaration.name))
     }
 
     /// A resource by a reference, and the version that it names; `None` where nothing is known of it.

@@ -10,8 +10,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Shared;
 use super::versions::{is_absent, is_gap};
+use super::{Shared, is_of};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, list_of};
 use crate::document::{Entry, Value};
 use crate::pipeline::Pass;
@@ -148,13 +148,7 @@ fn through(
     let mut seen = BTreeSet::new();
     let mut names = vec![name];
     while let Some(name) = names.pop().filter(|_| !followed.is_empty()) {
-        let is_inside = |other: &str| {
-            let rest = other.strip_prefix(name);
-            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-        };
-        for (gone, before) in
-            followed.iter().filter(|(gone, _)| is_inside(gone) || name.starts_with(&format!("{gone}.")))
-        {
+        for (gone, before) in followed.iter().filter(|(gone, _)| is_of(gone, name) || is_of(name, gone)) {
             if seen.insert(gone) {
                 found.extend(before.iter().flat_map(|name| members(positions, name)));
                 names.extend(before.iter().map(String::as_str));

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use super::Shared;
+use super::{Shared, is_of};
 use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::document::Entry;
 use crate::pipeline::instance::Instance;
@@ -178,10 +178,7 @@ pub(super) fn is_absent(absent: &BTreeSet<String>, name: &str) -> bool {
 
 /// Whether a pass is, or comes of, one that could not be declared, or has such rounds.
 pub(super) fn is_gap(gaps: &[(String, &Entry)], name: &str) -> bool {
-    let is_in = |name: &str, outer: &str| {
-        name.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-    };
-    gaps.iter().any(|(gap, _)| is_in(name, gap) || is_in(gap, name))
+    gaps.iter().any(|(gap, _)| is_of(name, gap) || is_of(gap, name))
 }
 
 /// The resources of which nothing is known: broken ones, and those that passes with diagnostics mention (any string
