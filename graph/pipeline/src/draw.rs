@@ -326,7 +326,7 @@ fn check_program(
     host: &HostInterface,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
-    use crate::shader::{Stage, TypeLayout};
+    use crate::shader::TypeLayout;
     let mut report = |message: String| {
         // Passes that draw with one template have one error in common.
         if let Some(known) = diagnostics.iter_mut().find(|known| known.message == message) {
@@ -345,9 +345,7 @@ fn check_program(
     let template = &program.template;
     for set in &host.property_sets {
         let variant = program.variant(&host.property_names(*set));
-        for input in
-            variant.entry_point(Stage::Vertex).map(|entry| entry.inputs.as_slice()).unwrap_or_default()
-        {
+        for input in variant.vertex_inputs() {
             if host.attribute(*set, &input.name).is_none() {
                 let properties = host.property_names(*set);
                 let of = if host.vertex_buffers_of.iter().any(|(own, _)| own == set) {

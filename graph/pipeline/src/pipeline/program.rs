@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::modules::EntryPoints;
 use crate::diagnostic::{Diagnostic, codes};
-use crate::shader::{AxisValues, EntryPoint, ShaderModule, Stage, TypeLayout};
+use crate::shader::{AxisValues, EntryPoint, ShaderModule, Stage, TypeLayout, VertexInput};
 use crate::source::Span;
 use crate::work::{BoundSlot, SlotSource};
 use wgpu_types::{BindingType, SamplerBindingType, TextureSampleType};
@@ -175,6 +175,11 @@ impl Program {
 }
 
 impl ProgramVariant {
+    /// What its vertex stage reads.
+    pub fn vertex_inputs(&self) -> &[VertexInput] {
+        self.entry_point(Stage::Vertex).map_or(&[], |entry| &entry.inputs)
+    }
+
     /// The entry point of a stage, if the variant has one.
     pub fn entry_point(&self, stage: Stage) -> Option<&EntryPoint> {
         let named = self.entry_points.get(&stage);

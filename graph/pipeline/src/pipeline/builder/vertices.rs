@@ -4,16 +4,15 @@ use wgpu_types::VertexAttribute;
 
 use super::{Evaluate, PassBuilder};
 use crate::diagnostic::{codes, list_of};
-use crate::pipeline::host_contract::{KNOWN_VERTEX_FORMATS, compatible, format_name, parse_format};
-use crate::shader::{Stage, VertexInput};
+use crate::pipeline::host_contract::{compatible, format_name, parse_format, vertex_formats};
+use crate::shader::VertexInput;
 use crate::work::ProgramHandle;
 
 impl PassBuilder<'_> {
     /// The vertex inputs of a program, by location.
     pub fn vertex_inputs(&self, program: ProgramHandle) -> Vec<VertexInput> {
         let variant = self.shared.programs.list[program.index()].variants.first();
-        let vertex = variant.and_then(|variant| variant.entry_point(Stage::Vertex));
-        vertex.map(|entry| entry.inputs.clone()).unwrap_or_default()
+        variant.map(|variant| variant.vertex_inputs().to_vec()).unwrap_or_default()
     }
 
     /// The attributes of one buffer: each with its name, its vertex format, and its first byte (without it, behind the
@@ -33,8 +32,9 @@ impl PassBuilder<'_> {
             let here = format!("{pointer}/{at}");
             let Some(parsed) = parse_format(format) else {
                 let message = format!("\"{format}\" is not a vertex format");
-                let (at, known) = (format!("{here}/format"), KNOWN_VERTEX_FORMATS);
-                self.report_unknown(codes::HOST_CONTRACT, &at, message, format, known, || {
+                let (at, known) = (format!("{here}/format"), vertex_formats());
+                let known: Vec<&str> = known.iter().map(String::as_str).collect();
+                self.report_unknown(codes::HOST_CONTRACT, &at, message, format, &known, || {
                     "vertex formats have the names of the WebGPU specification, such as \"float32x3\""
                         .to_owned()
                 });
