@@ -15,32 +15,27 @@ impl PassBuilder<'_> {
         let name = &self.outside(name, pointer)?;
         let handle = self.shared.intern_data(name, place, &at);
         let resource = &mut self.shared.resources[handle.index()];
-        match &mut resource.kind {
+        let (code, message, there, help) = match &mut resource.kind {
             ResourceKind::Data(published @ None) => {
                 *published = Some(shape);
                 resource.place = place;
                 resource.pointer = at;
-                Some(self.subresource(handle, SubresourceRange::WHOLE, Version::Newest, pointer))
+                return Some(self.subresource(handle, SubresourceRange::WHOLE, Version::Newest, pointer));
             }
             ResourceKind::Data(Some(_)) => {
                 let message = format!("the data \"{name}\" is published by two passes");
-                let diagnostic = Diagnostic::error(codes::PUBLISHED_TWICE, place, message)
-                    .related(resource.place, "it is published here too")
-                    .help("give one of the two another name")
-                    .pointer(at);
-                self.shared.diagnostics.push(diagnostic);
-                None
+                let help = "give one of the two another name";
+                (codes::PUBLISHED_TWICE, message, "it is published here too", help)
             }
             _ => {
                 let message = format!("\"{name}\" is {}, not blackboard data", resource.kind_name());
-                let diagnostic = Diagnostic::error(codes::WRONG_RESOURCE, place, message)
-                    .related(resource.place, "it is declared here")
-                    .help("publish under a name that no texture or buffer has")
-                    .pointer(at);
-                self.shared.diagnostics.push(diagnostic);
-                None
+                let help = "publish under a name that no texture or buffer has";
+                (codes::WRONG_RESOURCE, message, "it is declared here", help)
             }
-        }
+        };
+        let diagnostic = Diagnostic::error(code, place, message).related(resource.place, there);
+        self.shared.diagnostics.push(diagnostic.help(help).pointer(at));
+        None
     }
 
     /// Reads blackboard data that another pass publishes.
