@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::expression::{self, BinaryOperator, Expression, ExpressionKind, Scope, UnaryOperator, Value};
-use crate::pipeline::{LiveSetting, LiveTarget, Pipeline};
+use crate::pipeline::{LiveSetting, LiveTarget, Pipeline, with_names};
 use crate::shader::{Member, TypeLayout};
 use crate::size::Sizes;
 use crate::source::Span;
@@ -181,20 +181,8 @@ fn element(expression: &Expression, at: usize, scope: &dyn Scope) -> Option<Expr
 
 /// An expression in which values stand for the names of what does not change.
 fn folded(expression: &Expression, sizes: &Sizes<'_>) -> Expression {
-    let fold = |inner: &Expression| Box::new(folded(inner, sizes));
-    let all = |list: &[Expression]| list.iter().map(|inner| folded(inner, sizes)).collect();
-    let kind = match &expression.kind {
-        ExpressionKind::Name(name) if !sizes.is_live(name) => match sizes.lookup(name) {
-            Some(value) => ExpressionKind::Literal(value),
-            None => expression.kind.clone(),
-        },
-        ExpressionKind::Name(_) | ExpressionKind::Literal(_) => expression.kind.clone(),
-        ExpressionKind::Unary(operator, a) => ExpressionKind::Unary(*operator, fold(a)),
-        ExpressionKind::Binary(operator, a, b) => ExpressionKind::Binary(*operator, fold(a), fold(b)),
-        ExpressionKind::Conditional(a, b, c) => ExpressionKind::Conditional(fold(a), fold(b), fold(c)),
-        ExpressionKind::Index(a, b) => ExpressionKind::Index(fold(a), fold(b)),
-        ExpressionKind::Call(name, list) => ExpressionKind::Call(name.clone(), all(list)),
-        ExpressionKind::List(list) => ExpressionKind::List(all(list)),
-    };
-    Expression { range: expression.range.clone(), kind }
+    with_names(expression, &|name| {
+        let value = if sizes.is_live(name) { None } else { sizes.lookup(name) };
+        value.map_or_else(|| ExpressionKind::Name(name.to_owned()), ExpressionKind::Literal)
+    })
 }

@@ -255,29 +255,11 @@ impl Environment {
         is_resource: &dyn Fn(&str) -> bool,
         live: bool,
     ) -> Expression {
-        let close = |inner: &Expression| Box::new(self.close_with(inner, is_resource, live));
-        let kind = match &expression.kind {
-            ExpressionKind::Name(name) if live && self.following.contains_key(name) => {
-                ExpressionKind::Name(self.following[name].clone())
-            }
-            ExpressionKind::Name(name) => match self.locals.get(name) {
-                Some(value) => ExpressionKind::Literal(value.clone()),
-                None => ExpressionKind::Name(self.close_name(name, is_resource).into_owned()),
-            },
-            ExpressionKind::Literal(value) => ExpressionKind::Literal(value.clone()),
-            ExpressionKind::Unary(operator, a) => ExpressionKind::Unary(*operator, close(a)),
-            ExpressionKind::Binary(operator, a, b) => ExpressionKind::Binary(*operator, close(a), close(b)),
-            ExpressionKind::Conditional(a, b, c) => ExpressionKind::Conditional(close(a), close(b), close(c)),
-            ExpressionKind::Index(a, b) => ExpressionKind::Index(close(a), close(b)),
-            ExpressionKind::Call(name, list) => ExpressionKind::Call(
-                name.clone(),
-                list.iter().map(|item| self.close_with(item, is_resource, live)).collect(),
-            ),
-            ExpressionKind::List(list) => ExpressionKind::List(
-                list.iter().map(|item| self.close_with(item, is_resource, live)).collect(),
-            ),
-        };
-        Expression { range: expression.range.clone(), kind }
+        with_names(expression, &|name| match (self.following.get(name), self.locals.get(name)) {
+            (Some(outside), _) if live => ExpressionKind::Name(outside.clone()),
+            (_, Some(value)) => ExpressionKind::Literal(value.clone()),
+            (_, None) => ExpressionKind::Name(self.close_name(name, is_resource).into_owned()),
+        })
     }
 
     fn close_name<'a>(&self, name: &'a str, is_resource: &dyn Fn(&str) -> bool) -> Cow<'a, str> {
@@ -334,6 +316,23 @@ impl Environment {
         result.push_str(&text[at..]);
         Ok(result.into())
     }
+}
+
+/// The same expression with something else in place of each name.
+pub fn with_names(expression: &Expression, replaced: &dyn Fn(&str) -> ExpressionKind) -> Expression {
+    let one = |inner: &Expression| Box::new(with_names(inner, replaced));
+    let all = |list: &[Expression]| list.iter().map(|inner| with_names(inner, replaced)).collect();
+    let kind = match &expression.kind {
+        ExpressionKind::Name(name) => replaced(name),
+        ExpressionKind::Literal(_) => expression.kind.clone(),
+        ExpressionKind::Unary(operator, a) => ExpressionKind::Unary(*operator, one(a)),
+        ExpressionKind::Binary(operator, a, b) => ExpressionKind::Binary(*operator, one(a), one(b)),
+        ExpressionKind::Conditional(a, b, c) => ExpressionKind::Conditional(one(a), one(b), one(c)),
+        ExpressionKind::Index(a, b) => ExpressionKind::Index(one(a), one(b)),
+        ExpressionKind::Call(name, list) => ExpressionKind::Call(name.clone(), all(list)),
+        ExpressionKind::List(list) => ExpressionKind::List(all(list)),
+    };
+    Expression { range: expression.range.clone(), kind }
 }
 
 /// The names that an expression in an environment can see.

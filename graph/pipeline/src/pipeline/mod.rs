@@ -47,7 +47,7 @@ pub use builder::{
     Evaluate, Face, LiveSettings, PassBuilder, Produced, SubresourceRangeSettings, axis_value, whole,
 };
 pub use derived::Derived;
-pub use environment::Environment;
+pub use environment::{Environment, with_names};
 pub use expression_diagnostic::expression_diagnostic;
 pub use history::History;
 pub use inlined::inlined;
