@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use super::shared::is_said;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::pipeline::modules::{Chosen, Modules};
 use crate::pipeline::{Program, ProgramBinding, ProgramVariant};
@@ -66,43 +67,23 @@ impl Programs {
             let module = self.module(template, values, place, pointer, diagnostics)?;
             variants.push(ProgramVariant { properties: active, module, entry_points: entry_points.clone() });
         }
-        match Program::new(template.clone(), axes.clone(), variants, place) {
-            Ok(program) if program.bindings.iter().any(|binding| self.is_beyond(binding)) => {
-                let beyond: Vec<_> =
-                    program.bindings.iter().filter(|binding| self.is_beyond(binding)).collect();
-                for binding in beyond {
-                    let message = format!(
-                        "{template} declares \"{}\" at @group({}) @binding({})",
-                        binding.name, binding.group, binding.entry.binding
-                    );
-                    let limits = &self.profile.limits;
-                    let help = format!(
-                        "groups are below {}, bindings below {}",
-                        limits.max_bind_groups, limits.max_bindings_per_bind_group
-                    );
-                    diagnostics.push(
-                        Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help),
-                    );
-                }
-                None
-            }
-            Ok(program) => {
-                for excess in self.excess(&program) {
-                    let message = format!("the variants of {template} together bind {excess} in a stage");
-                    diagnostics.push(
-                        Diagnostic::error(codes::DEVICE_RULE, place, message)
-                            .pointer(pointer)
-                            .help("variants share one layout: let them share bindings, or draw them in passes of their own"),
-                    );
-                }
-                self.list.push(Arc::new(program));
-                Some(ProgramHandle(self.list.len() as u32 - 1))
-            }
-            Err(own_diagnostics) => {
-                diagnostics.extend(own_diagnostics.into_iter().map(|diagnostic| diagnostic.pointer(pointer)));
-                None
-            }
+        let program = Program::new(template.clone(), axes.clone(), variants, place);
+        let program = program.and_then(|program| match self.beyond(&program, place) {
+            beyond if beyond.is_empty() => Ok(program),
+            beyond => Err(beyond),
+        });
+        let mut report =
+            |own: Vec<Diagnostic>| diagnostics.extend(own.into_iter().map(|one| one.pointer(pointer)));
+        let program = program.map_err(&mut report).ok()?;
+        for excess in self.excess(&program) {
+            let message = format!("the variants of {template} together bind {excess} in a stage");
+            let help =
+                "variants share one layout: let them share bindings, or draw them in passes of their own";
+            let diagnostic = Diagnostic::error(codes::DEVICE_RULE, place, message);
+            diagnostics.push(diagnostic.pointer(pointer).help(help));
         }
+        self.list.push(Arc::new(program));
+        Some(ProgramHandle(self.list.len() as u32 - 1))
     }
 
     /// What the layout of a program has too much of, though each variant alone does not: that is its shader's
@@ -118,10 +99,19 @@ impl Programs {
         exceeded_by_layout(program.bindings.iter().map(|binding| &binding.entry), &self.profile)
     }
 
-    /// Whether a binding has a number that no device of the profile allows.
-    fn is_beyond(&self, binding: &ProgramBinding) -> bool {
-        let limits = &self.profile.limits;
-        binding.group >= limits.max_bind_groups || binding.entry.binding >= limits.max_bindings_per_bind_group
+    /// The diagnostics of bindings with a number that no device of the profile allows.
+    fn beyond(&self, program: &Program, place: Span) -> Vec<Diagnostic> {
+        let (groups, bindings) =
+            (self.profile.limits.max_bind_groups, self.profile.limits.max_bindings_per_bind_group);
+        let is_beyond = |one: &&ProgramBinding| one.group >= groups || one.entry.binding >= bindings;
+        let diagnostic = |one: &ProgramBinding| {
+            let (name, group, binding) = (&one.name, one.group, one.entry.binding);
+            let message =
+                format!("{} declares \"{name}\" at @group({group}) @binding({binding})", program.template);
+            let help = format!("groups are below {groups}, bindings below {bindings}");
+            Diagnostic::error(codes::DEVICE_RULE, place, message).help(help)
+        };
+        program.bindings.iter().filter(is_beyond).map(diagnostic).collect()
     }
 
     fn module(
@@ -150,11 +140,7 @@ impl Programs {
                 diagnostic = diagnostic.related(place, "used by this pass");
             }
             // The same error in a second variant, or a second pass, is the same error.
-            let known = diagnostics.iter().any(|known| {
-                (known.code, &known.place, &known.message)
-                    == (diagnostic.code, &diagnostic.place, &diagnostic.message)
-            });
-            if !known {
+            if !is_said(diagnostics, &diagnostic) {
                 diagnostics.push(diagnostic);
             }
         }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::VIEWPORT;
 use super::programs::Programs;
 use crate::data::ValueType;
-use crate::diagnostic::Diagnostics;
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::document;
 use crate::expression::{
     Expression, ExpressionError, ExpressionKind, Scope as _, Value, parse, unknown_name,
@@ -162,11 +162,7 @@ impl Shared {
                 self.diagnostics.push(diagnostic);
                 continue;
             }
-            let known = self.diagnostics.iter().any(|known| {
-                (known.code, &known.place, &known.message)
-                    == (diagnostic.code, &diagnostic.place, &diagnostic.message)
-            });
-            if !known {
+            if !is_said(&self.diagnostics, &diagnostic) {
                 for place in &environment.used_at {
                     diagnostic = diagnostic.related(*place, "used here");
                 }
@@ -196,4 +192,13 @@ impl Shared {
             _ => expression.parts().find_map(|part| self.unknown_name(part)),
         }
     }
+}
+
+/// Whether the same was said of the same place.
+pub(super) fn is_said(diagnostics: &Diagnostics, diagnostic: &Diagnostic) -> bool {
+    let same = |known: &Diagnostic| {
+        (known.code, &known.place, &known.message)
+            == (diagnostic.code, &diagnostic.place, &diagnostic.message)
+    };
+    diagnostics.iter().any(same)
 }
