@@ -6,7 +6,7 @@ use super::{Evaluate, PassBuilder};
 use crate::diagnostic::{codes, suggested_name};
 use crate::document;
 use crate::language::Expr;
-use crate::pipeline::LiveTarget;
+use crate::pipeline::{LiveTarget, Program, ProgramBinding};
 use crate::shader::TypeLayout;
 use crate::work::BlockValues;
 
@@ -14,12 +14,13 @@ impl PassBuilder<'_> {
     /// Expressions for the members of a block: for all of them, or for those that other values leave.
     pub(super) fn block_values(
         &mut self,
-        (binding, layout): (&str, &TypeLayout),
+        program: &Program,
+        binding: &ProgramBinding,
         values: &BTreeMap<String, Expr>,
         at: &str,
-        template: &str,
         all: bool,
     ) -> Option<BlockValues> {
+        let layout = binding.block.as_ref()?;
         let TypeLayout::Struct { members, .. } = layout else {
             let message = "values are bound to a struct";
             let help = "declare the uniform as a struct in the template";
@@ -30,7 +31,8 @@ impl PassBuilder<'_> {
         for name in values.keys().filter(|name| !members.iter().any(|member| member.name == **name)) {
             let names: Vec<&str> = members.iter().map(|member| member.name.as_str()).collect();
             let here = document::pointer_join(at, name);
-            if !self.is_of_another_variant(template, (binding, Some(name)), &here, &names) {
+            let member = (binding.name.as_str(), Some(name.as_str()));
+            if !self.is_of_another_variant(&program.template, member, &here, &names) {
                 unknown.push(name);
                 fine = false;
             }

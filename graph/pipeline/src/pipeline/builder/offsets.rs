@@ -9,18 +9,20 @@ use std::collections::BTreeMap;
 use super::{Evaluate, PassBuilder};
 use crate::diagnostic::{codes, suggested_name};
 use crate::document;
+use crate::pipeline::{Program, ProgramBinding};
 use crate::shader::{Member, TypeLayout};
 
 impl PassBuilder<'_> {
     /// Holds the members of a block to offsets; `None` after a diagnostic.
     pub(super) fn block_offsets(
         &mut self,
-        layout: &TypeLayout,
+        program: &Program,
+        binding: &ProgramBinding,
         offsets: &BTreeMap<String, u32>,
         at: &str,
-        template: &str,
     ) -> Option<()> {
-        let TypeLayout::Struct { name, members, .. } = layout else { return Some(()) };
+        let template = &program.template;
+        let TypeLayout::Struct { name, members, .. } = binding.block.as_ref()? else { return Some(()) };
         let mut placed: Vec<(&Member, u32)> = Vec::new();
         let mut fine = true;
         for (name, offset) in offsets {
@@ -41,12 +43,8 @@ impl PassBuilder<'_> {
                     "\"{name}\" cannot lie at byte {offset}: of {spelling} it is a multiple of {align}"
                 );
                 let below = offset / align * align;
-                self.misplaced(
-                    at,
-                    name,
-                    message,
-                    format!("write {below} or {}", below.saturating_add(align)),
-                );
+                let help = format!("write {below} or {}", below.saturating_add(align));
+                self.misplaced(at, name, message, help);
                 fine = false;
                 continue;
             }

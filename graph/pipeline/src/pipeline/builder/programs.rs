@@ -9,7 +9,7 @@ use crate::expression::{Expression, ExpressionKind, Value};
 use crate::language::Expr;
 use crate::pipeline::load::Shared;
 use crate::pipeline::modules::{Chosen, EntryPoints};
-use crate::shader::{self, Axes, AxisKind, AxisValue, AxisValues};
+use crate::shader::{self, Axis, AxisKind, AxisValue, AxisValues};
 use crate::work::ProgramHandle;
 
 impl PassBuilder<'_> {
@@ -32,20 +32,15 @@ impl PassBuilder<'_> {
         let shader_at = format!("{pointer}/shader");
         let templates = self.shared.programs.templates.clone();
         let Some(known) = templates.axes(template) else {
-            let diagnostic = self
-                .shared
-                .programs
-                .templates
-                .unknown(template, self.place(&shader_at))
-                .pointer(self.absolute(&shader_at));
-            self.shared.diagnostics.push(diagnostic);
+            let diagnostic = templates.unknown(template, self.place(&shader_at));
+            self.shared.diagnostics.push(diagnostic.pointer(self.absolute(&shader_at)));
             return None;
         };
         let mut values = AxisValues::new();
         let mut fine = true;
         for (name, expr) in axes {
             let at = || document::pointer_join(&format!("{pointer}/axes"), name);
-            if known.get(name).is_none() {
+            let Some(axis) = known.get(name) else {
                 // A declaration that nobody can read is the diagnostic.
                 if templates.has_lost_axes(template) {
                     continue;
@@ -57,11 +52,11 @@ impl PassBuilder<'_> {
                 });
                 fine = false;
                 continue;
-            }
+            };
             match self.evaluate(expr, &at()) {
                 Ok(value) => match axis_value(&value) {
-                    Some(value) if !known.get(name).is_some_and(|axis| axis.kind.contains(&value)) => {
-                        self.axis_value_error(template, known, name, &value, &at());
+                    Some(value) if !axis.kind.contains(&value) => {
+                        self.axis_value_error(template, axis, &value, &at());
                         fine = false;
                     }
                     Some(value) => {
@@ -71,11 +66,8 @@ impl PassBuilder<'_> {
                         values.insert(name.clone(), value);
                     }
                     None => {
-                        self.wrong_type::<()>(
-                            &at(),
-                            "a boolean, a whole number or a word",
-                            value.kind_name(),
-                        );
+                        let wanted = "a boolean, a whole number or a word";
+                        self.wrong_type::<()>(&at(), wanted, value.kind_name());
                         fine = false;
                     }
                 },
@@ -85,11 +77,9 @@ impl PassBuilder<'_> {
                         ExpressionKind::Name(word) if error.unknown.is_some() => Some(AxisValue::Name(word)),
                         _ => None,
                     });
-                    let has_words = known.get(name).is_some_and(|axis| {
-                        matches!(axis.kind, AxisKind::Enum(_) | AxisKind::TextureFormat(_))
-                    });
+                    let has_words = matches!(axis.kind, AxisKind::Enum(_) | AxisKind::TextureFormat(_));
                     match word.filter(|_| !has_words) {
-                        Some(word) => self.axis_value_error(template, known, name, &word, &at()),
+                        Some(word) => self.axis_value_error(template, axis, &word, &at()),
                         None => self.expression_error(&error, &at()),
                     }
                     fine = false;
@@ -97,29 +87,19 @@ impl PassBuilder<'_> {
             }
         }
         for axis in known.iter() {
-            if !values.contains_key(&axis.name) {
-                let name = Expression { range: 0..0, kind: ExpressionKind::Name(axis.name.clone()) };
-                let (place, at) = (self.place(&shader_at), self.absolute(&shader_at));
-                self.shared.fix(&name, self.environment, place, &at);
+            if values.contains_key(&axis.name) {
+                continue;
             }
-            if !values.contains_key(&axis.name)
-                && let Some(value) =
-                    self.environment.axis(&axis.name, &self.shared.scope).as_ref().and_then(axis_value)
-            {
-                values.insert(axis.name.clone(), value);
-            }
+            let name = Expression { range: 0..0, kind: ExpressionKind::Name(axis.name.clone()) };
+            let (place, at) = (self.place(&shader_at), self.absolute(&shader_at));
+            self.shared.fix(&name, self.environment, place, &at);
+            let value = self.environment.axis(&axis.name, &self.shared.scope);
+            let value = value.as_ref().and_then(axis_value);
+            values.extend(value.map(|value| (axis.name.clone(), value)));
         }
-        let properties: Vec<String> = match geometry {
-            None => Vec::new(),
-            Some(geometry) => self
-                .shared
-                .geometry
-                .get(geometry)
-                .map(|contract| {
-                    contract.variants.iter().filter(|name| known.get(name).is_some()).cloned().collect()
-                })
-                .unwrap_or_default(),
-        };
+        let contract = geometry.and_then(|geometry| self.shared.geometry.get(geometry));
+        let properties = contract.into_iter().flat_map(|contract| &contract.variants);
+        let properties: Vec<String> = properties.filter(|name| known.get(name).is_some()).cloned().collect();
         // What neither the pass nor the pipeline says has its default, whatever the configuration.
         let said = |name: &String| values.contains_key(name) || properties.contains(name);
         let unsaid = known.iter().filter(|axis| !said(&axis.name));
@@ -140,16 +120,8 @@ impl PassBuilder<'_> {
     }
 
     /// Reports a value that is none of its axis.
-    fn axis_value_error(
-        &mut self,
-        template: &str,
-        axes: &Axes,
-        name: &str,
-        value: &AxisValue,
-        pointer: &str,
-    ) {
-        let Some(axis) = axes.get(name) else { return };
-        let message = format!("{value} is not a value of the axis \"{name}\" of {template}");
+    fn axis_value_error(&mut self, template: &str, axis: &Axis, value: &AxisValue, pointer: &str) {
+        let message = format!("{value} is not a value of the axis \"{}\" of {template}", axis.name);
         let known: &[String] = match &axis.kind {
             AxisKind::Enum(words) | AxisKind::TextureFormat(words) => words,
             AxisKind::Bool | AxisKind::Integer { .. } => &[],
@@ -177,24 +149,15 @@ impl PassBuilder<'_> {
             let missing = program.variants.iter().find(|variant| variant.entry_point(*stage).is_none());
             let Some(variant) = missing else { continue };
             let entries = &variant.module.reflection.entry_points;
-            let known: Vec<&str> = entries
-                .iter()
-                .filter(|entry| entry.stage == *stage)
-                .map(|entry| entry.name.as_str())
-                .collect();
-            let stage = stage.name();
+            let known = entries.iter().filter(|entry| entry.stage == *stage);
+            let known: Vec<&str> = known.map(|entry| entry.name.as_str()).collect();
+            let (code, stage) = (codes::UNKNOWN_ENTRY_POINT, stage.name());
             let message = format!("{} has no @{stage} entry point \"{name}\"", program.template);
-            self.report_unknown(
-                codes::UNKNOWN_ENTRY_POINT,
-                &format!("{pointer}/{stage}"),
-                message,
-                name,
-                &known,
-                || match &known[..] {
-                    [] => format!("it has none of the stage @{stage}"),
-                    known => format!("it has {}", known.join(", ")),
-                },
-            );
+            let at = format!("{pointer}/{stage}");
+            self.report_unknown(code, &at, message, name, &known, || match &known[..] {
+                [] => format!("it has none of the stage @{stage}"),
+                known => format!("it has {}", known.join(", ")),
+            });
             return None;
         }
         Some(())

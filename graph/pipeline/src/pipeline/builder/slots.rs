@@ -117,14 +117,8 @@ impl PassBuilder<'_> {
                 format!("it has with {}: let the pass take these values, or remove this", describe(&other));
             self.report(codes::UNKNOWN_BINDING, here, message, help);
         } else {
-            self.report_unknown(
-                codes::UNKNOWN_BINDING,
-                here,
-                what,
-                member.unwrap_or(binding),
-                names,
-                otherwise,
-            );
+            let unknown = member.unwrap_or(binding);
+            self.report_unknown(codes::UNKNOWN_BINDING, here, what, unknown, names, otherwise);
         }
         false
     }
@@ -191,37 +185,21 @@ impl PassBuilder<'_> {
             }
             BindingType::Buffer { ty, .. } => match bind {
                 Bind::Object(BindObject::Values(values)) => {
-                    let layout = binding.block.as_ref()?;
                     let at = format!("{here}/values");
-                    self.block_values((&binding.name, layout), values, &at, &program.template, true)
-                        .map(SlotSource::Values)
+                    self.block_values(program, binding, values, &at, true).map(SlotSource::Values)
                 }
                 Bind::Object(BindObject::Block(block)) => {
-                    let layout = binding.block.as_ref()?;
                     let at = format!("{here}/block");
-                    let placed = self.block_offsets(
-                        layout,
-                        &block.offsets,
-                        &format!("{at}/offsets"),
-                        &program.template,
-                    );
-                    let named = (binding.name.as_str(), layout);
-                    let values_at = format!("{at}/values");
+                    let placed =
+                        self.block_offsets(program, binding, &block.offsets, &format!("{at}/offsets"));
                     let values =
-                        self.block_values(named, &block.values, &values_at, &program.template, true)?;
+                        self.block_values(program, binding, &block.values, &format!("{at}/values"), true)?;
                     placed.map(|()| SlotSource::Values(values))
                 }
                 Bind::Object(BindObject::Data(data)) => {
-                    let layout = binding.block.as_ref()?;
                     let at = format!("{here}/data");
-                    let values_at = format!("{at}/values");
-                    let values = self.block_values(
-                        (&binding.name, layout),
-                        &data.values,
-                        &values_at,
-                        &program.template,
-                        false,
-                    );
+                    let values =
+                        self.block_values(program, binding, &data.values, &format!("{at}/values"), false);
                     let data = self.data(&data.name, &format!("{at}/name"))?;
                     Some(SlotSource::Data { data, values: Some(values?) })
                 }
@@ -278,8 +256,8 @@ impl PassBuilder<'_> {
                 return self.reject(codes::WRONG_RESOURCE, here, message, help);
             }
         };
-        let (name, range, shape, format, at) = match bind {
-            Bind::Name(name) => (name, SubresourceRange::WHOLE, None, None, here.to_owned()),
+        let (name, range, usage, shape, format, at) = match bind {
+            Bind::Name(name) => (name, SubresourceRange::WHOLE, usage, None, None, here.to_owned()),
             Bind::Object(BindObject::Texture(texture)) => {
                 let at = format!("{here}/texture");
                 let range = self.subresource_range(&texture.range, &at)?;
@@ -287,17 +265,12 @@ impl PassBuilder<'_> {
                     Some(name) => Some(self.format(name, &format!("{at}/format"))?),
                     None => None,
                 };
-                (&texture.name, range, texture.view, format, format!("{at}/name"))
+                let usage = self.written(usage, texture.contents.as_ref(), &at)?;
+                (&texture.name, range, usage, texture.view, format, format!("{at}/name"))
             }
             Bind::Object(_) => {
                 return self.reject(codes::WRONG_RESOURCE, here, wanted(), "bind the name of a texture");
             }
-        };
-        let usage = match bind {
-            Bind::Object(BindObject::Texture(texture)) => {
-                self.written(usage, texture.contents.as_ref(), &format!("{here}/texture"))?
-            }
-            _ => usage,
         };
         // Storage is one mip level.
         if let Some(IndexRange { count: count @ 2.., .. }) = range.mip.filter(|_| usage != Usage::Sampled) {
