@@ -5,109 +5,108 @@
 //! shaders by [`crate::draw::check_host`]: of hosts that the registry states, with each load; of any other, when an
 //! executor is made.
 
-use super::{Evaluate, PassBuilder, Program};
+use super::{Evaluate, PassBuilder, Program, ProgramBinding, ProgramVariant};
 use crate::diagnostic::{codes, suggested_name};
-use crate::draw::MATERIAL_GROUP;
-use crate::language::HostBinding;
-use crate::shader::{Member, TypeLayout};
+use crate::draw::{MATERIAL_GROUP, OBJECT_GROUP};
+use crate::language::{GeometryDeclaration, HostBinding};
+use crate::shader::{Member, TypeLayout, VertexInput};
+
+/// What is wrong, and the way out.
+type Misfit = (String, String);
 
 /// Checks a program against a contract; reports, and says whether it fits.
 pub(super) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Program, pointer: &str) -> bool {
-    let Some(contract) = pass.shared.geometry.get(geometry).cloned() else { return false };
-    let at = format!("{pointer}/shader");
-    let template = &program.template;
-    let mut fine = true;
-    let mut report = |pass: &mut PassBuilder<'_>, message: String, help: String| {
-        pass.report(codes::HOST_CONTRACT, &at, message, help);
-        fine = false;
-    };
-    for variant in &program.variants {
-        for input in variant.vertex_inputs() {
-            let Some(format) = contract.vertex.get(&input.name) else {
-                let help = suggestion(&input.name, contract.vertex.keys(), "vertex");
-                report(
-                    pass,
-                    format!(
-                        "{template} reads the vertex input \"{}\", which \"{geometry}\" does not provide",
-                        input.name
-                    ),
-                    help,
-                );
-                continue;
-            };
-            match parse_format(format) {
-                Some(format) if compatible(format, input.format) => {}
-                Some(_) => report(
-                    pass,
-                    format!(
-                        "{template} reads \"{}\" as {}, \"{geometry}\" provides {format}",
-                        input.name,
-                        format_name(input.format)
-                    ),
-                    "change the template's type, or the format that the host provides".to_owned(),
-                ),
-                None => report(
-                    pass,
-                    format!("\"{format}\" of the vertex input \"{}\" is not a vertex format", input.name),
-                    "the formats are those of WebGPU, such as float32x3, unorm8x4, uint16x4".to_owned(),
-                ),
-            }
-        }
-    }
-    for binding in program.bindings.iter().filter(|binding| binding.group >= MATERIAL_GROUP) {
-        let (section, provided) = if binding.group == MATERIAL_GROUP {
-            ("material", &contract.material)
-        } else {
-            ("object", &contract.object)
-        };
-        match (provided.get(&binding.name), &binding.block) {
-            (None, _) => {
-                let help = suggestion(&binding.name, provided.keys(), section);
-                let message = format!(
-                    "{template} binds \"{}\" in group {}, which \"{geometry}\" does not provide",
-                    binding.name, binding.group
-                );
-                report(pass, message, help);
-            }
-            (Some(HostBinding::Opaque(type_name)), None) if *type_name == binding.type_name => {}
-            (Some(provided), Some(layout)) if members_of(provided, layout).is_some() => {
-                let Some((members, wanted)) = members_of(provided, layout) else { continue };
-                for member in wanted {
-                    match members.get(&member.name) {
-                        Some(type_name) if *type_name == member.layout.spelling() => {}
-                        Some(type_name) => report(
-                            pass,
-                            format!(
-                                "{template} reads \"{}.{}\" as {}, \"{geometry}\" provides {type_name}",
-                                binding.name,
-                                member.name,
-                                member.layout.spelling()
-                            ),
-                            "change the template's type, or what the host provides".to_owned(),
-                        ),
-                        None => report(
-                            pass,
-                            format!(
-                                "{template} reads \"{}.{}\", which \"{geometry}\" does not provide",
-                                binding.name, member.name
-                            ),
-                            suggestion(&member.name, members.keys(), &format!("{section}.{}", binding.name)),
-                        ),
-                    }
-                }
-            }
-            (Some(_), _) => report(
-                pass,
-                format!(
-                    "{template} declares \"{}\" as {}, \"{geometry}\" provides something else",
-                    binding.name, binding.type_name
-                ),
-                "write textures and samplers as their WGSL type, blocks as an object of members, arrays as a list with one"
-                    .to_owned(),
-            ),
-        }
+    let Some(contract) = pass.shared.geometry.get(geometry) else { return false };
+    let mut misfits = vertex_misfits(geometry, contract, program);
+    misfits.extend(binding_misfits(geometry, contract, program));
+    let fine = misfits.is_empty();
+    for (message, help) in misfits {
+        pass.report(codes::HOST_CONTRACT, &format!("{pointer}/shader"), message, help);
     }
     fine
+}
+
+fn vertex_misfits(geometry: &str, contract: &GeometryDeclaration, program: &Program) -> Vec<Misfit> {
+    let template = &program.template;
+    let mut misfits = Vec::new();
+    let inputs = program.variants.iter().flat_map(ProgramVariant::vertex_inputs);
+    for VertexInput { name, format: wanted, .. } in inputs {
+        let Some(format) = contract.vertex.get(name) else {
+            let message = format!(
+                "{template} reads the vertex input \"{name}\", which \"{geometry}\" does not provide"
+            );
+            misfits.push((message, suggestion(name, contract.vertex.keys(), "vertex")));
+            continue;
+        };
+        let (message, help) = match parse_format(format) {
+            Some(format) if compatible(format, *wanted) => continue,
+            Some(_) => {
+                let wanted = format_name(*wanted);
+                let message =
+                    format!("{template} reads \"{name}\" as {wanted}, \"{geometry}\" provides {format}");
+                (message, "change the template's type, or the format that the host provides")
+            }
+            None => {
+                let message = format!("\"{format}\" of the vertex input \"{name}\" is not a vertex format");
+                (message, "the formats are those of WebGPU, such as float32x3, unorm8x4, uint16x4")
+            }
+        };
+        misfits.push((message, help.to_owned()));
+    }
+    misfits
+}
+
+fn binding_misfits(geometry: &str, contract: &GeometryDeclaration, program: &Program) -> Vec<Misfit> {
+    let template = &program.template;
+    let mut misfits = Vec::new();
+    for ProgramBinding { group, name, type_name, block, .. } in &program.bindings {
+        let (section, provided) = match *group {
+            MATERIAL_GROUP => ("material", &contract.material),
+            OBJECT_GROUP.. => ("object", &contract.object),
+            _ => continue,
+        };
+        let provided_here = provided.get(name);
+        let members = provided_here.zip(block.as_ref()).and_then(|(own, layout)| members_of(own, layout));
+        match (provided_here, block, members) {
+            (None, ..) => {
+                let message = format!(
+                    "{template} binds \"{name}\" in group {group}, which \"{geometry}\" does not provide"
+                );
+                misfits.push((message, suggestion(name, provided.keys(), section)));
+            }
+            (Some(HostBinding::Opaque(own)), None, _) if own == type_name => {}
+            (_, _, Some((members, wanted))) => {
+                for Member { name: member, layout, .. } in wanted {
+                    let wanted = layout.spelling();
+                    misfits.extend(match members.get(member) {
+                        Some(own) if *own == wanted => None,
+                        Some(own) => {
+                            let message = format!(
+                                "{template} reads \"{name}.{member}\" as {wanted}, \"{geometry}\" provides {own}"
+                            );
+                            let help = "change the template's type, or what the host provides";
+                            Some((message, help.to_owned()))
+                        }
+                        None => {
+                            let message = format!(
+                                "{template} reads \"{name}.{member}\", which \"{geometry}\" does not provide"
+                            );
+                            let section = format!("{section}.{name}");
+                            Some((message, suggestion(member, members.keys(), &section)))
+                        }
+                    });
+                }
+            }
+            _ => {
+                let message = format!(
+                    "{template} declares \"{name}\" as {type_name}, \"{geometry}\" provides something else"
+                );
+                let help = "write textures and samplers as their WGSL type, blocks as an object of members, arrays as a list with one";
+                misfits.push((message, help.to_owned()));
+            }
+        }
+    }
+    misfits
 }
 
 type Members<'a> = (&'a std::collections::BTreeMap<String, String>, &'a [Member]);
