@@ -207,19 +207,12 @@ impl Copies<'_, '_> {
         let ((first, source), (start, destination)) = (self.run(from)?, self.run(to)?);
         if a == b {
             let message = format!("\"{}\" is copied to itself", self.name(a));
-            return self.reject(
-                b,
-                true,
-                message,
-                "bytes are copied to another buffer: let a third lie between",
-            );
+            let help = "bytes are copied to another buffer: let a third lie between";
+            return self.reject(b, true, message, help);
         }
         if source != destination {
-            let message = format!(
-                "{source} bytes of \"{}\" are copied to {destination} of \"{}\"",
-                self.name(a),
-                self.name(b)
-            );
+            let (own, other) = (self.name(a), self.name(b));
+            let message = format!("{source} bytes of \"{own}\" are copied to {destination} of \"{other}\"");
             return self.reject(b, true, message, "give both ends one \"size\"");
         }
         Some(PlannedCopy::Bytes { from: first, to: start, bytes: source })
@@ -255,12 +248,8 @@ impl Copies<'_, '_> {
         if from.texture.resource == to.texture.resource && source.volume && from.mip().first == to.mip().first
         {
             let message = format!("\"{a}\" is copied to itself, within one mip level of a volume");
-            return self.reject(
-                to.texture.resource,
-                true,
-                message,
-                "copy to another texture, and from there back",
-            );
+            let help = "copy to another texture, and from there back";
+            return self.reject(to.texture.resource, true, message, help);
         }
         let sources = self.boxes(from, &source, extent)?;
         let destinations = self.boxes(to, &destination, extent)?;
@@ -379,11 +368,8 @@ impl Copies<'_, '_> {
             }
         };
         if !exists {
-            let message = format!(
-                "\"{}\" is {}: no {word}",
-                self.name(region.texture.resource),
-                format_name(texture.format)
-            );
+            let (name, format) = (self.name(region.texture.resource), format_name(texture.format));
+            let message = format!("\"{name}\" is {format}: no {word}");
             let help = "remove \"aspect\", or choose another format";
             return self.reject(region.texture.resource, written, message, help);
         }

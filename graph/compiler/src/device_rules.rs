@@ -140,15 +140,13 @@ impl Rules<'_> {
             format_name(format),
             self.plan.pipeline.profile.name
         );
-        reject(
-            message,
-            match access {
-                StorageTextureAccess::ReadWrite => {
-                    "read and write r32float, r32sint or r32uint; or read one texture and write another"
-                }
-                _ => "declare a format that the profile guarantees, such as r32uint",
-            },
-        )
+        let help = match access {
+            StorageTextureAccess::ReadWrite => {
+                "read and write r32float, r32sint or r32uint; or read one texture and write another"
+            }
+            _ => "declare a format that the profile guarantees, such as r32uint",
+        };
+        reject(message, help)
     }
 
     fn planned(&self, resource: ResourceHandle) -> Option<&PlannedResource> {
@@ -174,14 +172,12 @@ impl Rules<'_> {
                 let size = self.planned(view.resource)?.size?;
                 let name = self.name(view.resource);
                 if multisampled != (size.samples > 1) {
-                    let help = "declare the binding as texture_multisampled_2d for several samples, as texture_2d for one";
-                    return reject(
-                        format!(
-                            "\"{name}\" has {} samples, \"{}\" is {}",
-                            size.samples, slot.name, binding.type_name
-                        ),
-                        help,
+                    let message = format!(
+                        "\"{name}\" has {} samples, \"{}\" is {}",
+                        size.samples, slot.name, binding.type_name
                     );
+                    let help = "declare the binding as texture_multisampled_2d for several samples, as texture_2d for one";
+                    return reject(message, help);
                 }
                 let layers = view.layer.map_or(size.layers, |run| run.count);
                 let fits = match view.shape {
@@ -199,10 +195,8 @@ impl Rules<'_> {
                     return reject(message, "cubes are square and have six layers each");
                 }
                 if volume != (view.shape == TextureShape::D3) {
-                    return reject(
-                        format!("\"{name}\" cannot be seen as {}", binding.type_name),
-                        "volumes are seen as texture_3d, and nothing else is",
-                    );
+                    let message = format!("\"{name}\" cannot be seen as {}", binding.type_name);
+                    return reject(message, "volumes are seen as texture_3d, and nothing else is");
                 }
                 None
             }
@@ -223,29 +217,22 @@ impl Rules<'_> {
                     ),
                 };
                 if offset % u64::from(align.max(1)) != 0 {
-                    return reject(
-                        format!("\"{name}\" is bound from byte {offset}"),
-                        &format!("{what} bindings start at multiples of {align} bytes"),
-                    );
+                    let help = format!("{what} bindings start at multiples of {align} bytes");
+                    return reject(format!("\"{name}\" is bound from byte {offset}"), &help);
                 }
+                let bound = format!("{bytes} bytes of \"{name}\" are bound");
                 if bytes > max {
-                    return reject(
-                        format!("{bytes} bytes of \"{name}\" are bound"),
-                        &format!("the profile allows {max} for a {what} binding: bind a subresource range"),
-                    );
+                    let help =
+                        format!("the profile allows {max} for a {what} binding: bind a subresource range");
+                    return reject(bound, &help);
                 }
                 let min = binding.block.as_ref().map_or(0, |block| u64::from(block.size()));
                 if bytes < min {
-                    return reject(
-                        format!("{bytes} bytes of \"{name}\" are bound, \"{}\" has {min}", slot.name),
-                        "bind at least what the shader declares",
-                    );
+                    let message = format!("{bound}, \"{}\" has {min}", slot.name);
+                    return reject(message, "bind at least what the shader declares");
                 }
                 if matches!(ty, BufferBindingType::Storage { .. }) && bytes % 4 != 0 {
-                    return reject(
-                        format!("{bytes} bytes of \"{name}\" are bound"),
-                        "storage bindings have a multiple of 4 bytes",
-                    );
+                    return reject(bound, "storage bindings have a multiple of 4 bytes");
                 }
                 None
             }
@@ -262,18 +249,15 @@ impl Rules<'_> {
                             "\"{}\" is written by the shader, but holds values of the host",
                             slot.name
                         );
-                        return reject(
-                            message,
-                            "declare it as var<storage, read> or var<uniform>, or bind a buffer",
-                        );
+                        let help = "declare it as var<storage, read> or var<uniform>, or bind a buffer";
+                        return reject(message, help);
                     }
                 };
-                (bytes > limit).then(|| {
-                    reject(
-                        format!("the block \"{}\" has {bytes} bytes", slot.name),
-                        &format!("the profile allows {limit}"),
-                    )
-                })?
+                if bytes <= limit {
+                    return None;
+                }
+                let message = format!("the block \"{}\" has {bytes} bytes", slot.name);
+                reject(message, &format!("the profile allows {limit}"))
             }
             _ => None,
         }
@@ -304,12 +288,11 @@ impl Rules<'_> {
                 format!("\"{b}\" is {} by {}, \"{a}\" {} by {}", own[0], own[1], wanted[0], wanted[1]);
             return Some(self.reject(target.resource, message, "resolving changes no size"));
         }
-        (target.layer.is_none() && destination.layers != 1 && destination.layers != source.layers).then(
-            || {
-                let message = format!("nothing says which layer of \"{b}\" is resolved to");
-                self.reject(target.resource, message, "add \"layer\"")
-            },
-        )
+        if target.layer.is_some() || destination.layers == 1 || destination.layers == source.layers {
+            return None;
+        }
+        let message = format!("nothing says which layer of \"{b}\" is resolved to");
+        Some(self.reject(target.resource, message, "add \"layer\""))
     }
 
     /// All color attachments of a pass together have a limited number of bytes for each sample, each aligned to its

@@ -85,25 +85,23 @@ impl Program {
                         union.insert((binding.group, binding.binding), (new, label.clone()));
                     }
                     Some((known, first)) => {
-                        let visibility = known.entry.visibility | new.entry.visibility;
                         if (&known.name, known.entry.ty, &known.block)
                             != (&new.name, new.entry.ty, &new.block)
                         {
+                            let declared =
+                                |one: &ProgramBinding| format!("\"{}: {}\"", one.name, one.type_name);
+                            let (one, other) = (declared(known), declared(&new));
+                            let (group, binding) = (binding.group, binding.binding);
                             let message = format!(
-                                "binding {} of group {} is \"{}: {}\" in {first} and \"{}: {}\" in {label}",
-                                binding.binding,
-                                binding.group,
-                                known.name,
-                                known.type_name,
-                                new.name,
-                                new.type_name
+                                "binding {binding} of group {group} is {one} in {first} and {other} in {label}"
                             );
-                            diagnostics.push(
-                                Diagnostic::error(codes::VARIANT_INTERFACE, place, message)
-                                .help(format!("let the variants of {template} declare it alike, or at different bindings")),
+                            let help = format!(
+                                "let the variants of {template} declare it alike, or at different bindings"
                             );
+                            let diagnostic = Diagnostic::error(codes::VARIANT_INTERFACE, place, message);
+                            diagnostics.push(diagnostic.help(help));
                         }
-                        known.entry.visibility = visibility;
+                        known.entry.visibility |= new.entry.visibility;
                     }
                 }
             }

@@ -142,11 +142,9 @@ pub(super) fn features(
                 if other == name {
                     let why = if wanted { "" } else { ", so that it can never be on" };
                     let message = format!("the feature \"{name}\" {words} itself{why}");
-                    diagnostics.push(
-                        Diagnostic::error(codes::FEATURE_CONFLICT, written, message)
-                            .pointer(pointer())
-                            .help("name another feature, or remove it"),
-                    );
+                    let diagnostic = Diagnostic::error(codes::FEATURE_CONFLICT, written, message);
+                    let help = "name another feature, or remove it";
+                    diagnostics.push(diagnostic.pointer(pointer()).help(help));
                     continue;
                 }
                 match is_on(other) {

@@ -71,12 +71,8 @@ impl PassBuilder<'_> {
         }
         if clamp[0] > clamp[1] {
             let message = "the minimum level of detail is above the maximum";
-            return self.reject(
-                codes::OUT_OF_BOUNDS,
-                &format!("{at}/lod_min_clamp"),
-                message,
-                "swap the two",
-            );
+            let pointer = format!("{at}/lod_min_clamp");
+            return self.reject(codes::OUT_OF_BOUNDS, &pointer, message, "swap the two");
         }
         Some(clamp)
     }

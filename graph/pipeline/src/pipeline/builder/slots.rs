@@ -227,12 +227,10 @@ impl PassBuilder<'_> {
                     self.reject(codes::WRONG_RESOURCE, here, wanted("a buffer"), help)
                 }
             },
-            _ => self.reject(
-                codes::WRONG_RESOURCE,
-                here,
-                wanted("of a type that passes cannot bind"),
-                "use a texture, a buffer or a sampler",
-            ),
+            _ => {
+                let message = wanted("of a type that passes cannot bind");
+                self.reject(codes::WRONG_RESOURCE, here, message, "use a texture, a buffer or a sampler")
+            }
         }
     }
 

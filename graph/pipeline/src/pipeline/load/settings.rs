@@ -110,11 +110,9 @@ fn check_twins(document: &Document, diagnostics: &mut Diagnostics) {
         let mut parameters = section(document, "parameters").iter();
         if let Some(twin) = parameters.find(|other| other.key == entry.key) {
             let message = format!("\"{}\" is a feature and a parameter", entry.key);
-            diagnostics.push(
-                Diagnostic::error(codes::BAD_NAME, entry.key_span, message)
-                    .related(twin.key_span, "the parameter")
-                    .help("give one of the two another name"),
-            );
+            let diagnostic = Diagnostic::error(codes::BAD_NAME, entry.key_span, message);
+            let diagnostic = diagnostic.related(twin.key_span, "the parameter");
+            diagnostics.push(diagnostic.help("give one of the two another name"));
         }
     }
 }
