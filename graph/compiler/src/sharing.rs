@@ -75,20 +75,15 @@ fn differences(
             reasons.push(format!("{first} has {what} {x}, {second} {y}"));
         }
     }
-    if a.usages != b.usages && a.usages.is_some() && b.usages.is_some() {
-        reasons.push(format!(
-            "{first} and {second} are used in different ways, and a texture is created for its usages"
-        ));
-    }
-    let buffers = |one: &PlannedResource| match one.physical {
+    let textures = a.usages.zip(b.usages).is_some_and(|(x, y)| x != y);
+    let buffer = |one: &PlannedResource| match one.physical {
         Physical::Buffer(index) => plan.buffers.get(index).map(|buffer| buffer.usages),
         _ => None,
     };
-    if let (Some(x), Some(y)) = (buffers(a), buffers(b))
-        && x != y
-    {
+    let buffers = buffer(a).zip(buffer(b)).is_some_and(|(x, y)| x != y);
+    for what in [textures.then_some("texture"), buffers.then_some("buffer")].into_iter().flatten() {
         reasons.push(format!(
-            "{first} and {second} are used in different ways, and a buffer is created for its usages"
+            "{first} and {second} are used in different ways, and a {what} is created for its usages"
         ));
     }
 }

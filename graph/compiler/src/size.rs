@@ -98,27 +98,17 @@ impl<'a> Sizes<'a> {
         // The frames of a history are all of one size, and what is wrong with it is said once.
         let handle = self.pipeline.resource(handle).history.map_or(handle, |history| history.of);
         let state = self.states.borrow()[handle.index()];
-        match state {
-            State::Known(size) => Some(size),
-            State::Failed => None,
+        let (why, help) = match state {
+            State::Known(size) => return Some(size),
+            State::Failed => return None,
             State::InProgress => {
-                let resource = self.pipeline.resource(handle);
-                let message = format!("the size of \"{}\" depends on itself", resource.name);
-                let help = "give one of the resources a size of its own";
-                self.states.borrow_mut()[handle.index()] = State::Failed;
-                self.reject_at(codes::SIZE_CYCLE, resource, "/texture/size", message, help)
+                ("depends on itself".to_owned(), "give one of the resources a size of its own")
+            }
+            State::Unknown if self.steps.get() >= MAX_STEPS => {
+                let why = format!("is reached over more than {MAX_STEPS} other resources");
+                (why, "say the size with a parameter")
             }
             State::Unknown => {
-                if self.steps.get() >= MAX_STEPS {
-                    let resource = self.pipeline.resource(handle);
-                    let message = format!(
-                        "the size of \"{}\" is reached over more than {MAX_STEPS} other resources",
-                        resource.name
-                    );
-                    let help = "say the size with a parameter";
-                    self.states.borrow_mut()[handle.index()] = State::Failed;
-                    return self.reject_at(codes::SIZE_CYCLE, resource, "/texture/size", message, help);
-                }
                 self.states.borrow_mut()[handle.index()] = State::InProgress;
                 self.steps.set(self.steps.get() + 1);
                 let size = self.evaluate_size(handle);
@@ -126,9 +116,13 @@ impl<'a> Sizes<'a> {
                 let already_failed = matches!(self.states.borrow()[handle.index()], State::Failed);
                 let state = size.filter(|_| !already_failed).map_or(State::Failed, State::Known);
                 self.states.borrow_mut()[handle.index()] = state;
-                size.filter(|_| !already_failed)
+                return size.filter(|_| !already_failed);
             }
-        }
+        };
+        self.states.borrow_mut()[handle.index()] = State::Failed;
+        let resource = self.pipeline.resource(handle);
+        let message = format!("the size of \"{}\" {why}", resource.name);
+        self.reject_at(codes::SIZE_CYCLE, resource, "/texture/size", message, help)
     }
 
     /// The size of a texture.
@@ -199,10 +193,10 @@ impl<'a> Sizes<'a> {
                 };
                 let limits = &self.pipeline.profile.limits;
                 let volume = texture.view == Some(TextureShape::D3);
-                let side =
-                    if volume { limits.max_texture_dimension_3d } else { limits.max_texture_dimension_2d };
-                let deep =
-                    if volume { limits.max_texture_dimension_3d } else { limits.max_texture_array_layers };
+                let (side, deep) = match volume {
+                    true => (limits.max_texture_dimension_3d, limits.max_texture_dimension_3d),
+                    false => (limits.max_texture_dimension_2d, limits.max_texture_array_layers),
+                };
                 let whole = |value: f64, limit: u32, what: &str, pointer: &str| -> Option<u32> {
                     let value = value.floor();
                     if (1.0..=f64::from(limit)).contains(&value) {
@@ -280,9 +274,8 @@ impl<'a> Sizes<'a> {
             Ok(value) => value,
             Err(mut error) => {
                 let names = self.pipeline.resources.iter().map(|resource| resource.name.as_str());
-                let misgiven = error.unknown.as_ref();
-                let misgiven =
-                    misgiven.and_then(|unknown| environment.misgiven(&unknown.name, names.clone()));
+                let unknown = error.unknown.as_ref();
+                let misgiven = unknown.and_then(|one| environment.misgiven(&one.name, names.clone()));
                 environment.widen(&mut error, names);
                 let value = resource.value.nearest(pointer);
                 let pointer = format!("{}{pointer}", resource.pointer);

@@ -10,6 +10,7 @@
 use std::collections::BTreeMap;
 
 use super::graph::Graph;
+use super::partial_read::Left;
 use super::resolved_resources::{Descriptor, ResolvedResources};
 use super::uninitialised;
 use super::visible::{Effort, View, Write};
@@ -110,7 +111,7 @@ pub(super) fn check_outputs(
                 let condition = condition(*pass);
                 view.cover(Write { range: *other, condition, writer: (), passes_on: false });
             }
-            let open = view.open();
+            let open = Left::Boxes(view.open());
             let is_open = |one: &&Access| uninitialised::existing(resolved, one, &open).is_some();
             if let Some(one) = fresh.filter(is_open) {
                 let toggle = &pipeline.toggles[own.toggle];

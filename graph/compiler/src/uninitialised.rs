@@ -63,8 +63,8 @@ pub(super) fn check(
             Left::Toggled(boxes) => {
                 for (_, writer, place, condition) in boxes {
                     let same = boxes.iter().filter(|(_, by, _, on)| (by, on) == (writer, condition));
-                    let same: Vec<Extents> = same.map(|(extents, ..)| *extents).collect();
-                    if let Some(pieces) = existing(resolved, one, &same) {
+                    let same = same.map(|(extents, ..)| *extents).collect();
+                    if let Some(pieces) = existing(resolved, one, &Left::Boxes(same)) {
                         let (reader, writer) = ((read.reader, one), (*writer, *place));
                         diagnostics
                             .push(conditions::taken_away(pipeline, reader, writer, *condition, &pieces));
@@ -79,11 +79,8 @@ pub(super) fn check(
                 }
             }
             left => {
-                let Some(wanted) = wanted(resolved, one) else { continue };
-                let gaps = gaps(&wanted, left);
-                if gaps.iter().any(|(_, _, runs)| !runs.is_empty()) {
-                    diagnostics.push(diagnostic(pipeline, read.reader, one, &pieces(&wanted, &gaps)));
-                }
+                let pieces = existing(resolved, one, left);
+                diagnostics.extend(pieces.map(|pieces| diagnostic(pipeline, read.reader, one, &pieces)));
             }
         }
     }
@@ -118,7 +115,7 @@ fn check_lasting(
                 }
                 view.cover(Write { range, condition: None, writer: rank, passes_on: false });
             }
-            let unwritten = view.unwritten();
+            let unwritten = Left::Boxes(view.unwritten());
             let Some(pieces) = existing(resolved, one, &unwritten).filter(|_| is_known) else { continue };
             let (name, by) = (&resource.name, &pipeline.pass(reader).name);
             let pieces = if pieces.is_empty() { String::new() } else { format!("{pieces} of ") };
@@ -136,10 +133,10 @@ fn check_lasting(
     }
 }
 
-/// What of boxes a use covers and exists, in words: empty for all of it, `None` for nothing.
-pub(super) fn existing(resolved: &ResolvedResources<'_>, one: &Access, boxes: &[Extents]) -> Option<String> {
+/// What exists of what is left of an access, in words: empty for all of it, `None` for nothing.
+pub(super) fn existing(resolved: &ResolvedResources<'_>, one: &Access, left: &Left) -> Option<String> {
     let wanted = wanted(resolved, one)?;
-    let gaps = gaps(&wanted, &Left::Boxes(boxes.to_vec()));
+    let gaps = gaps(&wanted, left);
     gaps.iter().any(|(_, _, runs)| !runs.is_empty()).then(|| pieces(&wanted, &gaps))
 }
 
@@ -173,12 +170,9 @@ fn check_earlier_frames(
                     let condition = condition(*writer);
                     view.cover(Write { range: *range, condition, writer: rank, passes_on: false });
                 }
-                let toggled = view.toggled().into_iter();
-                toggled
-                    .filter_map(|(extents, rank, off)| {
-                        Some((existing(resolved, one, &[extents])?, rank, off))
-                    })
-                    .next()
+                view.toggled().into_iter().find_map(|(extents, rank, off)| {
+                    Some((existing(resolved, one, &Left::Boxes(vec![extents]))?, rank, off))
+                })
             });
             let Some((pieces, rank, off)) = stale else { continue };
             let writer = writers[rank].1;

@@ -21,17 +21,16 @@ pub struct StaticScope {
 impl StaticScope {
     /// The scope of these parameters and features.
     pub fn new(parameters: &BTreeMap<String, Parameter>, features: &BTreeMap<String, Feature>) -> Self {
-        let words_of = |name: &String, value: &Value, words: &[String]| {
-            matches!(value, Value::Text(_)).then(|| (name.clone(), words.to_vec()))
-        };
-        let of_parameters =
-            parameters.iter().filter_map(|(name, one)| words_of(name, &one.value, &one.declaration.values));
-        let of_features =
-            features.iter().filter_map(|(name, one)| words_of(name, &one.value, &one.declaration.values));
-        let words = of_parameters.chain(of_features).collect();
-        let parameters = parameters.iter().map(|(name, parameter)| (name.clone(), parameter.value.clone()));
-        let features = features.iter().map(|(name, feature)| (name.clone(), feature.value.clone()));
-        Self { values: parameters.chain(features).collect(), words, ..Self::default() }
+        let parameters = parameters.iter().map(|(name, one)| (name, &one.value, &one.declaration.values));
+        let features = features.iter().map(|(name, one)| (name, &one.value, &one.declaration.values));
+        let mut scope = Self::default();
+        for (name, value, words) in parameters.chain(features) {
+            scope.give(name, value);
+            if matches!(value, Value::Text(_)) {
+                scope.words.insert(name.clone(), words.clone());
+            }
+        }
+        scope
     }
 
     /// Where the expression of a derived value stands.
@@ -43,7 +42,7 @@ impl StaticScope {
     #[must_use]
     pub fn with_derived(mut self, derived: &BTreeMap<String, Derived>) -> Self {
         for (name, one) in derived {
-            self.values.insert(name.clone(), one.value.clone());
+            self.give(name, &one.value);
             self.derived.insert(name.clone(), one.place);
             self.words.extend(one.words.clone().map(|words| (name.clone(), words)));
         }
@@ -53,7 +52,7 @@ impl StaticScope {
     /// The same, with values that subgraphs are given.
     #[must_use]
     pub fn with_given(mut self, given: &BTreeMap<String, Value>) -> Self {
-        self.values.extend(given.iter().map(|(name, value)| (name.clone(), value.clone())));
+        given.iter().for_each(|(name, value)| self.give(name, value));
         self
     }
 
