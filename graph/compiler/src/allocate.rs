@@ -8,13 +8,12 @@
 //! Cost: linear in resources but for sorting them by name and by start.
 
 use super::history;
-use super::lifetime::{AllocationRequest, Assignment, assign};
+use super::lifetime::{AllocationRequest, Assignment, assign, by_start};
 use super::physical::{Physical, PhysicalBuffer, PhysicalTexture};
 use super::planned::{Fixed, Plan, PlannedResource};
-use super::resolved_resources::{Descriptor, ResolvedResources};
+use super::resolved_resources::{Descriptor, ResolvedResources, TextureProperties};
 use crate::language::Lifetime;
 use crate::pipeline::ResourceKind;
-use crate::work::ResourceHandle;
 
 /// The maximum number of bytes that a label grows to before the rest of its names is left out.
 const LABEL_BYTES: usize = 120;
@@ -27,7 +26,7 @@ pub(super) fn allocate(plan: &mut Plan, resolved: &ResolvedResources<'_>) {
     let fixed = plan.fixed.clone();
     let Fixed { spans, conditional, aliasing, .. } = &*fixed;
     let pipeline = plan.pipeline.clone();
-    let (mut textures, mut buffers) = (Kind::default(), Kind::default());
+    let (mut wanted, mut requests) = (Vec::new(), Vec::new());
     let mut peak = Peak::new(resolved.classes, plan.passes.len());
     let end = plan.passes.len().saturating_sub(1);
     for handle in pipeline.resource_handles() {
@@ -41,43 +40,25 @@ pub(super) fn allocate(plan: &mut Plan, resolved: &ResolvedResources<'_>) {
         let lives = pipeline.resource(handle).lifetime() != Lifetime::Transient || !*aliasing;
         let (from, to) = if lives { (0, end) } else { (first, last) };
         peak.add(class, properties.bytes, from, to);
-        let kind = if matches!(descriptor, Descriptor::Texture(_)) { &mut textures } else { &mut buffers };
-        kind.handles.push(handle);
-        kind.requests.push(AllocationRequest { class, bytes: properties.bytes, first, last });
+        wanted.push((handle, descriptor));
+        requests.push(AllocationRequest { class, bytes: properties.bytes, first, last });
     }
     (plan.bytes_bound, plan.bytes_peak) = peak.finish();
+    let Assignment { places, bytes } = assign(&requests);
+    let mut created: Vec<Physical> = Vec::new();
     let mut physical = vec![Physical::Host; pipeline.resources.len()];
-    for (handle, index, bytes) in textures.assigned() {
-        physical[handle.index()] = Physical::Texture(index);
-        if let Some(texture) = resolved.texture(handle) {
-            if index == plan.textures.len() {
-                plan.bytes += bytes;
-                let (format, size) = (texture.format, texture.size);
-                let (volume, usages) = (texture.volume, texture.usages);
-                plan.textures.push(PhysicalTexture {
-                    label: String::new(),
-                    format,
-                    size,
-                    volume,
-                    usages,
-                    view_format: texture.view_format,
-                    bytes,
-                });
-            }
-            append(&mut plan.textures[index].label, &pipeline.resource(handle).name);
+    for at in by_start(&requests) {
+        let ((handle, descriptor), place) = (wanted[at], places[at]);
+        let name = &pipeline.resource(handle).name;
+        if place == created.len() {
+            plan.bytes += bytes[place];
+            created.push(create(plan, descriptor, bytes[place]));
         }
-    }
-    for (handle, index, bytes) in buffers.assigned() {
-        physical[handle.index()] = Physical::Buffer(index);
-        let properties = resolved.get(handle);
-        if let Some(Descriptor::Buffer { usages, .. }) =
-            properties.and_then(|properties| properties.descriptor)
-        {
-            if index == plan.buffers.len() {
-                plan.bytes += bytes;
-                plan.buffers.push(PhysicalBuffer { label: String::new(), bytes, usages });
-            }
-            append(&mut plan.buffers[index].label, &pipeline.resource(handle).name);
+        physical[handle.index()] = created[place];
+        match created[place] {
+            Physical::Texture(index) => append(&mut plan.textures[index].label, name),
+            Physical::Buffer(index) => append(&mut plan.buffers[index].label, name),
+            Physical::Imported | Physical::Host => {}
         }
     }
     plan.histories = history::plan(resolved, &physical);
@@ -108,20 +89,18 @@ pub(super) fn allocate(plan: &mut Plan, resolved: &ResolvedResources<'_>) {
     plan.resources = planned.collect();
 }
 
-/// The textures, or the buffers, that want a place.
-#[derive(Default)]
-struct Kind {
-    handles: Vec<ResourceHandle>,
-    requests: Vec<AllocationRequest>,
-}
-
-impl Kind {
-    /// Each with its physical resource and the bytes of that, by the start of their lifetimes.
-    fn assigned(&self) -> Vec<(ResourceHandle, usize, u64)> {
-        let Assignment { places, bytes } = assign(&self.requests);
-        let mut by_start: Vec<usize> = (0..self.requests.len()).collect();
-        by_start.sort_by_key(|at| (self.requests[*at].first, *at));
-        by_start.into_iter().map(|at| (self.handles[at], places[at], bytes[places[at]])).collect()
+/// Adds a texture or a buffer that nothing stands on yet.
+fn create(plan: &mut Plan, descriptor: Descriptor, bytes: u64) -> Physical {
+    let label = String::new();
+    match descriptor {
+        Descriptor::Texture(TextureProperties { format, size, volume, usages, view_format }) => {
+            plan.textures.push(PhysicalTexture { label, format, size, volume, usages, view_format, bytes });
+            Physical::Texture(plan.textures.len() - 1)
+        }
+        Descriptor::Buffer { usages, .. } => {
+            plan.buffers.push(PhysicalBuffer { label, bytes, usages });
+            Physical::Buffer(plan.buffers.len() - 1)
+        }
     }
 }
 

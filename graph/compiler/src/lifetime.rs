@@ -48,14 +48,19 @@ struct CompatibilityClass {
     free: BTreeSet<(u64, usize, usize)>,
 }
 
+/// The positions of requests by the start of their lifetimes.
+pub(super) fn by_start(requests: &[AllocationRequest]) -> Vec<usize> {
+    let mut by_start: Vec<usize> = (0..requests.len()).collect();
+    by_start.sort_by_key(|at| requests[*at].first);
+    by_start
+}
+
 /// Gives each of the wanted ones a place.
 pub(super) fn assign(requests: &[AllocationRequest]) -> Assignment {
-    let mut by_start: Vec<usize> = (0..requests.len()).collect();
-    by_start.sort_by_key(|at| (requests[*at].first, *at));
     let count = requests.iter().map(|request| request.class + 1).max().unwrap_or(0);
     let mut classes = vec![CompatibilityClass::default(); count];
     let mut assignment = Assignment { places: vec![0; requests.len()], bytes: Vec::new() };
-    for at in by_start {
+    for at in by_start(requests) {
         let request = &requests[at];
         let CompatibilityClass { busy, free } = &mut classes[request.class];
         while let Some(Reverse((last, place))) =
