@@ -17,7 +17,8 @@ use crate::work::{Attachment, AttachmentTarget, Draw, LoadOperation, PassHandle,
 pub(super) type Key = (Vec<(AttachmentTarget, [bool; 2])>, Option<Condition>);
 
 /// The attachments of a pass; `None` for one that shares no render pass with others.
-pub(super) fn key(pipeline: &Pipeline, resolved: &ResolvedResources<'_>, pass: PassHandle) -> Option<Key> {
+pub(super) fn key(resolved: &ResolvedResources<'_>, pass: PassHandle) -> Option<Key> {
+    let pipeline = resolved.pipeline;
     let Work::Render(render) = pipeline.pass(pass).work() else { return None };
     // Samples are resolved at the end of a render pass, and one that keeps what is there need not be recorded at all.
     let keeps = matches!(&render.draw, Draw::Scene(scene) if scene.redraw.is_some());
@@ -45,18 +46,17 @@ fn others(pipeline: &Pipeline, pass: PassHandle) -> impl Iterator<Item = &Access
 }
 
 /// Takes passes in their order and says which join the render pass of those before.
-pub(super) struct Merger<'a> {
-    pipeline: &'a Pipeline,
-    resolved: &'a ResolvedResources<'a>,
+pub(super) struct Merger<'a, 'p> {
+    resolved: &'a ResolvedResources<'p>,
     key: Option<Key>,
     used: HashSet<ResourceHandle>,
     written: HashSet<ResourceHandle>,
 }
 
-impl<'a> Merger<'a> {
+impl<'a, 'p> Merger<'a, 'p> {
     /// Before the first pass.
-    pub(super) fn new(pipeline: &'a Pipeline, resolved: &'a ResolvedResources<'a>) -> Self {
-        Self { pipeline, resolved, key: None, used: HashSet::new(), written: HashSet::new() }
+    pub(super) fn new(resolved: &'a ResolvedResources<'p>) -> Self {
+        Self { resolved, key: None, used: HashSet::new(), written: HashSet::new() }
     }
 
     /// The attachments that the next pass must have to join.
@@ -67,9 +67,9 @@ impl<'a> Merger<'a> {
     /// Whether a pass could be recorded into the render pass so far.
     pub(super) fn joins(&self, pass: PassHandle) -> bool {
         self.key.is_some()
-            && loads_all(self.pipeline, pass)
-            && key(self.pipeline, self.resolved, pass) == self.key
-            && others(self.pipeline, pass).all(|one| {
+            && loads_all(self.resolved.pipeline, pass)
+            && key(self.resolved, pass) == self.key
+            && others(self.resolved.pipeline, pass).all(|one| {
                 let used = if one.usage.writes() { &self.used } else { &self.written };
                 !used.contains(&one.resource)
             })
@@ -79,12 +79,12 @@ impl<'a> Merger<'a> {
     pub(super) fn push(&mut self, pass: PassHandle) -> bool {
         let joins = self.joins(pass);
         if !joins {
-            self.key = key(self.pipeline, self.resolved, pass);
+            self.key = key(self.resolved, pass);
             self.used.clear();
             self.written.clear();
         }
         if self.key.is_some() {
-            for one in others(self.pipeline, pass) {
+            for one in others(self.resolved.pipeline, pass) {
                 self.used.insert(one.resource);
                 if one.usage.writes() {
                     self.written.insert(one.resource);

@@ -18,14 +18,12 @@ use super::order_memory;
 use super::order_report::{Objective, OrderMethod, OrderReport};
 use super::ready::Ready;
 use super::resolved_resources::ResolvedResources;
-use crate::pipeline::Pipeline;
-use crate::work::PassHandle;
+use crate::work::{PassHandle, Work};
 
 /// Puts the live passes, which come in the order of the document, into the order of an objective.
-pub(super) fn choose<'a>(
-    pipeline: &'a Pipeline,
+pub(super) fn choose(
     graph: &Graph,
-    resolved: &'a ResolvedResources<'a>,
+    resolved: &ResolvedResources<'_>,
     objective: Objective,
     live: &mut Vec<PassHandle>,
 ) -> OrderReport {
@@ -34,15 +32,15 @@ pub(super) fn choose<'a>(
     match objective {
         Objective::Declaration => {}
         Objective::Memory => {
-            let (order, method, memory) = order_memory::choose(pipeline, graph, resolved, live);
+            let (order, method, memory) = order_memory::choose(graph, resolved, live);
             (*live, report.method, report.memory) = (order, method, Some(memory));
         }
         Objective::FewPasses => {
-            let declared = render_passes(pipeline, resolved, live);
-            let tries = [false, true].map(|gather| gathered(pipeline, graph, resolved, live, gather));
+            let declared = render_passes(resolved, live);
+            let tries = [false, true].map(|gather| gathered(graph, resolved, live, gather));
             let best = tries
                 .into_iter()
-                .map(|order| (render_passes(pipeline, resolved, &order), order))
+                .map(|order| (render_passes(resolved, &order), order))
                 .min_by_key(|(count, _)| *count);
             report.render_passes = Some([declared, declared]);
             if let Some((count, order)) = best.filter(|(count, _)| *count < declared) {
@@ -56,35 +54,30 @@ pub(super) fn choose<'a>(
 }
 
 /// The number of render passes of an order.
-fn render_passes<'a>(
-    pipeline: &'a Pipeline,
-    resolved: &'a ResolvedResources<'a>,
-    order: &[PassHandle],
-) -> usize {
-    let mut merger = Merger::new(pipeline, resolved);
-    let draws = |pass: &PassHandle| matches!(pipeline.pass(*pass).work(), crate::work::Work::Render(_));
+fn render_passes(resolved: &ResolvedResources<'_>, order: &[PassHandle]) -> usize {
+    let mut merger = Merger::new(resolved);
+    let draws = |pass: &PassHandle| matches!(resolved.pipeline.pass(*pass).work(), Work::Render(_));
     order.iter().filter(|pass| !merger.push(**pass) && draws(pass)).count()
 }
 
-fn gathered<'a>(
-    pipeline: &'a Pipeline,
+fn gathered(
     graph: &Graph,
-    resolved: &'a ResolvedResources<'a>,
+    resolved: &ResolvedResources<'_>,
     live: &[PassHandle],
     others_first: bool,
 ) -> Vec<PassHandle> {
     let mut ready = Ready::new(graph, live);
     let keys: HashMap<PassHandle, Key> =
-        live.iter().filter_map(|pass| Some((*pass, merge::key(pipeline, resolved, *pass)?))).collect();
+        live.iter().filter_map(|pass| Some((*pass, merge::key(resolved, *pass)?))).collect();
     let mut loading: HashMap<&Key, BTreeSet<PassHandle>> = HashMap::new();
     let mut quiet: BTreeSet<PassHandle> = BTreeSet::new();
-    let mut merger = Merger::new(pipeline, resolved);
+    let mut merger = Merger::new(resolved);
     let mut order = Vec::with_capacity(live.len());
     let mut arrived: Vec<PassHandle> = ready.passes.iter().copied().collect();
     loop {
         for pass in arrived.drain(..) {
             match keys.get(&pass) {
-                Some(key) if merge::loads_all(pipeline, pass) => {
+                Some(key) if merge::loads_all(resolved.pipeline, pass) => {
                     loading.entry(key).or_default().insert(pass);
                 }
                 Some(_) => {}

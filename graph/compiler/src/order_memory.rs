@@ -24,7 +24,6 @@ use super::order_report::{MemoryOrder, OrderMethod};
 use super::ready::Ready;
 use super::resolved_resources::ResolvedResources;
 use crate::language::Lifetime;
-use crate::pipeline::Pipeline;
 use crate::work::PassHandle;
 
 /// The maximum number of passes whose best order is searched for.
@@ -38,12 +37,11 @@ const MAX_WAYS: usize = 8;
 
 /// The best order found, how, and its bytes.
 pub(super) fn choose(
-    pipeline: &Pipeline,
     graph: &Graph,
     resolved: &ResolvedResources<'_>,
     live: &[PassHandle],
 ) -> (Vec<PassHandle>, OrderMethod, MemoryOrder) {
-    let model = Model::new(pipeline, resolved, live);
+    let model = Model::new(resolved, live);
     let bound: u64 = model.min.iter().sum();
     let declaration = model.bytes(live);
     let mut best = (declaration, live.to_vec());
@@ -108,7 +106,8 @@ struct State {
 }
 
 impl Model {
-    fn new(pipeline: &Pipeline, resolved: &ResolvedResources<'_>, live: &[PassHandle]) -> Self {
+    fn new(resolved: &ResolvedResources<'_>, live: &[PassHandle]) -> Self {
+        let pipeline = resolved.pipeline;
         let mut model = Self {
             uses: vec![Vec::new(); pipeline.passes.len()],
             resources: Vec::new(),

@@ -55,10 +55,10 @@ pub fn plan(
     let resolved =
         ResolvedResources::new(pipeline, options, sources, &live, &conditional, &mut own_diagnostics);
     check(&resolved, graph, &is_live, &mut own_diagnostics);
-    let report = order::choose(pipeline, graph, &resolved, options.objective, &mut live);
-    let planner = Planner::new(pipeline, &resolved, &live);
+    let report = order::choose(graph, &resolved, options.objective, &mut live);
+    let planner = Planner::new(&resolved, &live);
     let mut passes: Vec<PlannedPass> = Vec::with_capacity(live.len());
-    let mut merger = Merger::new(pipeline, &resolved);
+    let mut merger = Merger::new(&resolved);
     for (at, handle) in live.iter().enumerate() {
         let Some(reason) = kept[handle.index()] else { continue };
         let mut planned = planner.pass(at, *handle, reason, &mut own_diagnostics);

@@ -21,11 +21,8 @@ pub(super) struct Planner<'a> {
 
 impl<'a> Planner<'a> {
     /// A planner for these passes in this order.
-    pub(super) fn new(
-        pipeline: &'a Pipeline,
-        resolved: &'a ResolvedResources<'a>,
-        order: &[PassHandle],
-    ) -> Self {
+    pub(super) fn new(resolved: &'a ResolvedResources<'a>, order: &[PassHandle]) -> Self {
+        let pipeline = resolved.pipeline;
         let mut users = vec![Vec::new(); pipeline.resources.len()];
         for (at, pass) in order.iter().enumerate() {
             for one in pipeline.pass(*pass).accesses() {
