@@ -237,7 +237,7 @@ impl Environment {
 
     /// The same expression with names as they are outside. `is_resource` says of a name outside whether it is one.
     pub fn close(&self, expression: &Expression, is_resource: &dyn Fn(&str) -> bool) -> Expression {
-        self.close_with(expression, is_resource, false)
+        with_names(expression, &|name| self.closed(name, is_resource))
     }
 
     /// The same, where locals that follow from parameters are names too.
@@ -246,20 +246,17 @@ impl Environment {
         expression: &Expression,
         is_resource: &dyn Fn(&str) -> bool,
     ) -> Expression {
-        self.close_with(expression, is_resource, true)
+        with_names(expression, &|name| match self.following.get(name) {
+            Some(outside) => ExpressionKind::Name(outside.clone()),
+            None => self.closed(name, is_resource),
+        })
     }
 
-    fn close_with(
-        &self,
-        expression: &Expression,
-        is_resource: &dyn Fn(&str) -> bool,
-        live: bool,
-    ) -> Expression {
-        with_names(expression, &|name| match (self.following.get(name), self.locals.get(name)) {
-            (Some(outside), _) if live => ExpressionKind::Name(outside.clone()),
-            (_, Some(value)) => ExpressionKind::Literal(value.clone()),
-            (_, None) => ExpressionKind::Name(self.close_name(name, is_resource).into_owned()),
-        })
+    fn closed(&self, name: &str, is_resource: &dyn Fn(&str) -> bool) -> ExpressionKind {
+        match self.locals.get(name) {
+            Some(value) => ExpressionKind::Literal(value.clone()),
+            None => ExpressionKind::Name(self.close_name(name, is_resource).into_owned()),
+        }
     }
 
     fn close_name<'a>(&self, name: &'a str, is_resource: &dyn Fn(&str) -> bool) -> Cow<'a, str> {
