@@ -111,7 +111,8 @@ fn is_exact(range: SubresourceRange) -> bool {
 pub(super) struct Writers {
     /// Positions in the list of accesses, in order; a rank is a position here.
     pub(super) list: SmallVec<[usize; 2]>,
-    plain: bool,
+    /// Whether no writer has a range of subresources, an aspect or bytes.
+    pub(super) are_plain: bool,
     /// Most resources have one writer, which needs no index.
     index: Option<Box<Index>>,
 }
@@ -128,9 +129,9 @@ struct Index {
 impl Writers {
     /// The index of writers that are in order.
     pub(super) fn new(accesses: &[PassAccess<'_>], list: SmallVec<[usize; 2]>) -> Self {
-        let plain = list.iter().all(|at| accesses[*at].range.is_plain());
+        let are_plain = list.iter().all(|at| accesses[*at].range.is_plain());
         if list.len() < 2 {
-            return Self { list, plain, index: None };
+            return Self { list, are_plain, index: None };
         }
         let mut index = Index { all: (0..list.len()).collect(), ..Index::default() };
         for (rank, at) in list.iter().enumerate() {
@@ -142,7 +143,7 @@ impl Writers {
             }
             index.by_pass.insert((access.pass, access.range), rank);
         }
-        Self { list, plain, index: Some(Box::new(index)) }
+        Self { list, are_plain, index: Some(Box::new(index)) }
     }
 
     /// The rank of the write of a subresource range by a pass.
@@ -158,11 +159,6 @@ impl Writers {
                 self.list.iter().position(|at| (accesses[*at].pass, accesses[*at].range) == (pass, range))
             }
         }
-    }
-
-    /// Whether no writer has a range of subresources, an aspect or bytes.
-    pub(super) fn are_plain(&self) -> bool {
-        self.plain
     }
 
     fn lists(&self, range: SubresourceRange) -> (&[usize], &[usize]) {

@@ -183,7 +183,7 @@ fn survivors(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> (V
             view.cover(Write { range, condition: condition(writer), writer: (), passes_on: false });
         }
     }
-    (writers, view.is_coarse())
+    (writers, view.is_coarse)
 }
 
 /// Whether a resource is declared without layers, so that every attachment of it is the same one.

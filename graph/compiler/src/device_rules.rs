@@ -7,7 +7,7 @@
 //! ([`super::copies`]).
 
 use super::drawn_buffers::DrawnBuffer;
-use super::planned::{Plan, PlannedPass, PlannedResource};
+use super::planned::{Plan, PlannedPass};
 use super::texture_size::TextureSize;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{TextureShape, format_name};
@@ -60,7 +60,7 @@ impl Rules<'_> {
             (one.buffer, one.bytes(elements.into()))
         });
         let too_short = |(resource, wanted): (ResourceHandle, u64)| {
-            let bytes = self.planned(resource)?.bytes;
+            let bytes = self.plan.resource(resource)?.bytes;
             let message =
                 format!("\"{}\" has {bytes} bytes, but {wanted} of it are drawn", self.name(resource));
             (bytes < wanted).then(|| self.reject(resource, message, "make the buffer larger, or draw less"))
@@ -149,10 +149,6 @@ impl Rules<'_> {
         reject(message, help)
     }
 
-    fn planned(&self, resource: ResourceHandle) -> Option<&PlannedResource> {
-        self.plan.resource(resource)
-    }
-
     fn name(&self, resource: ResourceHandle) -> &str {
         &self.plan.pipeline.resource(resource).name
     }
@@ -169,7 +165,7 @@ impl Rules<'_> {
         match (&slot.source, binding.entry.ty) {
             (SlotSource::Texture(bound), BindingType::Texture { multisampled, .. }) => {
                 let view = bound.view();
-                let size = self.planned(view.resource)?.size?;
+                let size = self.plan.resource(view.resource)?.size?;
                 let name = self.name(view.resource);
                 if multisampled != (size.samples > 1) {
                     let message = format!(
@@ -201,7 +197,7 @@ impl Rules<'_> {
                 None
             }
             (SlotSource::Buffer { buffer, .. }, BindingType::Buffer { ty, .. }) => {
-                let (name, planned) = (self.name(buffer.resource), self.planned(buffer.resource)?);
+                let (name, planned) = (self.name(buffer.resource), self.plan.resource(buffer.resource)?);
                 let bytes = buffer.range.bytes.map_or(planned.bytes, |run| run.count);
                 let offset = buffer.offset();
                 let (align, max, what) = match ty {
@@ -265,7 +261,7 @@ impl Rules<'_> {
 
     fn resolve(&self, color: &ColorAttachment) -> Option<Diagnostic> {
         let (source, target) = (color.to.target(), color.resolve.as_ref()?.target());
-        let (from, to) = (self.planned(source.resource)?, self.planned(target.resource)?);
+        let (from, to) = (self.plan.resource(source.resource)?, self.plan.resource(target.resource)?);
         let (a, b) = (self.name(source.resource), self.name(target.resource));
         let (from_mip, source, destination) = (source.mip, from.size?, to.size?);
         if source.samples == 1 || destination.samples > 1 {
@@ -298,7 +294,8 @@ impl Rules<'_> {
     /// All color attachments of a pass together have a limited number of bytes for each sample, each aligned to its
     /// components.
     fn color_bytes(&self, planned: &PlannedPass) -> Option<Diagnostic> {
-        let formats = planned.color.iter().filter_map(|color| self.planned(color.target.resource)?.format);
+        let formats =
+            planned.color.iter().filter_map(|color| self.plan.resource(color.target.resource)?.format);
         let bytes = formats.fold(0, |bytes: u32, format| {
             let aligned = bytes.next_multiple_of(format.target_component_alignment().unwrap_or(1));
             aligned + format.target_pixel_byte_cost().unwrap_or(0)
@@ -323,7 +320,7 @@ impl Rules<'_> {
                 continue;
             }
             let layers =
-                self.planned(resource).and_then(|planned| planned.size).map_or(1, |size| size.layers);
+                self.plan.resource(resource).and_then(|planned| planned.size).map_or(1, |size| size.layers);
             if fullscreen && layers > 1 && attachment.target.layer.is_none() {
                 let message = format!(
                     "\"{}\" has {layers} layers, and nothing says which is written",

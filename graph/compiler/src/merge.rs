@@ -48,7 +48,8 @@ fn others(pipeline: &Pipeline, pass: PassHandle) -> impl Iterator<Item = &Access
 /// Takes passes in their order and says which join the render pass of those before.
 pub(super) struct Merger<'a, 'p> {
     resolved: &'a ResolvedResources<'p>,
-    key: Option<Key>,
+    /// The attachments that the next pass must have to join.
+    pub(super) key: Option<Key>,
     used: HashSet<ResourceHandle>,
     written: HashSet<ResourceHandle>,
 }
@@ -57,11 +58,6 @@ impl<'a, 'p> Merger<'a, 'p> {
     /// Before the first pass.
     pub(super) fn new(resolved: &'a ResolvedResources<'p>) -> Self {
         Self { resolved, key: None, used: HashSet::new(), written: HashSet::new() }
-    }
-
-    /// The attachments that the next pass must have to join.
-    pub(super) fn key(&self) -> Option<&Key> {
-        self.key.as_ref()
     }
 
     /// Whether a pass could be recorded into the render pass so far.

@@ -86,7 +86,7 @@ fn gathered(
                 }
             }
         }
-        let joining = merger.key().and_then(|key| loading.get(key)).and_then(|set| {
+        let joining = merger.key.as_ref().and_then(|key| loading.get(key)).and_then(|set| {
             // A conflict with what is drawn already is rare; a few candidates are enough.
             set.iter().take(8).copied().find(|pass| merger.joins(*pass))
         });

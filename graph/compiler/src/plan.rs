@@ -67,7 +67,7 @@ pub fn plan(
         passes.push(planned);
     }
     resolved.check_all_sizes();
-    diagnostics.extend(resolved.take_diagnostics());
+    diagnostics.extend(resolved.sizes.take_diagnostics());
     diagnostics.extend(own_diagnostics);
     if diagnostics.error_count() > before {
         return None;

@@ -66,7 +66,7 @@ impl Plan {
         }
         resolved.check_all_sizes();
         let is_error = |one: &Diagnostic| one.severity == Severity::Error;
-        if diagnostics.iter().any(is_error) || !resolved.take_diagnostics().is_empty() {
+        if diagnostics.iter().any(is_error) || !resolved.sizes.take_diagnostics().is_empty() {
             return None;
         }
         allocate::allocate(&mut plan, &resolved);

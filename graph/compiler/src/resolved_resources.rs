@@ -19,7 +19,7 @@ use super::options::{Import, PlanOptions};
 use super::size::{Size, Sizes};
 use super::texture_rules;
 use super::texture_size::TextureSize;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::{Located as _, Pipeline, Resource, ResourceKind};
 use crate::source::Sources;
@@ -263,11 +263,6 @@ impl<'a> ResolvedResources<'a> {
         for handle in self.pipeline.resource_handles() {
             self.sizes.of(handle);
         }
-    }
-
-    /// The diagnostics about sizes and other expressions.
-    pub(super) fn take_diagnostics(&self) -> Diagnostics {
-        self.sizes.take_diagnostics()
     }
 
     /// Finds accesses of the host's own texture that it was not created for.

@@ -50,7 +50,8 @@ pub(super) struct View<'a, W> {
     looked_at: Extents,
     boxes: Vec<Open<W>>,
     effort: &'a mut Effort,
-    is_coarse: bool,
+    /// Whether the result may have more writers than a read really sees.
+    pub(super) is_coarse: bool,
     passes_on: bool,
 }
 
@@ -91,11 +92,6 @@ impl<'a, W: Copy + Ord> View<'a, W> {
     pub(super) fn pass_on(&mut self) {
         self.passes_on = true;
         self.boxes.retain(|open| open.passed_on.len() < 2);
-    }
-
-    /// Whether the result may have more writers than a read really sees.
-    pub(super) fn is_coarse(&self) -> bool {
-        self.is_coarse
     }
 
     /// Whether something of a write is seen.
@@ -344,7 +340,7 @@ mod tests {
             view.cover(write(range, Some(condition), COUNT - at));
             assert!(view.boxes.len() <= MAX_BOXES);
         }
-        assert!(view.is_coarse() && view.missing().is_none() && !view.is_open_in(SubresourceRange::WHOLE));
+        assert!(view.is_coarse && view.missing().is_none() && !view.is_open_in(SubresourceRange::WHOLE));
         assert!(effort.steps <= 2 * COUNT * MAX_BOXES);
     }
 }

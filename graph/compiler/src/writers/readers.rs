@@ -78,7 +78,7 @@ impl Builder<'_> {
             HashMap::new()
         };
         let is_toggled = |at: &usize| self.pipeline.pass(list[*at].pass).condition.is_some();
-        let simple = writers.are_plain() && !writers.list.iter().any(is_toggled);
+        let simple = writers.are_plain && !writers.list.iter().any(is_toggled);
         let mut in_view =
             WritersInView { writers: &writers, simple, covers: HashMap::new(), effort: Effort::default() };
         for (rank, at) in writers.list.iter().enumerate().rev().filter(|_| !simple) {
@@ -188,7 +188,7 @@ impl Builder<'_> {
             open = view.open();
             let unwritten = view.unwritten();
             left = (!unwritten.is_empty()).then_some(Left::Boxes(unwritten));
-            if view.is_coarse() {
+            if view.is_coarse {
                 self.coarse.insert((reader.pass, resource));
             }
         }
