@@ -15,7 +15,9 @@
 //! buffers of their own. What is in vertex buffers can change from instance to instance, too.
 
 use crate::data::ValueType;
-use crate::diagnostic::{Diagnostic, Related};
+use crate::diagnostic::{Diagnostic, Related, codes};
+use crate::pipeline::{Located as _, Pass, Pipeline, Program, ProgramBinding};
+use crate::shader::{Member, TypeLayout, VertexInput};
 use wgpu_types::{BindGroupLayoutEntry, BindingType, VertexFormat, VertexStepMode};
 
 /// The property under which a mesh is drawn from both sides. It changes no shader unless a template has an axis of
@@ -305,11 +307,7 @@ impl From<(&str, ValueType, u32)> for HostMember {
 /// Compares how a host stores things with what the programs that draw it want. Places are the passes' shaders.
 ///
 /// Diagnostics: vertex inputs and bindings that the host does not have, members of another type or at another offset.
-pub fn check_host(
-    pipeline: &crate::pipeline::Pipeline,
-    geometry: &str,
-    host: &HostInterface,
-) -> Vec<Diagnostic> {
+pub fn check_host(pipeline: &Pipeline, geometry: &str, host: &HostInterface) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for pass in &pipeline.passes {
         if let Some(scene) = pass.work().scene().filter(|scene| scene.geometry == geometry) {
@@ -320,13 +318,12 @@ pub fn check_host(
 }
 
 fn check_program(
-    program: &crate::pipeline::Program,
-    pass: &crate::pipeline::Pass,
+    program: &Program,
+    pass: &Pass,
     geometry: &str,
     host: &HostInterface,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
-    use crate::shader::TypeLayout;
     let mut report = |message: String| {
         // Passes that draw with one template have one error in common.
         if let Some(known) = diagnostics.iter_mut().find(|known| known.message == message) {
@@ -337,16 +334,14 @@ fn check_program(
             }
             return;
         }
-        let diagnostic = Diagnostic::error(crate::diagnostic::codes::HOST_INTERFACE, pass.place, message)
-            .pointer(&pass.pointer)
-            .help("change the host's interface, or the template");
-        diagnostics.push(diagnostic);
+        let help = "change the host's interface, or the template";
+        diagnostics.push(pass.error(codes::HOST_INTERFACE, message).help(help));
     };
     let template = &program.template;
     for set in &host.property_sets {
         let variant = program.variant(&host.property_names(*set));
-        for input in variant.vertex_inputs() {
-            if host.attribute(*set, &input.name).is_none() {
+        for VertexInput { name, .. } in variant.vertex_inputs() {
+            if host.attribute(*set, name).is_none() {
                 let properties = host.property_names(*set);
                 let of = if host.vertex_buffers_of.iter().any(|(own, _)| own == set) {
                     format!(" of meshes with the properties {}", properties.join(", "))
@@ -354,30 +349,28 @@ fn check_program(
                     String::new()
                 };
                 report(format!(
-                    "the host has no vertex attribute \"{}\"{of}, which {template} reads (geometry \"{geometry}\")",
-                    input.name
+                    "the host has no vertex attribute \"{name}\"{of}, which {template} reads (geometry \"{geometry}\")"
                 ));
             }
         }
     }
     for binding in program.bindings.iter().filter(|binding| binding.group >= MATERIAL_GROUP) {
         let slots = if binding.group == MATERIAL_GROUP { &host.material } else { &host.object };
-        let (name, group) = (&binding.name, binding.group);
+        let ProgramBinding { name, group, type_name: declared, entry: wanted, .. } = binding;
         let slot = slots.iter().find(|slot| slot.name == *name).map(|slot| &slot.kind);
-        if let Some(entries) = host.own_layout(group) {
-            let number = binding.entry.binding;
+        if let Some(entries) = host.own_layout(*group) {
+            let number = wanted.binding;
             match entries.iter().find(|entry| entry.binding == number) {
                 None => report(format!(
                     "the host's layout of group {group} has no binding {number}, which is \"{name}\" in {template}"
                 )),
-                Some(entry) if !fits(&entry.ty, &binding.entry.ty) => report(format!(
-                    "binding {number} of the host's layout of group {group} is not {}, which {template} wants as \"{name}\"",
-                    binding.type_name
+                Some(entry) if !fits(&entry.ty, &wanted.ty) => report(format!(
+                    "binding {number} of the host's layout of group {group} is not {declared}, which {template} wants as \"{name}\""
                 )),
-                Some(entry) if !entry.visibility.contains(binding.entry.visibility) => report(format!(
+                Some(entry) if !entry.visibility.contains(wanted.visibility) => report(format!(
                     "binding {number} of the host's layout of group {group} is not visible to {:?}, where {template} \
                      reads \"{name}\"",
-                    binding.entry.visibility
+                    wanted.visibility
                 )),
                 Some(_) => {}
             }
@@ -387,16 +380,16 @@ fn check_program(
         }
         match (slot, &binding.block) {
             (None, _) => report(format!("the host has no \"{name}\" for group {group} of {template}")),
-            (Some(HostSlotKind::Opaque(type_name)), None) if *type_name == binding.type_name => {}
+            (Some(HostSlotKind::Opaque(type_name)), None) if type_name == declared => {}
             (
                 Some(HostSlotKind::Block { members, size, .. }),
                 Some(layout @ TypeLayout::Struct { members: wanted, .. }),
             ) => {
                 compare_members((name, members), (template, wanted), &mut report);
-                if *size < layout.size() {
+                let wanted = layout.size();
+                if *size < wanted {
                     report(format!(
-                        "the host's block \"{name}\" has {size} bytes, {template} wants {}",
-                        layout.size()
+                        "the host's block \"{name}\" has {size} bytes, {template} wants {wanted}"
                     ));
                 }
             }
@@ -414,10 +407,7 @@ fn check_program(
                 }
             }
             (Some(_), _) => {
-                report(format!(
-                    "\"{name}\" of the host is not {}, which {template} wants",
-                    binding.type_name
-                ));
+                report(format!("\"{name}\" of the host is not {declared}, which {template} wants"));
             }
         }
     }
@@ -426,25 +416,21 @@ fn check_program(
 /// Compares the members of a host's block or element with those that a template reads.
 fn compare_members(
     (name, members): (&str, &[HostMember]),
-    (template, wanted): (&str, &[crate::shader::Member]),
+    (template, wanted): (&str, &[Member]),
     report: &mut dyn FnMut(String),
 ) {
-    for member in wanted {
-        let Some(have) = members.iter().find(|have| have.name == member.name) else {
-            report(format!("the host's block \"{name}\" has no \"{}\", which {template} reads", member.name));
+    for Member { name: member, offset, layout } in wanted {
+        let Some(have) = members.iter().find(|have| have.name == *member) else {
+            report(format!("the host's block \"{name}\" has no \"{member}\", which {template} reads"));
             continue;
         };
-        let have_type = have.value_type.to_string();
-        if have_type != member.layout.spelling() {
+        let (have_type, wanted_type) = (have.value_type.to_string(), layout.spelling());
+        if have_type != wanted_type {
+            report(format!("\"{name}.{member}\" is {have_type} on the host and {wanted_type} in {template}"));
+        } else if have.offset != *offset || have.size > layout.size() {
             report(format!(
-                "\"{name}.{}\" is {have_type} on the host and {} in {template}",
-                member.name,
-                member.layout.spelling()
-            ));
-        } else if have.offset != member.offset || have.size > member.layout.size() {
-            report(format!(
-                "\"{name}.{}\" lies at byte {} on the host and at byte {} in {template}",
-                member.name, have.offset, member.offset
+                "\"{name}.{member}\" lies at byte {} on the host and at byte {offset} in {template}",
+                have.offset
             ));
         }
     }
