@@ -220,13 +220,8 @@ pub(super) fn cull_reason(
 /// nothing is left of what it writes.
 fn readers_later(pipeline: &Pipeline, kept: &[Option<KeepReason>], pass: PassHandle) -> Vec<PassHandle> {
     let history = |one: &Access| pipeline.resource(one.resource).history;
-    let written: BTreeSet<ResourceHandle> = pipeline
-        .pass(pass)
-        .accesses()
-        .iter()
-        .filter(|one| one.usage.writes())
-        .filter_map(|one| Some(history(one)?.of))
-        .collect();
+    let writes = pipeline.pass(pass).accesses().iter().filter(|one| one.usage.writes());
+    let written: BTreeSet<ResourceHandle> = writes.filter_map(|one| Some(history(one)?.of)).collect();
     if written.is_empty() {
         return Vec::new();
     }

@@ -113,8 +113,7 @@ impl Check<'_> {
         let mut view = View::new(read.range, &known, &mut effort);
         for (writer, _) in self.graph.producers(reader).filter(|(_, resource)| *resource == read.resource) {
             let pass = self.pipeline.pass(writer);
-            let written = pass.accesses().iter().filter(|one| one.resource == read.resource);
-            for one in written.filter(|one| one.usage.writes() && !one.usage.reads()) {
+            for one in pass.writes_of(read.resource).filter(|one| !one.usage.reads()) {
                 let condition = pass.condition;
                 view.cover(Write { range: one.range, condition, writer: (), passes_on: false });
             }

@@ -70,10 +70,10 @@ impl Stated {
         let mut next = vec![Vec::new(); pipeline.passes.len()];
         for pass in pipeline.pass_handles() {
             let versions = pipeline.pass(pass).accesses().iter().filter_map(|one| match &one.version {
-                Version::WrittenBy(name) => by_name.get(name.as_str()).copied().filter(|named| {
-                    let writes = |other: &Access| other.resource == one.resource && other.usage.writes();
-                    pipeline.pass(*named).accesses().iter().any(writes)
-                }),
+                Version::WrittenBy(name) => {
+                    let named = by_name.get(name.as_str()).copied();
+                    named.filter(|named| pipeline.pass(*named).writes(one.resource))
+                }
                 _ => None,
             });
             for before in pipeline.pass(pass).after.iter().copied().chain(versions) {

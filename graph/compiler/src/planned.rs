@@ -16,7 +16,7 @@ use super::resolved_resources::ResolvedResource;
 use super::texture_size::TextureSize;
 use super::values::PackedBlock;
 use crate::language::Lifetime;
-use crate::pipeline::{Pipeline, Usage};
+use crate::pipeline::Pipeline;
 use crate::work::{AttachmentTarget, LoadOperation, PassHandle, ResourceHandle};
 
 /// Everything about a frame that is known before it.
@@ -225,10 +225,6 @@ impl Plan {
 
     /// Whether the usage of a resource by a pass writes it.
     pub fn writes(&self, pass: PassHandle, resource: ResourceHandle) -> bool {
-        self.pipeline
-            .pass(pass)
-            .accesses()
-            .iter()
-            .any(|one| one.resource == resource && one.usage != Usage::BlackboardRead && one.usage.writes())
+        self.pipeline.pass(pass).writes(resource)
     }
 }

@@ -100,9 +100,8 @@ pub(super) fn check_outputs(
                 break;
             }
             let Some(own) = condition(*writer) else { continue };
-            let fresh = pipeline.pass(*writer).accesses().iter().find(|one| {
-                one.resource == resource && one.range == *range && one.usage.writes() && !one.usage.reads()
-            });
+            let mut written = pipeline.pass(*writer).writes_of(resource);
+            let fresh = written.find(|one| one.range == *range && !one.usage.reads());
             let mut view = View::new(*range, &[own.opposite()], &mut effort);
             for (other, pass) in &list {
                 if view.is_covered() {

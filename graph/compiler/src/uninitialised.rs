@@ -176,9 +176,8 @@ fn check_earlier_frames(
             });
             let Some((pieces, rank, off)) = stale else { continue };
             let writer = writers[rank].1;
-            let uses = pipeline.pass(writer).accesses().iter();
-            let mut written = uses.filter(|known| known.resource == history.of && known.usage.writes());
-            let place = written.next().map_or(pipeline.pass(writer).place, |known| known.place);
+            let pass = pipeline.pass(writer);
+            let place = pass.writes_of(history.of).next().map_or(pass.place, |known| known.place);
             diagnostics.push(conditions::taken_away(pipeline, (reader, one), (writer, place), off, &pieces));
         }
     }

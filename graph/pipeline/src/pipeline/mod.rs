@@ -322,6 +322,16 @@ impl Pass {
         &self.accesses
     }
 
+    /// The accesses with which it writes a resource.
+    pub fn writes_of(&self, resource: ResourceHandle) -> impl Iterator<Item = &Access> {
+        self.accesses.iter().filter(move |one| one.resource == resource && one.usage.writes())
+    }
+
+    /// Whether it writes a resource.
+    pub fn writes(&self, resource: ResourceHandle) -> bool {
+        self.writes_of(resource).next().is_some()
+    }
+
     /// Says what it does, and so what it uses; of work that is only assembled `others` are known besides.
     pub fn set_work(&mut self, work: Work, others: Vec<Access>, resources: &[Resource]) {
         self.accesses.clear();

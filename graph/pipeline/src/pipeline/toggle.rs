@@ -248,18 +248,15 @@ pub(super) fn connect(
         for one in declaration.entry.value.entries_of("passthrough") {
             let check = PassthroughCheck { declaration, one, passes, toggles, uncertain, shared };
             match check.passthrough(&passthroughs) {
-                Ok(found) => {
-                    if let Some((resource, passthrough)) = found {
-                        passthroughs.entry(resource).or_insert(passthrough);
-                    }
+                Ok(None) => {}
+                Ok(Some((resource, passthrough))) => {
+                    passthroughs.entry(resource).or_insert(passthrough);
                 }
                 Err(diagnostic) => {
                     // What would be said of the readers of what is meant only follows.
                     let suggested = check.affected();
-                    shared.report_from(
-                        diagnostic.into_iter().map(|diagnostic| *diagnostic).collect(),
-                        &declaration.environment,
-                    );
+                    let diagnostics = diagnostic.into_iter().map(|diagnostic| *diagnostic).collect();
+                    shared.report_from(diagnostics, &declaration.environment);
                     uncertain.extend(suggested);
                 }
             }
@@ -292,15 +289,8 @@ pub(super) fn connect(
 }
 
 fn leads_back(passthroughs: &BTreeMap<ResourceHandle, Passthrough>, start: ResourceHandle) -> bool {
-    let mut at = start;
-    for _ in 0..passthroughs.len() {
-        match passthroughs.get(&at) {
-            Some(passthrough) if passthrough.fallback == start => return true,
-            Some(passthrough) => at = passthrough.fallback,
-            None => return false,
-        }
-    }
-    false
+    let next = |at: &ResourceHandle| passthroughs.get(at).map(|passthrough| passthrough.fallback);
+    std::iter::successors(next(&start), next).take(passthroughs.len()).any(|at| at == start)
 }
 
 /// Adds, for each read of what has a passthrough, the reads of the fallback. The result is what cannot have one,
@@ -455,8 +445,6 @@ impl PassthroughCheck<'_> {
         let Some(written) = self.one.value.text() else { return Ok(None) };
         let Some((resource, _)) = self.resource(&self.one.key, key)? else { return Ok(None) };
         let Some((fallback, version)) = self.resource(written, self.one.value.span)? else { return Ok(None) };
-        let writes =
-            |pass: &Pass| pass.accesses().iter().any(|one| one.resource == resource && one.usage.writes());
         let known = &self.shared.resources[resource.index()];
         let other = &self.shared.resources[fallback.index()];
         let mut members = self.members().peekable();
@@ -464,7 +452,7 @@ impl PassthroughCheck<'_> {
         if members.peek().is_none() {
             return Ok(None);
         }
-        let Some(writer) = members.find(|pass| writes(pass)) else {
+        let Some(writer) = members.find(|pass| pass.writes(resource)) else {
             if self.uncertain.contains(&resource) {
                 return Ok(None);
             }
@@ -480,21 +468,16 @@ impl PassthroughCheck<'_> {
             let help = "name what readers see instead";
             return Err(self.reject(self.one.value.span, message, help));
         }
-        if let Some(pass) = self.passes.iter().find(|pass| writes(pass) && pass.condition != Some(condition))
-        {
-            let loads = pass
-                .accesses()
-                .iter()
-                .any(|one| one.resource == resource && one.usage.writes() && one.usage.reads());
+        let mut elsewhere = self.passes.iter().filter(|pass| pass.condition != Some(condition));
+        if let Some(pass) = elsewhere.find(|pass| pass.writes(resource)) {
+            let loads = pass.writes_of(resource).any(|one| one.usage.reads());
             let verb = if loads { "loads and writes" } else { "writes" };
             let message =
                 format!("\"{}\" {verb} \"{}\" too, without the toggle \"{toggle}\"", pass.name, known.name);
-            let place = pass.accesses().iter().find(|one| one.resource == resource && one.usage.writes());
+            let place = pass.writes_of(resource).next().map_or(pass.place, |one| one.place);
             let help = "a resource with a passthrough is written only by passes of one toggle: give the other the same, or write to another resource";
             let diagnostic = self.diagnostic(codes::PASSTHROUGH, key, message, help);
-            let diagnostic =
-                diagnostic.related(place.map_or(pass.place, |one| one.place), "it is written here");
-            return Err(Some(Box::new(diagnostic)));
+            return Err(Some(Box::new(diagnostic.related(place, "it is written here"))));
         }
         if let Some(twin) = others.get(&resource) {
             if (twin.fallback, &twin.version) != (fallback, &version) {
@@ -511,13 +494,10 @@ impl PassthroughCheck<'_> {
             (ResourceKind::Data(Some(a)), ResourceKind::Data(Some(b))) => (a != b)
                 .then(|| format!("\"{}\" and \"{}\" publish other values or views", known.name, other.name)),
             (ResourceKind::Data(None), _) | (_, ResourceKind::Data(None)) => return Ok(None),
-            _ => Some(format!(
-                "\"{}\" is {}, \"{}\" is {}",
-                known.name,
-                known.kind_name(),
-                other.name,
-                other.kind_name()
-            )),
+            _ => {
+                let (own, wanted) = (known.kind_name(), other.kind_name());
+                Some(format!("\"{}\" is {own}, \"{}\" is {wanted}", known.name, other.name))
+            }
         };
         if let Some(message) = error {
             let help = "the fallback is of the same kind; blackboard data has the same shape";

@@ -83,9 +83,7 @@ fn last_writer(
 ) -> Result<Option<String>, Vec<String>> {
     let rest = |name: &str| name.strip_prefix(group)?.strip_prefix('.').map(str::to_owned);
     let members = passes.iter().enumerate().filter_map(|(at, pass)| Some((at, pass, rest(&pass.name)?)));
-    let writes =
-        |pass: &Pass| pass.accesses().iter().any(|one| one.resource == resource && one.usage.writes());
-    let writers: Vec<_> = members.filter(|(_, pass, _)| writes(pass)).collect();
+    let writers: Vec<_> = members.filter(|(_, pass, _)| pass.writes(resource)).collect();
     // The rounds of one loop come one after the other.
     let rounds: Option<Vec<u32>> = writers.iter().map(|(_, _, rest)| rest.parse().ok()).collect();
     if let Some(rounds) = rounds {
