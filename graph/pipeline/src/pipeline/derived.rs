@@ -203,11 +203,8 @@ fn name_diagnostic(entry: &Entry, taken: &BTreeMap<&str, (Span, &str)>) -> Optio
     if let Some(diagnostic) = load::name_diagnostic(entry) {
         return Some(diagnostic);
     }
-    let (twin, what) = taken.get(entry.key.as_str())?;
-    let article = if what.starts_with('i') { "an" } else { "a" };
-    let message = format!("\"{}\" is a derived value and {article} {what}", entry.key);
-    let diagnostic = Diagnostic::error(codes::BAD_NAME, entry.key_span, message);
-    Some(diagnostic.related(*twin, format!("the {what}")).help("give one of the two another name"))
+    let twin = taken.get(entry.key.as_str())?;
+    Some(load::twin_diagnostic(entry, "derived value", *twin))
 }
 
 /// The words that an expression can yield, where it yields nothing else.

@@ -26,7 +26,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::environment::Environment;
 use super::expression_diagnostic::expression_diagnostic;
 use super::instance::Instance;
-use super::load::{Shared, is_of, name_diagnostic};
+use super::load::{Shared, is_of, name_diagnostic, twin_diagnostic};
 use super::{Access, Located as _, Pass, Pipeline, ResourceKind, Version, history};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, list_of, suggested_name};
 use crate::document::{Document, Entry, Kind, Value, pointer_join};
@@ -130,10 +130,7 @@ pub(super) fn toggles(
         let mut fine = true;
         for (what, other) in [("feature", "features"), ("parameter", "parameters")] {
             if let Some(twin) = section(other).iter().find(|other| other.key == entry.key) {
-                let message = format!("\"{}\" is a toggle and a {what}", entry.key);
-                let diagnostic = Diagnostic::error(codes::BAD_NAME, entry.key_span, message)
-                    .related(twin.key_span, format!("the {what}"))
-                    .help("give one of the two another name");
+                let diagnostic = twin_diagnostic(entry, "toggle", (twin.key_span, what));
                 diagnostics.push(diagnostic.pointer(&pointer));
                 fine = false;
             }

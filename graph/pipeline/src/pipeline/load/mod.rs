@@ -19,7 +19,7 @@ mod shared;
 mod sound;
 mod versions;
 
-pub(super) use names::{VIEWPORT, name_diagnostic};
+pub(super) use names::{VIEWPORT, name_diagnostic, twin_diagnostic};
 pub use names::{has_word, is_name, is_of};
 pub use sections::as_written;
 pub(super) use shared::{Expected, Shared};

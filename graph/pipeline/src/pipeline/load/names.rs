@@ -2,6 +2,7 @@
 
 use crate::diagnostic::{Diagnostic, codes};
 use crate::document::Entry;
+use crate::source::Span;
 
 /// Names that are no parameters or features, because expressions know them already.
 const RESERVED: &[&str] = &["viewport", "true", "false"];
@@ -35,4 +36,16 @@ pub(in crate::pipeline) fn name_diagnostic(entry: &Entry) -> Option<Diagnostic> 
         Diagnostic::error(codes::BAD_NAME, entry.key_span, format!("\"{}\" cannot be a name here", entry.key))
             .help("a name starts with a letter, goes on with letters, digits and underscores, and is no word of the expression language")
     })
+}
+
+/// The diagnostic for a name under which something else is declared too.
+pub(in crate::pipeline) fn twin_diagnostic(
+    entry: &Entry,
+    what: &str,
+    (twin, other): (Span, &str),
+) -> Diagnostic {
+    let article = if other.starts_with('i') { "an" } else { "a" };
+    let message = format!("\"{}\" is a {what} and {article} {other}", entry.key);
+    let diagnostic = Diagnostic::error(codes::BAD_NAME, entry.key_span, message);
+    diagnostic.related(twin, format!("the {other}")).help("give one of the two another name")
 }

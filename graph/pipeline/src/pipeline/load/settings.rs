@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::sound::{Broken, Sound, section};
-use super::{Shared, name_diagnostic};
+use super::{Shared, name_diagnostic, twin_diagnostic};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{Document, pointer_join};
 use crate::expression::Scope as _;
@@ -109,10 +109,7 @@ fn check_twins(document: &Document, diagnostics: &mut Diagnostics) {
     for entry in section(document, "features") {
         let mut parameters = section(document, "parameters").iter();
         if let Some(twin) = parameters.find(|other| other.key == entry.key) {
-            let message = format!("\"{}\" is a feature and a parameter", entry.key);
-            let diagnostic = Diagnostic::error(codes::BAD_NAME, entry.key_span, message);
-            let diagnostic = diagnostic.related(twin.key_span, "the parameter");
-            diagnostics.push(diagnostic.help("give one of the two another name"));
+            diagnostics.push(twin_diagnostic(entry, "feature", (twin.key_span, "parameter")));
         }
     }
 }
