@@ -61,7 +61,7 @@ pub(super) fn for_overlays(schema: &Json) -> Json {
     }
     if let Json::Object(rules) = &mut relaxed {
         rules.insert("if".to_owned(), extends());
-        let whole = parts.whole(&without_definitions(schema));
+        let whole = parts.whole(schema);
         rules.insert("else".to_owned(), json!({ "allOf": [this, whole.unwrap_or_else(|| json!({}))] }));
         rules.insert("$defs".to_owned(), Json::Object(result));
     }
@@ -76,14 +76,6 @@ pub(super) fn for_overlays(schema: &Json) -> Json {
 /// What holds for a file, or a pass, that is laid over others.
 fn extends() -> Json {
     json!({ "required": ["extends"] })
-}
-
-fn without_definitions(schema: &Json) -> Json {
-    let mut schema = schema.clone();
-    if let Json::Object(rules) = &mut schema {
-        rules.remove("$defs");
-    }
-    schema
 }
 
 struct Parts {

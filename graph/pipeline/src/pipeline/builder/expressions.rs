@@ -70,33 +70,26 @@ impl PassBuilder<'_> {
 
     /// An expression that may name sizes too; it is evaluated when they are known.
     pub fn deferred(&mut self, expr: &Expr, pointer: &str) -> Option<Deferred> {
-        match self.parse(expr) {
-            Ok(expression) => {
-                if let Err(error) = self.environment.check_words(&expression, &self.shared.scope) {
-                    self.expression_error(&error, pointer);
-                    return None;
-                }
-                if self.target.is_none() {
-                    self.shared.fix(
-                        &expression,
-                        self.environment,
-                        self.place(pointer),
-                        &self.absolute(pointer),
-                    );
-                }
-                let expression = if self.environment.is_top() {
-                    Rc::unwrap_or_clone(expression)
-                } else {
-                    self.environment.close_live(&expression, &|name| self.shared.find(name).is_some())
-                };
-                self.check_names(&expression, pointer)?;
-                Some(Deferred { expression, place: self.place(pointer), pointer: self.absolute(pointer) })
-            }
-            Err(error) => {
-                self.expression_error(&error, pointer);
-                None
-            }
+        let parsed = self.parse(expr).and_then(|expression| {
+            self.environment.check_words(&expression, &self.shared.scope)?;
+            Ok(expression)
+        });
+        let expression = parsed.map_err(|error| self.expression_error(&error, pointer)).ok()?;
+        let (place, absolute) = (self.place(pointer), self.absolute(pointer));
+        if self.target.is_none() {
+            self.shared.fix(&expression, self.environment, place, &absolute);
         }
+        let expression = if self.environment.is_top() {
+            Rc::unwrap_or_clone(expression)
+        } else {
+            self.environment.close_live(&expression, &|name| self.shared.find(name).is_some())
+        };
+        // Values of names that exist come later.
+        if let Some(error) = self.shared.unknown_name(&expression) {
+            self.expression_error(&error, pointer);
+            return None;
+        }
+        Some(Deferred { expression, place, pointer: absolute })
     }
 
     pub(super) fn evaluate(&mut self, expr: &Expr, pointer: &str) -> Result<Value, ExpressionError> {
@@ -131,17 +124,6 @@ impl PassBuilder<'_> {
         let parsed = Rc::new(expr.parse()?);
         self.shared.expressions.insert(text.to_owned(), parsed.clone());
         Ok(parsed)
-    }
-
-    /// Finds names in a deferred expression that exist nowhere; their values come later.
-    pub(super) fn check_names(&mut self, expression: &Expression, pointer: &str) -> Option<()> {
-        match self.shared.unknown_name(expression) {
-            None => Some(()),
-            Some(error) => {
-                self.expression_error(&error, pointer);
-                None
-            }
-        }
     }
 
     pub(super) fn expression_error(&mut self, error: &ExpressionError, pointer: &str) {

@@ -3,7 +3,7 @@
 use super::{Evaluate, PassBuilder};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{Reference, parse_format};
-use crate::pipeline::{ResourceKind, SubresourceRange, Version, history};
+use crate::pipeline::{Resource, ResourceKind, SubresourceRange, Version, history};
 use crate::work::{ResourceHandle, Subresource, TextureRegion};
 
 impl PassBuilder<'_> {
@@ -34,18 +34,17 @@ impl PassBuilder<'_> {
 
     /// Whether a reference names a buffer.
     pub fn is_buffer(&self, reference: &str) -> bool {
-        let kind = |handle: ResourceHandle| &self.shared.resources[handle.index()].kind;
-        self.named(reference).is_some_and(|handle| matches!(kind(handle), ResourceKind::Buffer(_)))
+        self.named(reference).is_some_and(|resource| matches!(resource.kind, ResourceKind::Buffer(_)))
     }
 
     /// Whether a reference names a texture.
     pub fn is_texture(&self, reference: &str) -> bool {
-        self.named(reference).is_some_and(|handle| self.shared.resources[handle.index()].texture().is_some())
+        self.named(reference).is_some_and(|resource| resource.texture().is_some())
     }
 
     /// The bytes of a buffer that a reference names, if its declaration has a number.
     pub fn declared_bytes(&self, reference: &str) -> Option<u64> {
-        match &self.shared.resources[self.named(reference)?.index()].kind {
+        match &self.named(reference)?.kind {
             ResourceKind::Buffer(buffer) => buffer.size.0.as_u64(),
             _ => None,
         }
@@ -84,11 +83,12 @@ impl PassBuilder<'_> {
         Some(all)
     }
 
-    /// The resource and version that a reference names.
-    fn named(&self, reference: &str) -> Option<ResourceHandle> {
+    /// The resource that a reference names.
+    fn named(&self, reference: &str) -> Option<&Resource> {
         let written = self.environment.interpolate(reference, &self.shared.scope).unwrap_or_default();
         let reference = Reference::parse(&written).ok()?;
-        self.shared.find(&self.environment.resource(reference.resource))
+        let handle = self.shared.find(&self.environment.resource(reference.resource))?;
+        Some(&self.shared.resources[handle.index()])
     }
 
     /// All of a buffer that a reference names.
@@ -145,9 +145,8 @@ impl PassBuilder<'_> {
                 return None;
             }
             let resources = self.shared.resources.iter();
-            let inside = |resource: &crate::pipeline::Resource| {
-                self.environment.resource_inside(&resource.name).map(str::to_owned)
-            };
+            let inside =
+                |resource: &Resource| self.environment.resource_inside(&resource.name).map(str::to_owned);
             let names: Vec<String> = resources.filter_map(inside).collect();
             let name = reference.resource;
             // What has the name outside is not seen here; no name inside is meant.
