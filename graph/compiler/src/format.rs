@@ -77,12 +77,10 @@ pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Fo
             }
         }
         if let Work::Render(render) = declared.work() {
-            for color in render.color.iter().filter(|color| color.blend.is_some()) {
-                wants[color.to.resource.index()].blends = true;
-            }
             for color in &render.color {
-                let views = &mut wants[color.to.resource.index()].views;
-                views.extend(color.format.map(|format| (*pass, format)));
+                let wants = &mut wants[color.to.resource.index()];
+                wants.blends |= color.blend.is_some();
+                wants.views.extend(color.format.map(|format| (*pass, format)));
             }
         }
     }

@@ -275,14 +275,9 @@ impl<'a> ResolvedResources<'a> {
         diagnostics: &mut Vec<Diagnostic>,
     ) {
         let resource = self.pipeline.resource(handle);
-        let Some(allowed) =
-            options.import_usages.get(&resource.name).filter(|_| resource.lifetime() == Lifetime::Imported)
-        else {
-            return;
-        };
-        if allowed.contains(usages) {
-            return;
-        }
+        let allowed = options.import_usages.get(&resource.name);
+        let allowed = allowed.filter(|_| resource.lifetime() == Lifetime::Imported);
+        let Some(allowed) = allowed.filter(|allowed| !allowed.contains(usages)) else { return };
         for (pass, one) in
             wants.accesses.iter().filter(|(_, one)| !allowed.contains(one.usage.texture_usages()))
         {
