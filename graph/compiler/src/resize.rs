@@ -79,7 +79,9 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
+    use crate::diagnostic::codes;
     use crate::language::{Expr, Lifetime};
+    use crate::pipeline::SubresourceRange;
     use crate::{Assembly, build};
 
     #[test]
@@ -106,5 +108,28 @@ mod tests {
             assert!(!taken_over(&PlanOptions { objective, ..options.clone() }));
         }
         assert!(!taken_over(&PlanOptions { aliasing: false, ..options }));
+    }
+
+    #[test]
+    fn a_layer_that_only_a_toggled_pass_writes_is_found_when_it_comes_to_be() {
+        let mut assembly = Assembly::new("growing");
+        let picture = assembly.texture_with("picture", |texture| {
+            texture.lifetime = Lifetime::Imported;
+            texture.layers = Some(Expr::from("viewport.width"));
+        });
+        let toggle = assembly.toggle("on");
+        let layer = |layer| SubresourceRange::of(Some(0), Some(layer));
+        let always = assembly.pass("always").writes_range(picture, layer(0)).writes_range(picture, layer(1));
+        let always = always.handle();
+        let _ = assembly.pass("sometimes").writes(picture).toggle(toggle, true).after(always);
+        let (pipeline, sources) = assembly.finish();
+        let mut diagnostics = Diagnostics::new();
+        let graph = build(&pipeline, &mut diagnostics).expect("a graph");
+        let options = PlanOptions::new(2, 2);
+        let two = plan(&pipeline, &graph, &options, &sources, &mut diagnostics).expect("a plan");
+        let options = PlanOptions::new(3, 2);
+        assert!(plan(&pipeline, &graph, &options, &sources, &mut diagnostics).is_none());
+        let rejected = two.resized(&graph, &options, &sources).expect_err("a diagnostic");
+        assert!(rejected.iter().any(|one| one.code == codes::TOGGLED_AWAY));
     }
 }
