@@ -35,7 +35,7 @@ pub(crate) fn kind_of(document: &Document) -> Option<FileKind> {
 pub(crate) fn check(document: &Document, kind: FileKind, registry: &Registry) -> Diagnostics {
     let schema = schema_of(kind, registry);
     let mut diagnostics = Diagnostics::new();
-    Schema::new(&schema, &schema).check(&document.root, "", &mut diagnostics);
+    Schema::new(&schema).check(&document.root, "", &mut diagnostics);
     diagnostics
 }
 

@@ -204,7 +204,7 @@ impl Registry {
     pub(crate) fn schema(&self) -> &document::schema::Schema {
         self.schema.get_or_init(|| {
             let json = crate::pipeline::schema_of_composed(crate::pipeline::FileKind::Pipeline, self);
-            Arc::new(document::schema::Schema::new(&json, &json))
+            Arc::new(document::schema::Schema::new(&json))
         })
     }
 

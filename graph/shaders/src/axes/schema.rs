@@ -93,7 +93,7 @@ mod tests {
         let file = sources.add("a.axes.json", text);
         let document = crate::document::parse(&sources, file).unwrap();
         let (schema, mut diagnostics) = (schema(), Diagnostics::new());
-        crate::document::schema::check(&document.root, &schema, &schema, "", &mut diagnostics);
+        crate::document::schema::Schema::new(&schema).check(&document.root, "", &mut diagnostics);
         diagnostics.len()
     }
 

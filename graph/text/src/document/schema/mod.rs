@@ -24,11 +24,6 @@ use super::{Entry, Kind, Pointer, Value};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, suggested_name};
 use rules::{Additional, Alternatives, Branch, Node, Rules};
 
-/// Checks `value`, which stands at `pointer`, against `schema`; `$ref`s are looked up in `root`.
-pub fn check(value: &Value, schema: &Json, root: &Json, pointer: &str, diagnostics: &mut Diagnostics) {
-    Schema::new(schema, root).check(value, pointer, diagnostics);
-}
-
 impl Schema {
     /// Checks `value`, which stands at `pointer`.
     pub fn check(&self, value: &Value, pointer: &str, diagnostics: &mut Diagnostics) {
@@ -102,13 +97,12 @@ impl<'a> Checker<'a, '_> {
         pointer: &Pointer<'_>,
         depth: usize,
     ) {
-        let properties = rules.properties.as_ref();
         for entry in entries {
             if self.diagnostics.len() >= MAX_DIAGNOSTICS {
                 return;
             }
             let at = pointer.key(&entry.key);
-            if let Some(rule) = properties.and_then(|properties| properties.get(&entry.key)) {
+            if let Some(rule) = rules.property(&entry.key) {
                 self.value(&entry.value, rule, &at, depth + 1);
                 continue;
             }
@@ -116,8 +110,7 @@ impl<'a> Checker<'a, '_> {
                 Additional::Any => {}
                 Additional::Like(rule) => self.value(&entry.value, rule, &at, depth + 1),
                 Additional::None => {
-                    let known: Vec<&str> =
-                        properties.map(|properties| properties.keys().collect()).unwrap_or_default();
+                    let known: Vec<&str> = rules.properties.iter().map(|(key, _)| key.as_str()).collect();
                     self.push(unknown_key(entry, &known, entries), &at);
                 }
             }
@@ -125,7 +118,7 @@ impl<'a> Checker<'a, '_> {
         for required in rules.required.iter().filter(|required| value.get(&required.key).is_none()) {
             // A misspelt key is reported as such; that the right one is missing only follows from it.
             let misspelt = entries.iter().any(|entry| {
-                properties.is_some_and(|properties| properties.get(&entry.key).is_none())
+                rules.property(&entry.key).is_none()
                     && suggested_name(&entry.key, [required.key.as_str()]).is_some()
             });
             if !misspelt {
@@ -154,10 +147,7 @@ impl<'a> Checker<'a, '_> {
                 self.push(diagnostic, &pointer.key(&second.key));
             }
             (None, _) => {
-                let is_known = |entry: &Entry| {
-                    rules.properties.as_ref().is_some_and(|properties| properties.get(&entry.key).is_some())
-                };
-                if entries.iter().all(is_known) {
+                if entries.iter().all(|entry| rules.property(&entry.key).is_some()) {
                     let message = "the key that says what this is is missing here";
                     let diagnostic = Diagnostic::error(codes::MISSING_KEY, value.span, message);
                     let known = format!("the keys that it can be are {}", keys.join(", "));
@@ -230,32 +220,20 @@ impl<'a> Checker<'a, '_> {
             return;
         }
         if let Some(text) = value.text() {
-            let words = || typed().flat_map(|branch| &branch.words);
+            let words = || typed().flat_map(|branch| &branch.words).map(String::as_str);
             if words().count() >= count {
                 if !words().any(|word| word == text) {
-                    let words: Vec<&str> = words().map(String::as_str).collect();
-                    let is_expression =
-                        alternatives.takes_expressions && text.contains(['?', '(', '!', '=', '&', '|']);
-                    self.push(
-                        match is_expression {
-                            true => unknown_word(value, &words)
-                                .help(format!("an expression begins with \"=\": write \"={text}\"")),
-                            false => match unknown_word(value, &words) {
-                                // It may be the name of a parameter or derived value.
-                                word if alternatives.takes_expressions
-                                    && word.fix.is_none()
-                                    && is_name(text) =>
-                                {
-                                    let known = word.help.clone().unwrap_or_default();
-                                    word.help(format!(
-                                        "{known}; an expression begins with \"=\": \"={text}\""
-                                    ))
-                                }
-                                word => word,
-                            },
-                        },
-                        pointer,
-                    );
+                    let mut diagnostic = unknown_word(value, &words().collect::<Vec<&str>>());
+                    if alternatives.takes_expressions && text.contains(['?', '(', '!', '=', '&', '|']) {
+                        let help = format!("an expression begins with \"=\": write \"={text}\"");
+                        diagnostic = diagnostic.help(help);
+                    } else if alternatives.takes_expressions && diagnostic.fix.is_none() && is_name(text) {
+                        // It may be the name of a parameter or derived value.
+                        let known = diagnostic.help.take().unwrap_or_default();
+                        let help = format!("{known}; an expression begins with \"=\": \"={text}\"");
+                        diagnostic = diagnostic.help(help);
+                    }
+                    self.push(diagnostic, pointer);
                 }
                 return;
             }
@@ -303,8 +281,8 @@ impl<'a> Checker<'a, '_> {
                 let known: Vec<&str> = tagged.iter().map(|(tag, _)| *tag).collect();
                 let mut diagnostic = unknown_key(entry, &known, entries);
                 let of_any_name = tagged.iter().find(|(tag, branch)| {
-                    let rules = self.schema.rules(&branch.node).and_then(|rules| rules.properties.as_ref());
-                    let rules = rules.and_then(|keys| keys.get(tag)).and_then(|node| self.schema.rules(node));
+                    let tagged = self.schema.rules(&branch.node).and_then(|rules| rules.property(tag));
+                    let rules = tagged.and_then(|node| self.schema.rules(node));
                     rules.is_some_and(|rules| matches!(rules.additional, Additional::Like(_)))
                 });
                 if let (Some((tag, _)), None) = (of_any_name, &diagnostic.fix) {
@@ -412,7 +390,7 @@ mod tests {
         let document = crate::document::parse(&sources, file).unwrap();
         let schema = schemars::schema_for!(Resource);
         let mut diagnostics = Diagnostics::new();
-        check(&document.root, schema.as_value(), schema.as_value(), "", &mut diagnostics);
+        Schema::new(schema.as_value()).check(&document.root, "", &mut diagnostics);
         diagnostics
             .iter()
             .map(|d| {

@@ -1,9 +1,8 @@
 //! A schema made ready: references followed, types as sets, words and keys at hand, so that a check looks nothing up.
 
-use std::cmp::Ordering;
 use std::collections::HashMap;
 
-use serde_json::{Map, Value as Json};
+use serde_json::Value as Json;
 
 use super::{Kind, Value};
 
@@ -40,7 +39,8 @@ pub(super) struct Rules {
     pub(super) max_items: Option<u64>,
     pub(super) prefix: Vec<Node>,
     pub(super) items: Option<Node>,
-    pub(super) properties: Option<Properties>,
+    /// The known keys of an object, in the order of the schema.
+    pub(super) properties: Vec<(String, Node)>,
     pub(super) additional: Additional,
     pub(super) required: Vec<Required>,
 }
@@ -50,14 +50,6 @@ pub(super) struct Rules {
 pub(super) struct Wanted {
     pub(super) types: Types,
     pub(super) names: String,
-}
-
-/// The known keys of an object.
-#[derive(Debug, Default)]
-pub(super) struct Properties {
-    list: Vec<(String, Node)>,
-    /// Indices into the list, sorted by the length of the key, then by the key: lengths tell most keys apart.
-    sorted: Vec<usize>,
 }
 
 /// The rule for further keys of an object.
@@ -104,9 +96,9 @@ pub(super) struct Branch {
 pub(super) struct Types(u8);
 
 impl Schema {
-    /// Makes a schema ready; `$ref`s are looked up in `root`.
-    pub fn new(schema: &Json, root: &Json) -> Self {
-        let mut maker = Maker { root, rules: Vec::new(), known: HashMap::new() };
+    /// Makes a schema ready.
+    pub fn new(schema: &Json) -> Self {
+        let mut maker = Maker { root: schema, rules: Vec::new(), known: HashMap::new() };
         let start = maker.node(schema);
         Self { rules: maker.rules, start }
     }
@@ -116,15 +108,9 @@ impl Schema {
     }
 }
 
-impl Properties {
-    pub(super) fn get(&self, key: &str) -> Option<&Node> {
-        let at = self.sorted.binary_search_by(|at| by_length(&self.list[*at].0, key)).ok()?;
-        Some(&self.list[self.sorted[at]].1)
-    }
-
-    /// The keys in the order of the schema.
-    pub(super) fn keys(&self) -> impl Iterator<Item = &str> {
-        self.list.iter().map(|(key, _)| key.as_str())
+impl Rules {
+    pub(super) fn property(&self, key: &str) -> Option<&Node> {
+        self.properties.iter().find(|(known, _)| known == key).map(|(_, node)| node)
     }
 }
 
@@ -190,14 +176,12 @@ struct Maker<'a> {
 impl<'a> Maker<'a> {
     fn node(&mut self, schema: &'a Json) -> Node {
         let description = schema.get("description").and_then(Json::as_str).map(str::to_owned);
-        let rules = resolve(schema, self.root).and_then(|schema| match schema {
-            Json::Object(rules) => Some(self.rules_of(schema, rules)),
-            _ => None,
-        });
+        let rules = resolve(schema, self.root).filter(|schema| schema.is_object());
+        let rules = rules.map(|schema| self.rules_of(schema));
         Node { description, rules }
     }
 
-    fn rules_of(&mut self, schema: &'a Json, json: &'a Map<String, Json>) -> usize {
+    fn rules_of(&mut self, schema: &'a Json) -> usize {
         if let Some(known) = self.known.get(&std::ptr::from_ref(schema)) {
             return *known;
         }
@@ -205,15 +189,15 @@ impl<'a> Maker<'a> {
         self.known.insert(schema, at);
         // Schemas can contain themselves.
         self.rules.push(Rules::default());
-        self.rules[at] = self.make(json);
+        self.rules[at] = self.make(schema);
         at
     }
 
-    fn make(&mut self, json: &'a Map<String, Json>) -> Rules {
+    fn make(&mut self, json: &'a Json) -> Rules {
         let mut rules = Rules::default();
         for word in ["oneOf", "anyOf"] {
             match json.get(word) {
-                Some(Json::Array(branches)) if json.contains_key("properties") => {
+                Some(Json::Array(branches)) if json.get("properties").is_some() => {
                     rules.one_key.push(branches.iter().filter_map(first_required).collect());
                 }
                 Some(Json::Array(branches)) if rules.alternatives.is_none() => {
@@ -226,11 +210,7 @@ impl<'a> Maker<'a> {
         let count = |name: &str| json.get(name).and_then(Json::as_u64);
         rules.types =
             json.get("type").map(|types| Wanted { types: Types::listed(types), names: type_names(types) });
-        rules.words = match (json.get("enum"), json.get("const")) {
-            (Some(Json::Array(words)), _) => Some(words.clone()),
-            (_, Some(word)) => Some(vec![word.clone()]),
-            _ => None,
-        };
+        rules.words = words(json).map(<[Json]>::to_vec);
         (rules.minimum, rules.maximum) = (number("minimum"), number("maximum"));
         rules.above = number("exclusiveMinimum");
         (rules.min_items, rules.max_items) = (count("minItems"), count("maxItems"));
@@ -238,13 +218,8 @@ impl<'a> Maker<'a> {
         rules.prefix = self.nodes(json.get("prefixItems"));
         rules.items = json.get("items").map(|items| self.node(items));
         let properties = json.get("properties").and_then(Json::as_object);
-        rules.properties = properties.map(|properties| {
-            let list: Vec<(String, Node)> =
-                properties.iter().map(|(key, schema)| (key.clone(), self.node(schema))).collect();
-            let mut sorted: Vec<usize> = (0..list.len()).collect();
-            sorted.sort_by(|a, b| by_length(&list[*a].0, &list[*b].0));
-            Properties { list, sorted }
-        });
+        let listed = properties.into_iter().flatten();
+        rules.properties = listed.map(|(key, schema)| (key.clone(), self.node(schema))).collect();
         rules.additional = match json.get("additionalProperties") {
             Some(Json::Bool(false)) => Additional::None,
             Some(schema @ Json::Object(_)) => Additional::Like(self.node(schema)),
@@ -279,22 +254,25 @@ impl<'a> Maker<'a> {
         let takes_expressions = flat.iter().any(|branch| is_expression(&branch));
         flat.retain(|branch| !is_expression(&branch));
         let mut names: Vec<String> = Vec::new();
-        flat.iter().for_each(|branch| collect_type_names(branch, self.root, &mut names, 0));
-        let branches = flat
-            .into_iter()
-            .map(|branch| Branch {
-                node: self.node(branch),
-                could_be: could_be(branch, self.root, 0),
-                words: branch_words(branch),
-                tag: tag(branch).map(str::to_owned),
-            })
-            .collect();
+        for name in flat.iter().filter_map(|branch| branch.get("type")).map(type_names) {
+            if !names.contains(&name) && name != "null" {
+                names.push(name);
+            }
+        }
+        let branch = |branch: &'a Json| Branch {
+            node: self.node(branch),
+            could_be: could_be(branch),
+            words: words(branch)
+                .unwrap_or_default()
+                .iter()
+                .filter_map(Json::as_str)
+                .map(str::to_owned)
+                .collect(),
+            tag: tag(branch).map(str::to_owned),
+        };
+        let branches = flat.into_iter().map(branch).collect();
         Alternatives { takes_expressions, branches, wanted: join_or(&names) }
     }
-}
-
-fn by_length(a: &str, b: &str) -> Ordering {
-    a.len().cmp(&b.len()).then_with(|| a.cmp(b))
 }
 
 fn resolve<'a>(schema: &'a Json, root: &'a Json) -> Option<&'a Json> {
@@ -313,10 +291,7 @@ fn flatten<'a>(branches: &'a [Json], root: &'a Json, flat: &mut Vec<&'a Json>, d
     for branch in branches.iter().filter_map(|branch| resolve(branch, root)) {
         let inner = ["oneOf", "anyOf"].iter().find_map(|word| branch.get(word).and_then(Json::as_array));
         match inner {
-            Some(inner)
-                if !branch.as_object().is_some_and(|rules| rules.contains_key("properties"))
-                    && depth < 32 =>
-            {
+            Some(inner) if branch.get("properties").is_none() && depth < 32 => {
                 flatten(inner, root, flat, depth + 1);
             }
             _ => flat.push(branch),
@@ -325,20 +300,9 @@ fn flatten<'a>(branches: &'a [Json], root: &'a Json, flat: &mut Vec<&'a Json>, d
 }
 
 /// The types that fit a branch, as far as its type says.
-fn could_be(branch: &Json, root: &Json, depth: usize) -> Types {
-    if depth > 32 {
-        return Types::ALL;
-    }
+fn could_be(branch: &Json) -> Types {
     if let Some(types) = branch.get("type") {
         return Types::listed(types);
-    }
-    for word in ["oneOf", "anyOf"] {
-        if let Some(Json::Array(branches)) = branch.get(word) {
-            return branches
-                .iter()
-                .filter_map(|branch| resolve(branch, root))
-                .fold(Types(0), |all, branch| all.or(could_be(branch, root, depth + 1)));
-        }
     }
     match branch.get("const") {
         None => Types::ALL,
@@ -385,28 +349,12 @@ fn join_or(names: &[String]) -> String {
     }
 }
 
-fn collect_type_names(branch: &Json, root: &Json, names: &mut Vec<String>, depth: usize) {
-    if let Some(types) = branch.get("type") {
-        let name = type_names(types);
-        if !names.contains(&name) && name != "null" {
-            names.push(name);
-        }
-    }
-    for word in ["oneOf", "anyOf"] {
-        for inner in branch.get(word).and_then(Json::as_array).into_iter().flatten().filter(|_| depth < 32) {
-            if let Some(inner) = resolve(inner, root) {
-                collect_type_names(inner, root, names, depth + 1);
-            }
-        }
-    }
-}
-
-/// The words that a branch accepts, if it is an enumeration of texts.
-fn branch_words(branch: &Json) -> Vec<String> {
-    match (branch.get("enum"), branch.get("const")) {
-        (Some(Json::Array(words)), _) => words.iter().filter_map(Json::as_str).map(str::to_owned).collect(),
-        (_, Some(Json::String(word))) => vec![word.clone()],
-        _ => Vec::new(),
+/// The values that a schema lists, if it is an enumeration.
+fn words(schema: &Json) -> Option<&[Json]> {
+    match (schema.get("enum"), schema.get("const")) {
+        (Some(Json::Array(words)), _) => Some(words),
+        (_, Some(word)) => Some(std::slice::from_ref(word)),
+        _ => None,
     }
 }
 
