@@ -5,10 +5,15 @@
 //! that begins at or left of the line of a bracket, without closing it, stands where it should have been closed; and so
 //! does a `}` where a `[` is open.
 //!
-//! One scan, linear in the text; strings and comments are skipped. Limits: a text whose outermost bracket holds lines
+//! One scan of the tokens, linear in the text. Limits: a text whose outermost bracket holds lines
 //! that are not indented says nothing; tabs count as one space.
 
 use std::ops::Range;
+
+use jsonc_parser::Scanner;
+use jsonc_parser::tokens::Token;
+
+use super::parse::STRICT_TOKENS;
 
 /// The maximum depth; no pipeline that nests deeper is read.
 const MAX_DEPTH: usize = 1024;
@@ -76,58 +81,29 @@ pub(super) fn unclosed(text: &str) -> Found {
         is_laid_out: None,
         last: (0, 0, false),
     };
-    let bytes = text.as_bytes();
-    let mut at = 0;
-    while let Some(byte) = bytes.get(at) {
-        let end = match byte {
-            b'\n' => {
-                (scan.line, scan.indentation) = (at + 1, None);
-                at + 1
+    let mut scanner = Scanner::new(text, &STRICT_TOKENS);
+    let mut before = 0;
+    // No bracket mends a text in which something is no token.
+    while let Ok(Some(token)) = scanner.scan() {
+        let (start, end) = (scanner.token_start(), scanner.token_end());
+        if let Some(newline) = text[before..start].rfind('\n') {
+            (scan.line, scan.indentation) = (before + newline + 1, None);
+        }
+        match token {
+            Token::CommentLine(_) => {}
+            Token::CommentBlock(_) => {
+                scan.line = text[start..end].rfind('\n').map_or(scan.line, |newline| start + newline + 1);
             }
-            byte if byte.is_ascii_whitespace() => at + 1,
-            b'/' if bytes.get(at + 1) == Some(&b'/') => {
-                text[at..].find('\n').map_or(text.len(), |length| at + length)
-            }
-            b'/' if bytes.get(at + 1) == Some(&b'*') => {
-                let end = text[at + 2..].find("*/").map_or(text.len(), |length| at + 2 + length + 2);
-                if let Some(newline) = text[at..end].rfind('\n') {
-                    scan.line = at + newline + 1;
-                }
-                end
-            }
-            b'"' => {
-                let end = end_of_string(bytes, at);
-                scan.token(at, end);
-                end
-            }
-            _ => {
-                // The rest of a character, or of a word, is another token, which changes nothing.
-                let end = (at + 1..).find(|end| text.is_char_boundary(*end)).unwrap_or(text.len());
-                scan.token(at, end);
-                end
-            }
-        };
+            _ => scan.token(start, end),
+        }
         if scan.open.len() > MAX_DEPTH {
             return Found::default();
         }
-        at = end;
+        before = end;
     }
     let end = text.len()..text.len();
     scan.found.at_the_end = scan.open.last().map(|open| scan.diagnostic(open, end));
     scan.found
-}
-
-/// The end of a string that starts here; of one without an end, that of its line.
-fn end_of_string(bytes: &[u8], start: usize) -> usize {
-    let mut at = start + 1;
-    loop {
-        match bytes.get(at) {
-            None | Some(b'\n') => return at.min(bytes.len()),
-            Some(b'"') => return at + 1,
-            Some(b'\\') if bytes.get(at + 1).is_some_and(|next| *next != b'\n') => at += 2,
-            Some(_) => at += 1,
-        }
-    }
 }
 
 impl Scan<'_> {
