@@ -111,18 +111,14 @@ impl Files for Memory {
         let name = path.to_string_lossy().replace('\\', "/");
         match self.0.get(&name) {
             Some(text) => Ok(sources.add(name, text.as_str())),
-            None => Err(Diagnostic::in_file(
-                codes::FILE_UNREADABLE,
-                &name,
-                "",
-                format!("the file \"{name}\" cannot be read: it does not exist"),
-            )
-            .help("paths are relative to the folder of the file that names them"))
-            .map_err(|diagnostic| {
+            None => {
+                let message = format!("the file \"{name}\" cannot be read: it does not exist");
+                let diagnostic = Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", message)
+                    .help("paths are relative to the folder of the file that names them");
                 let beside = self.0.keys().map(Path::new).filter(|known| known.parent() == path.parent());
                 let names = beside.filter_map(|known| known.file_name()?.to_str());
-                with_meant(diagnostic, meant_among(names, path, &DOCUMENTS))
-            }),
+                Err(with_meant(diagnostic, meant_among(names, path, &DOCUMENTS)))
+            }
         }
     }
 }
@@ -152,10 +148,7 @@ fn meant_among<'n>(names: impl Iterator<Item = &'n str>, path: &Path, ends: &[&s
 }
 
 fn with_meant(diagnostic: Diagnostic, meant: Option<String>) -> Diagnostic {
-    match meant {
-        Some(meant) => diagnostic.help(meant),
-        None => diagnostic,
-    }
+    Diagnostic { help: meant.or(diagnostic.help), ..diagnostic }
 }
 
 fn folder_of(path: &Path) -> &Path {

@@ -57,7 +57,7 @@ pub(super) fn put_in(document: &mut Value, mut extension: Value, diagnostics: &m
             let mut pass = pass.clone();
             let mut after: Vec<(String, Span)> = limits.0.clone();
             after.extend(previous.take());
-            add_to_list(&mut pass.value, "after", &after);
+            add_after(&mut pass.value, &after);
             before.extend(limits.1.iter().map(|name| (name.clone(), pass.key.clone(), pass.key_span)));
             previous = Some((pass.key.clone(), pass.key_span));
             passes.push(pass);
@@ -91,7 +91,7 @@ pub(super) fn put_in(document: &mut Value, mut extension: Value, diagnostics: &m
     for (later, earlier, place) in before {
         let mut passes = document.entries_of_mut("passes").into_iter().flatten();
         if let Some(pass) = passes.find(|pass| pass.key == later) {
-            add_to_list(&mut pass.value, "after", &[(earlier, place)]);
+            add_after(&mut pass.value, &[(earlier, place)]);
         }
     }
     changes
@@ -139,20 +139,21 @@ fn last_inserted(document: &Value, after: &Names) -> Option<(String, Span)> {
     inserted.map(|pass| (pass.key.clone(), pass.key_span))
 }
 
-fn add_to_list(object: &mut Value, key: &str, names: &[(String, Span)]) {
+/// Lets a pass run after others.
+fn add_after(pass: &mut Value, names: &[(String, Span)]) {
     if names.is_empty() {
         return;
     }
     let text = |(name, span): &(String, Span)| Value { span: *span, kind: Kind::Text(name.clone()) };
-    let span = object.span;
-    let Kind::Object(entries) = &mut object.kind else { return };
-    match entries.iter_mut().find(|entry| entry.key == key) {
+    let span = pass.span;
+    let Kind::Object(entries) = &mut pass.kind else { return };
+    match entries.iter_mut().find(|entry| entry.key == "after") {
         Some(Entry { value: Value { kind: Kind::Array(list), .. }, .. }) => {
             list.extend(names.iter().map(text));
         }
         Some(_) => {}
         None => entries.push(Entry {
-            key: key.to_owned(),
+            key: "after".to_owned(),
             key_span: span,
             value: Value { span, kind: Kind::Array(names.iter().map(text).collect()) },
         }),

@@ -101,7 +101,7 @@ fn lay_over(
                     diagnostic.suggest_unless(&entry.key, names, Some(entry.key_span), taken, |_| {
                         "null deletes what the extended file has under that key".to_owned()
                     });
-                diagnostics.push(diagnostic.pointer(at));
+                diagnostics.push(diagnostic.pointer(&at));
             }
             (Some(index), _) => {
                 let span = entries[index].value.span;
@@ -160,7 +160,7 @@ pub(super) fn reject_deletions(
             let message = format!("there is no \"{}\" to delete", entry.key);
             diagnostics.push(
                 Diagnostic::error(codes::DELETES_NOTHING, entry.key_span, message)
-                    .pointer(at)
+                    .pointer(&at)
                     .help("null deletes what an extended file has under that key; leave the key out"),
             );
             false

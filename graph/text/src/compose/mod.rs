@@ -161,16 +161,14 @@ impl Composer<'_> {
         self.seen.push(file);
         self.paths.insert(normalize(path));
         self.chain.push((path.to_owned(), None));
-        let root = match document::parse(self.sources, file) {
-            Ok(document) => Some(document.root),
-            Err(diagnostics) => {
-                self.diagnostics.extend(diagnostics);
-                None
-            }
-        };
-        let root = root.and_then(|root| self.compose_value(root, path));
+        let root = self.parse(file).and_then(|root| self.compose_value(root, path));
         self.chain.pop();
         root
+    }
+
+    fn parse(&mut self, file: FileId) -> Option<Value> {
+        let parsed = document::parse(self.sources, file);
+        parsed.map_err(|diagnostics| self.diagnostics.extend(diagnostics)).ok().map(|document| document.root)
     }
 
     fn compose_value(&mut self, mut root: Value, path: &Path) -> Option<Value> {
@@ -265,15 +263,11 @@ impl Composer<'_> {
     fn follow(&mut self, name: &str, place: Span, from: &Path, layer: Layer) -> Option<Value> {
         let path = path_in(self.files, from.parent().unwrap_or_else(|| Path::new("")), name);
         if let Some(at) = self.chain.iter().position(|(known, _)| normalize(known) == path) {
-            let mut diagnostic =
+            let diagnostic =
                 Diagnostic::error(codes::FILE_CYCLE, place, format!("\"{name}\" leads back to itself"))
                     .help("take what both need into a third file");
-            for (_, place) in &self.chain[at..] {
-                if let Some(place) = place {
-                    diagnostic = diagnostic.related(*place, "on the way");
-                }
-            }
-            self.diagnostics.push(diagnostic);
+            let way = self.chain[at..].iter().filter_map(|(_, place)| *place);
+            self.diagnostics.push(way.fold(diagnostic, |error, place| error.related(place, "on the way")));
             return None;
         }
         if self.seen.len() >= MAX_FILES || self.chain.len() >= MAX_LEVELS {

@@ -62,21 +62,13 @@ impl Roots {
 
 /// Where the longest part of a path that exists leads.
 fn nearest(path: &Path) -> Option<PathBuf> {
-    let mut rest = path;
-    loop {
-        rest = rest.parent()?;
+    let existing = path.ancestors().skip(1).find_map(|rest| {
         let folder = if rest.as_os_str().is_empty() { Path::new(".") } else { rest };
-        // A name beyond what does not exist may lead up again.
-        let behind = path.strip_prefix(rest).unwrap_or(path);
-        if behind.components().any(|part| part == Component::ParentDir)
-            && std::fs::canonicalize(folder).is_ok()
-        {
-            return None;
-        }
-        if let Ok(found) = std::fs::canonicalize(folder) {
-            return Some(found);
-        }
-    }
+        Some((std::fs::canonicalize(folder).ok()?, path.strip_prefix(rest).unwrap_or(path)))
+    });
+    // A name beyond what does not exist may lead up again.
+    let (found, behind) = existing?;
+    behind.components().all(|part| part != Component::ParentDir).then_some(found)
 }
 
 #[cfg(test)]

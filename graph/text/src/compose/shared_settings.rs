@@ -154,11 +154,11 @@ impl Sharing<'_> {
         chain: &mut Vec<(Span, Span)>,
         pointer: &str,
     ) -> Option<Value> {
+        let error = |code, message| Diagnostic::error(code, name.span, message).pointer(pointer);
         let Some(wanted) = name.text() else {
             let message = format!("the name of shared settings is wanted here, this is {}", name.kind_name());
-            let diagnostic = Diagnostic::error(codes::WRONG_TYPE, name.span, message).pointer(pointer);
-            self.diagnostics
-                .push(diagnostic.help("name a group of \"shared_settings\", or a list of several"));
+            let help = "name a group of \"shared_settings\", or a list of several";
+            self.diagnostics.push(error(codes::WRONG_TYPE, message).help(help));
             return None;
         };
         let found = seen.iter().enumerate().find_map(|(at, section)| {
@@ -167,8 +167,7 @@ impl Sharing<'_> {
         let Some((at, section, group)) = found else {
             let known = seen.iter().flat_map(|section| &section.groups).map(|group| group.key.as_str());
             let message = format!("there are no shared settings \"{wanted}\"");
-            let diagnostic =
-                Diagnostic::error(codes::UNKNOWN_SHARED_SETTINGS, name.span, message).pointer(pointer);
+            let diagnostic = error(codes::UNKNOWN_SHARED_SETTINGS, message);
             self.diagnostics.push(diagnostic.suggest(wanted, known, Some(name.span), |known| match known {
                 [] => "declare them under \"shared_settings\"".to_owned(),
                 known => format!("the shared settings are {}", known.join(", ")),
@@ -177,20 +176,17 @@ impl Sharing<'_> {
         };
         if let Some(first) = chain.iter().position(|(open, _)| *open == group.key_span) {
             let message = format!("the shared settings \"{wanted}\" extend themselves");
-            let mut diagnostic = Diagnostic::error(codes::UNKNOWN_SHARED_SETTINGS, name.span, message)
-                .pointer(pointer)
-                .help("take what both need into a third group");
-            for (_, place) in &chain[first + 1..] {
-                diagnostic = diagnostic.related(*place, "on the way");
-            }
-            self.diagnostics.push(diagnostic);
+            let diagnostic = error(codes::UNKNOWN_SHARED_SETTINGS, message);
+            let diagnostic = diagnostic.help("take what both need into a third group");
+            let way = chain[first + 1..].iter().map(|(_, place)| *place);
+            self.diagnostics.push(way.fold(diagnostic, |error, place| error.related(place, "on the way")));
             return None;
         }
         if !self.whole.contains_key(&group.key_span) {
             if chain.len() >= MAX_LEVELS {
                 let message = format!("shared settings extend one another on {MAX_LEVELS} levels at most");
-                let diagnostic = Diagnostic::error(codes::UNKNOWN_SHARED_SETTINGS, name.span, message);
-                self.diagnostics.push(diagnostic.pointer(pointer).help("join some of the groups"));
+                let diagnostic = error(codes::UNKNOWN_SHARED_SETTINGS, message);
+                self.diagnostics.push(diagnostic.help("join some of the groups"));
                 return None;
             }
             chain.push((group.key_span, name.span));
@@ -206,9 +202,8 @@ impl Sharing<'_> {
         self.values += count(&whole);
         if self.values > MAX_VALUES {
             let message = format!("the passes take over more than {MAX_VALUES} values");
-            let diagnostic = Diagnostic::error(codes::FILE_TOO_LARGE, name.span, message).pointer(pointer);
-            self.diagnostics
-                .push(diagnostic.help("write fewer passes, or smaller groups of shared settings"));
+            let help = "write fewer passes, or smaller groups of shared settings";
+            self.diagnostics.push(error(codes::FILE_TOO_LARGE, message).help(help));
             return None;
         }
         Some(whole)

@@ -13,7 +13,7 @@ use std::path::Path;
 
 use super::{Composer, Files, Layer, MAX_FILES, TOP, merge, path_in};
 use crate::diagnostic::{Diagnostic, codes};
-use crate::document::{self, Entry, Kind, Value};
+use crate::document::{Entry, Kind, Value};
 use crate::source::Span;
 
 /// Whether the subgraph of a pass is a file.
@@ -29,12 +29,8 @@ pub(super) fn resolve(files: &dyn Files, root: &mut Value, path: &Path) {
         match section.key.as_str() {
             "passes" | "shared_settings" => resolve_passes(&mut section.value),
             "subgraphs" => {
-                for subgraph in members_mut(&mut section.value) {
-                    let sections = members_mut(&mut subgraph.value).iter_mut();
-                    sections
-                        .filter(|section| matches!(section.key.as_str(), "passes" | "shared_settings"))
-                        .for_each(|section| resolve_passes(&mut section.value));
-                }
+                let subgraphs = members_mut(&mut section.value).iter_mut();
+                subgraphs.for_each(|subgraph| resolve(files, &mut subgraph.value, path));
             }
             "inserts" => {
                 let points = members_mut(&mut section.value).iter_mut();
@@ -130,13 +126,7 @@ impl Composer<'_> {
         let file = self.read(path, place)?;
         self.layers.insert(file, Layer::Used);
         self.seen.push(file);
-        let mut root = match document::parse(self.sources, file) {
-            Ok(document) => document.root,
-            Err(diagnostics) => {
-                self.diagnostics.extend(diagnostics);
-                return None;
-            }
-        };
+        let mut root = self.parse(file)?;
         let what = match (root.get("passes"), root.get("inserts"), root.get("parameters")) {
             (None, Some(_), _) => Some("an extension: `--extension FILE` puts it into a pipeline"),
             (None, None, Some(_)) => Some("a parameter file: `--params FILE` gives its values"),

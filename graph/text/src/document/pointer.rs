@@ -41,12 +41,6 @@ impl fmt::Display for Pointer<'_> {
     }
 }
 
-impl From<Pointer<'_>> for String {
-    fn from(pointer: Pointer<'_>) -> Self {
-        pointer.to_string()
-    }
-}
-
 impl From<&Pointer<'_>> for String {
     fn from(pointer: &Pointer<'_>) -> Self {
         pointer.to_string()
