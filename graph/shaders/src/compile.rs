@@ -16,7 +16,7 @@ use super::templates::TemplateSet;
 use super::text_map::TextMap;
 use super::wgsl;
 use super::wgsl_error::Rejection;
-use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, Severity, describe};
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, Severity, describe, select};
 use crate::source::Span as SourceSpan;
 
 /// One variant of a template, proven valid for a profile.
@@ -99,11 +99,7 @@ pub fn complete(
     }
     if diagnostics.is_empty() {
         diagnostics.extend(axes.violated(&values).map(|constraint| {
-            let involved: AxisValues = constraint
-                .axes()
-                .into_iter()
-                .filter_map(|name| Some((name.to_owned(), values.get(name)?.clone())))
-                .collect();
+            let involved = select(&values, |name| constraint.axes().contains(name));
             let message =
                 format!("{} breaks a constraint of \"{template}\": {constraint}", describe(&involved));
             Diagnostic::error(codes::CONSTRAINT_VIOLATED, constraint.span, message)
@@ -125,17 +121,10 @@ pub(crate) fn unknown_axis(axes: &Axes, template: &str, name: &str, place: Place
 
 /// The values of those axes that are variables of the template.
 pub(crate) fn template_values(templates: &TemplateSet, template: &str, values: &AxisValues) -> AxisValues {
-    let is_variable = |name: &str| {
-        templates
-            .axes(template)
-            .and_then(|axes| axes.get(name))
-            .is_some_and(|axis| axis.mode == AxisMode::Template)
-    };
-    values
-        .iter()
-        .filter(|(name, _)| is_variable(name))
-        .map(|(name, value)| (name.clone(), value.clone()))
-        .collect()
+    select(values, |name| {
+        let axis = templates.axes(template).and_then(|axes| axes.get(name));
+        axis.is_some_and(|axis| axis.mode == AxisMode::Template)
+    })
 }
 
 fn check(
@@ -173,11 +162,7 @@ fn check(
     }
     Ok(ShaderModule {
         template: template.to_owned(),
-        axes: values
-            .iter()
-            .filter(|(name, _)| read.contains(*name))
-            .map(|(k, v)| (k.clone(), v.clone()))
-            .collect(),
+        axes: select(values, |name| read.contains(name)),
         constants: constants.into_iter().collect(),
         hash: *blake3::hash(source.wgsl.as_bytes()).as_bytes(),
         wgsl: source.wgsl.as_str().into(),

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use super::Explored;
 use super::report::TemplateReport;
-use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe, select};
 use crate::interface::{self, InterfaceConflict};
 use crate::source::Span;
 use crate::{Axes, Reflection, TemplateSet, codes, stages};
@@ -157,8 +157,7 @@ fn closest<'a>(
 
 /// The values of the one that the other does not have.
 fn apart(one: &AxisValues, other: &AxisValues) -> AxisValues {
-    let differs = |(name, value): &(&String, &AxisValue)| other.get(*name) != Some(*value);
-    one.iter().filter(differs).map(|(name, value)| (name.clone(), value.clone())).collect()
+    select(one, |name| one.get(name) != other.get(name))
 }
 
 /// The name in the declaration of a module-scope variable.

@@ -16,8 +16,8 @@ mod values;
 pub use code::Code;
 pub use count::Count;
 pub(crate) use suggest::DID_YOU_MEAN;
-pub use suggest::{certain_suggestion, suggested_name};
-pub use values::{AxisValue, AxisValues, describe};
+pub use suggest::suggested_name;
+pub use values::{AxisValue, AxisValues, describe, select};
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::hash::{Hash as _, Hasher as _};
@@ -325,9 +325,7 @@ impl<'a> IntoIterator for &'a Diagnostics {
 
 impl From<Diagnostic> for Diagnostics {
     fn from(diagnostic: Diagnostic) -> Self {
-        let mut diagnostics = Self::new();
-        diagnostics.push(diagnostic);
-        diagnostics
+        Self::from_iter([diagnostic])
     }
 }
 

@@ -92,12 +92,6 @@ pub fn suggested_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a s
     Closest::of(name, &candidates).map(|closest| closest.name)
 }
 
-/// The same, or `None` where two candidates are equally close: only what this gives is fit for a fix.
-pub fn certain_suggestion<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let candidates: Vec<&str> = candidates.into_iter().collect();
-    Closest::of(name, &candidates).filter(|closest| closest.is_certain).map(|closest| closest.name)
-}
-
 struct Closest<'a> {
     name: &'a str,
     /// Whether no other candidate is as close.
@@ -134,8 +128,11 @@ mod tests {
 
     #[test]
     fn what_is_as_close_as_another_is_no_fix() {
-        assert_eq!(certain_suggestion("color_c", ["color_a", "color_b"]), None);
-        assert_eq!(certain_suggestion("colr", ["color", "colder"]), Some("color"));
+        let certain = |name, candidates: [&'static str; 2]| {
+            Closest::of(name, &candidates).filter(|closest| closest.is_certain).map(|closest| closest.name)
+        };
+        assert_eq!(certain("color_c", ["color_a", "color_b"]), None);
+        assert_eq!(certain("colr", ["color", "colder"]), Some("color"));
     }
 
     #[test]

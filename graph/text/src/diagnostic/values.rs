@@ -52,6 +52,12 @@ impl From<&str> for AxisValue {
     }
 }
 
+/// The values of some of the axes.
+pub fn select(values: &AxisValues, is_wanted: impl Fn(&str) -> bool) -> AxisValues {
+    let wanted = values.iter().filter(|(name, _)| is_wanted(name));
+    wanted.map(|(name, value)| (name.clone(), value.clone())).collect()
+}
+
 /// `a=true, b=pcss`: values as one line, in the order of the names; `no axes` for none.
 pub fn describe(values: &AxisValues) -> String {
     if values.is_empty() {

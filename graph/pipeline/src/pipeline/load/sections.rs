@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::compose::is_incomplete;
-use crate::diagnostic::{Diagnostic, Diagnostics, certain_suggestion, codes, suggested_name};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, suggested_name};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::language::unknown_format;
 use crate::node::Registry;
@@ -128,7 +128,7 @@ pub fn as_written(document: &Document, diagnostics: Diagnostics) -> Diagnostics 
     let is_there = |section: &str| entries.iter().any(|entry| entry.key == section);
     let written = |pointer: &str| -> Option<String> {
         let section = pointer.strip_prefix('/')?.split('/').next().filter(|section| !is_there(section))?;
-        let is_it = |entry: &&Entry| certain_suggestion(&entry.key, [section]).is_some();
+        let is_it = |entry: &&Entry| suggested_name(&entry.key, [section]).is_some();
         let key = &entries.iter().find(is_it)?.key;
         Some(pointer_join("", key) + &pointer[1 + section.len()..])
     };
