@@ -72,15 +72,6 @@ impl fmt::Display for Diagnostic {
 
 impl std::error::Error for Diagnostic {}
 
-impl<'a> IntoIterator for &'a Error {
-    type Item = &'a Diagnostic;
-    type IntoIter = std::slice::Iter<'a, Diagnostic>;
-
-    fn into_iter(self) -> Self::IntoIter {
-        self.findings().iter()
-    }
-}
-
 impl From<Error> for Diagnostics {
     fn from(error: Error) -> Self {
         error.0.findings

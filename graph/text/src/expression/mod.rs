@@ -76,14 +76,8 @@ impl std::fmt::Display for Value {
             Value::Number(value) => value.fmt(f),
             Value::Text(value) => value.fmt(f),
             Value::List(values) => {
-                f.write_str("[")?;
-                for (at, value) in values.iter().enumerate() {
-                    if at > 0 {
-                        f.write_str(", ")?;
-                    }
-                    value.fmt(f)?;
-                }
-                f.write_str("]")
+                let values: Vec<String> = values.iter().map(Value::to_string).collect();
+                write!(f, "[{}]", values.join(", "))
             }
         }
     }

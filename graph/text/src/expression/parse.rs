@@ -184,12 +184,7 @@ impl Parser<'_> {
     fn number(&mut self) -> Result<Expression, ExpressionError> {
         let start = self.at;
         let bytes = self.text.as_bytes();
-        let digits = |mut at: usize| {
-            while bytes.get(at).is_some_and(u8::is_ascii_digit) {
-                at += 1;
-            }
-            at
-        };
+        let digits = |at: usize| at + bytes[at..].iter().take_while(|byte| byte.is_ascii_digit()).count();
         self.at = digits(self.at);
         if bytes.get(self.at) == Some(&b'.') && bytes.get(self.at + 1).is_some_and(u8::is_ascii_digit) {
             self.at = digits(self.at + 1);

@@ -125,11 +125,10 @@ pub fn human_all<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sour
     if shown > MAX_SHOWN {
         text.push_str(&format!("{} more diagnostics are not shown\n", shown - MAX_SHOWN));
     }
-    match (errors, warnings) {
-        (0, 0) => {}
-        (_, 0) => text.push_str(&format!("{}\n", counted(errors, "error"))),
-        (0, _) => text.push_str(&format!("{}\n", counted(warnings, "warning"))),
-        _ => text.push_str(&format!("{}, {}\n", counted(errors, "error"), counted(warnings, "warning"))),
+    let counts = [(errors, "error"), (warnings, "warning")].into_iter().filter(|(number, _)| *number > 0);
+    let counts: Vec<String> = counts.map(|(number, noun)| counted(number, noun)).collect();
+    if !counts.is_empty() {
+        text.push_str(&format!("{}\n", counts.join(", ")));
     }
     text
 }
