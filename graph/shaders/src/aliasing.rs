@@ -7,9 +7,7 @@
 
 use std::collections::HashMap;
 
-use naga::{
-    Block, Expression, Function, GlobalVariable, Handle, LocalVariable, Module, Span, Statement, TypeInner,
-};
+use naga::{Block, Expression, Function, GlobalVariable, Handle, LocalVariable, Module, Span, Statement};
 
 use super::wgsl_error::Rejection;
 use super::{codes, ir};
@@ -140,22 +138,16 @@ impl Visit<'_> {
         name.unwrap_or_default()
     }
 
-    fn root(&self, mut pointer: Handle<Expression>) -> Option<Root> {
-        loop {
-            match &self.function.expressions[pointer] {
-                Expression::Access { base, .. } | Expression::AccessIndex { base, .. } => pointer = *base,
-                Expression::LocalVariable(variable) => return Some(Root::Local(*variable)),
-                Expression::GlobalVariable(variable) => return Some(Root::Global(*variable)),
-                Expression::FunctionArgument(at) => {
-                    let ty = self.function.arguments.get(*at as usize)?.ty;
-                    let is_pointer = matches!(
-                        self.module.types[ty].inner,
-                        TypeInner::Pointer { .. } | TypeInner::ValuePointer { .. }
-                    );
-                    return is_pointer.then_some(Root::Argument(*at));
-                }
-                _ => return None,
+    fn root(&self, pointer: Handle<Expression>) -> Option<Root> {
+        match self.function.expressions[ir::whole(self.function, pointer)] {
+            Expression::LocalVariable(variable) => Some(Root::Local(variable)),
+            Expression::GlobalVariable(variable) => Some(Root::Global(variable)),
+            Expression::FunctionArgument(at) => {
+                let ty = self.function.arguments.get(at as usize)?.ty;
+                let is_pointer = self.module.types[ty].inner.pointer_space().is_some();
+                is_pointer.then_some(Root::Argument(at))
             }
+            _ => None,
         }
     }
 }

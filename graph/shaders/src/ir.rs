@@ -83,18 +83,25 @@ pub(crate) fn operands(expression: &Expression) -> Option<impl Iterator<Item = H
     Some(operands.into_iter().flatten().chain(components.iter().copied()))
 }
 
+/// What an expression is a part of, by way of indices and members: the variable behind a pointer, for one.
+pub(crate) fn whole(function: &Function, mut part: Handle<Expression>) -> Handle<Expression> {
+    while let Expression::Access { base, .. } | Expression::AccessIndex { base, .. } =
+        function.expressions[part]
+    {
+        part = base;
+    }
+    part
+}
+
 /// The type of the variable or argument that an image comes from.
 pub(crate) fn image<'m>(
     module: &'m Module,
     function: &Function,
     image: Handle<Expression>,
 ) -> Option<&'m TypeInner> {
-    let ty = match function.expressions[image] {
+    let ty = match function.expressions[whole(function, image)] {
         Expression::GlobalVariable(variable) => module.global_variables[variable].ty,
         Expression::FunctionArgument(at) => function.arguments.get(at as usize)?.ty,
-        Expression::Access { base, .. } | Expression::AccessIndex { base, .. } => {
-            return self::image(module, function, base);
-        }
         _ => return None,
     };
     Some(&module.types[ty].inner)

@@ -181,12 +181,9 @@ impl<'a> Visit<'a> {
 
     /// Adds to what the variable behind a pointer depends on; nothing for what is no pointer to a variable.
     fn store(&mut self, pointer: Handle<Expression>, sources: Sources) {
-        match self.function.expressions[pointer] {
-            Expression::LocalVariable(variable) => *self.own.locals.entry(variable).or_default() |= sources,
-            Expression::Access { base, .. } | Expression::AccessIndex { base, .. } => {
-                self.store(base, sources);
-            }
-            _ => {}
+        let variable = ir::whole(self.function, pointer);
+        if let Expression::LocalVariable(variable) = self.function.expressions[variable] {
+            *self.own.locals.entry(variable).or_default() |= sources;
         }
     }
 }

@@ -150,16 +150,11 @@ impl Walk<'_> {
     pub(super) fn store(&mut self, pointer: Handle<Expression>, depends_on: &[Node], span: Span) {
         let Some(slot) = self.slot(pointer) else { return };
         let mut depends_on = depends_on.to_vec();
-        let mut part = pointer;
-        while let Expression::Access { base, .. } | Expression::AccessIndex { base, .. } =
-            &self.function.expressions[part]
-        {
-            part = *base;
-        }
-        if part != pointer {
+        let variable = ir::whole(self.function, pointer);
+        if variable != pointer {
             depends_on.extend([self.value(pointer), self.state[slot]]);
         }
-        let name = match &self.function.expressions[part] {
+        let name = match &self.function.expressions[variable] {
             Expression::LocalVariable(variable) => self.function.local_variables[*variable].name.as_deref(),
             _ => None,
         };
@@ -177,27 +172,23 @@ impl Walk<'_> {
         }
     }
 
-    fn root(&self, mut pointer: Handle<Expression>) -> Option<Root> {
-        loop {
-            match &self.function.expressions[pointer] {
-                Expression::Access { base, .. } | Expression::AccessIndex { base, .. } => pointer = *base,
-                Expression::LocalVariable(variable) => return Some(Root::Variable(variable.index())),
-                Expression::GlobalVariable(variable) => {
-                    let variable = &self.module.global_variables[*variable];
-                    return Some(Root::Memory(variable.space, variable.name.clone().unwrap_or_default()));
-                }
-                Expression::FunctionArgument(at) => {
-                    let argument = self.function.arguments.get(*at as usize)?;
-                    let space = self.module.types[argument.ty].inner.pointer_space()?;
-                    return Some(match space {
-                        AddressSpace::Function => {
-                            Root::Variable(self.function.local_variables.len() + *at as usize)
-                        }
-                        space => Root::Memory(space, argument.name.clone().unwrap_or_default()),
-                    });
-                }
-                _ => return None,
+    fn root(&self, pointer: Handle<Expression>) -> Option<Root> {
+        match self.function.expressions[ir::whole(self.function, pointer)] {
+            Expression::LocalVariable(variable) => Some(Root::Variable(variable.index())),
+            Expression::GlobalVariable(variable) => {
+                let variable = &self.module.global_variables[variable];
+                Some(Root::Memory(variable.space, variable.name.clone().unwrap_or_default()))
             }
+            Expression::FunctionArgument(at) => {
+                let argument = self.function.arguments.get(at as usize)?;
+                Some(match self.module.types[argument.ty].inner.pointer_space()? {
+                    AddressSpace::Function => {
+                        Root::Variable(self.function.local_variables.len() + at as usize)
+                    }
+                    space => Root::Memory(space, argument.name.clone().unwrap_or_default()),
+                })
+            }
+            _ => None,
         }
     }
 

@@ -21,17 +21,16 @@ pub(super) struct Note {
 
 #[derive(Debug, Default)]
 pub(super) struct FlowGraph {
-    nodes: Node,
-    /// From what depends to what it depends on.
-    edges: Vec<(Node, Node)>,
+    /// Of each node those that depend on it.
+    dependents: Vec<Vec<Node>>,
     notes: HashMap<Node, Note>,
 }
 
 impl FlowGraph {
     pub(super) fn node(&mut self, depends_on: &[Node]) -> Node {
-        let node = self.nodes;
-        self.nodes += 1;
-        self.edges.extend(depends_on.iter().map(|to| (node, *to)));
+        let node = self.dependents.len() as Node;
+        self.dependents.push(Vec::new());
+        depends_on.iter().for_each(|to| self.edge(node, *to));
         node
     }
 
@@ -42,49 +41,23 @@ impl FlowGraph {
     }
 
     pub(super) fn edge(&mut self, from: Node, to: Node) {
-        self.edges.push((from, to));
+        self.dependents[to as usize].push(from);
     }
 
-    /// The same edges, seen from where they lead.
-    pub(super) fn reversed(&self) -> Reversed<'_> {
-        let mut ends = vec![0; self.nodes as usize + 1];
-        self.edges.iter().for_each(|(_, to)| ends[*to as usize + 1] += 1);
-        for at in 1..ends.len() {
-            ends[at] += ends[at - 1];
-        }
-        let mut into = vec![NONE; self.edges.len()];
-        let mut at: Vec<usize> = ends.clone();
-        for (from, to) in &self.edges {
-            into[at[*to as usize]] = *from;
-            at[*to as usize] += 1;
-        }
-        Reversed { graph: self, ends, into }
-    }
-}
-
-#[derive(Debug)]
-pub(super) struct Reversed<'a> {
-    graph: &'a FlowGraph,
-    /// Where the list of each node begins among all, and the next one's.
-    ends: Vec<usize>,
-    into: Vec<Node>,
-}
-
-impl<'a> Reversed<'a> {
     /// All that depends on a node, however indirectly.
-    pub(super) fn depending_on(&self, target: Node) -> Depending<'a> {
-        let mut next = vec![NONE; self.graph.nodes as usize];
+    pub(super) fn depending_on(&self, target: Node) -> Depending<'_> {
+        let mut next = vec![NONE; self.dependents.len()];
         next[target as usize] = target;
         let mut found = VecDeque::from([target]);
         while let Some(node) = found.pop_front() {
-            for from in &self.into[self.ends[node as usize]..self.ends[node as usize + 1]] {
+            for from in &self.dependents[node as usize] {
                 if next[*from as usize] == NONE {
                     next[*from as usize] = node;
                     found.push_back(*from);
                 }
             }
         }
-        Depending { graph: self.graph, next }
+        Depending { graph: self, next }
     }
 }
 

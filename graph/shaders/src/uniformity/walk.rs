@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use naga::{
     AddressSpace, Binding, Block, BuiltIn, Expression, Function, Handle, Module, ShaderStage, Span,
-    Statement, SwitchCase, TypeInner,
+    Statement, SwitchCase,
 };
 
 use super::flow_graph::{FlowGraph, Node, Note};
@@ -29,7 +29,6 @@ struct Frame {
     is_loop: bool,
     /// The variables that are assigned in it, with their values at its end, and at the end of a round.
     assigned: Vec<(usize, Option<Node>, Option<Node>)>,
-    is_continued: bool,
 }
 
 pub(super) struct Walk<'a> {
@@ -69,11 +68,7 @@ impl<'a> Walk<'a> {
         let mut state = vec![uniform; function.local_variables.len()];
         let (mut arguments, mut contents) = (Vec::new(), Vec::new());
         for argument in &function.arguments {
-            let is_variable = matches!(
-                module.types[argument.ty].inner,
-                TypeInner::Pointer { space: AddressSpace::Function, .. }
-                    | TypeInner::ValuePointer { space: AddressSpace::Function, .. }
-            );
+            let is_variable = module.types[argument.ty].inner.pointer_space() == Some(AddressSpace::Function);
             let value = match stage {
                 Some(_) if is_same_everywhere(module, argument) => uniform,
                 Some(_) => {
@@ -118,8 +113,7 @@ impl<'a> Walk<'a> {
             self.returned();
         }
         let Self { graph, needs, .. } = &self;
-        let reversed = graph.reversed();
-        let differing = reversed.depending_on(self.differing);
+        let differing = graph.depending_on(self.differing);
         let mut findings = Vec::new();
         for (need, node) in needs {
             if differing.has(*node) {
@@ -130,7 +124,7 @@ impl<'a> Walk<'a> {
         if self.is_entry {
             return (summary, findings);
         }
-        let start = reversed.depending_on(self.start);
+        let start = graph.depending_on(self.start);
         // One of each severity is enough: what is said of the call is the same.
         for (need, _) in needs.iter().filter(|(_, node)| start.has(*node)) {
             if summary.flow.iter().all(|known| known.warning != need.warning) {
@@ -146,7 +140,7 @@ impl<'a> Walk<'a> {
         for (at, (argument, inner)) in self.arguments.iter().zip(&self.contents).enumerate() {
             let before = inner.map(|(before, _)| (Passed::Contents(at), before));
             for (passed, node) in [(Passed::Argument(at), *argument)].into_iter().chain(before) {
-                let depending = reversed.depending_on(node);
+                let depending = graph.depending_on(node);
                 for (need, _) in needs.iter().filter(|(_, node)| depending.has(*node)) {
                     let is_known =
                         |(known, other): &(Passed, Need)| *known == passed && other.warning == need.warning;
@@ -216,11 +210,11 @@ impl<'a> Walk<'a> {
                 return self.repeated(body, continuing, *break_if, flow);
             }
             Statement::Break => {
-                self.leave(|_| true, false);
+                self.leave(false);
                 return (flow, BREAK);
             }
             Statement::Continue => {
-                self.leave(|frame| frame.is_loop, true);
+                self.leave(true);
                 return (flow, CONTINUE);
             }
             Statement::Return { value } => {
@@ -261,7 +255,7 @@ impl<'a> Walk<'a> {
     fn switch(&mut self, selector: Handle<Expression>, cases: &[SwitchCase], flow: Node) -> (Node, Ends) {
         let decided = self.decided(selector, flow);
         let assigned = self.assigned(cases.iter().map(|case| &case.body));
-        self.frames.push(Frame { is_loop: false, assigned, is_continued: false });
+        self.frames.push(Frame { is_loop: false, assigned });
         let before = self.state.clone();
         let (mut ends, mut flows) = (0, Vec::new());
         let mut met: Option<Vec<Node>> = None;
@@ -302,7 +296,7 @@ impl<'a> Walk<'a> {
             self.state[*slot] = value;
             begins.push((*slot, value));
         }
-        self.frames.push(Frame { is_loop: true, assigned, is_continued: false });
+        self.frames.push(Frame { is_loop: true, assigned });
         let (mut end, mut ends) = self.block(body, round);
         self.join_rounds(ends & NEXT != 0);
         let (last, others) = self.block(continuing, end);
@@ -310,7 +304,7 @@ impl<'a> Walk<'a> {
         ends |= others;
         if let Some(condition) = break_if {
             end = self.decided(condition, end);
-            self.leave(|_| true, false);
+            self.leave(false);
             ends |= BREAK;
         }
         self.graph.edge(round, end);
@@ -341,10 +335,10 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Carries the values of variables to the end of a loop or switch, or of a round; `which` says whether a frame is meant.
-    fn leave(&mut self, which: impl Fn(&Frame) -> bool, is_round: bool) {
-        let Some(frame) = self.frames.iter_mut().rev().find(|frame| which(frame)) else { return };
-        frame.is_continued |= is_round;
+    /// Carries the values of variables to the end of the innermost loop or switch, or of the round of the innermost loop.
+    fn leave(&mut self, is_round: bool) {
+        let mut frames = self.frames.iter_mut().rev();
+        let Some(frame) = frames.find(|frame| frame.is_loop || !is_round) else { return };
         for (slot, exit, round) in &mut frame.assigned {
             let into = if is_round { round } else { exit };
             let node = *into.get_or_insert_with(|| self.graph.node(&[]));
@@ -354,7 +348,7 @@ impl<'a> Walk<'a> {
 
     /// The values of variables where the rounds of a loop come together.
     fn join_rounds(&mut self, is_reached: bool) {
-        let Some(frame) = self.frames.last().filter(|frame| frame.is_continued) else { return };
+        let Some(frame) = self.frames.last() else { return };
         for (slot, _, round) in &frame.assigned {
             let Some(round) = round else { continue };
             if is_reached {
