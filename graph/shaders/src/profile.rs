@@ -93,10 +93,10 @@ impl TargetProfile {
         match name {
             "webgpu" => Some(Self::webgpu()),
             "webgpu-compat" => Some(Self::webgpu_compat()),
-            "vulkan" => Some(Self::vulkan()),
-            "metal" => Some(Self::metal()),
-            "dx12" => Some(Self::dx12()),
-            "gles" => Some(Self::gles()),
+            "vulkan" => Some(Self::core(name, TargetLanguage::Spirv)),
+            "metal" => Some(Self::core(name, TargetLanguage::Msl)),
+            "dx12" => Some(Self::core(name, TargetLanguage::Hlsl)),
+            "gles" => Some(Self::reduced(name, Limits::downlevel_defaults(), TargetLanguage::Glsl)),
             _ => None,
         }
     }
@@ -127,26 +127,6 @@ impl TargetProfile {
             ..Limits::defaults()
         };
         Self::reduced("webgpu-compat", limits, TargetLanguage::Wgsl)
-    }
-
-    /// Vulkan through wgpu.
-    pub fn vulkan() -> Self {
-        Self::core("vulkan", TargetLanguage::Spirv)
-    }
-
-    /// Metal through wgpu.
-    pub fn metal() -> Self {
-        Self::core("metal", TargetLanguage::Msl)
-    }
-
-    /// Direct3D 12 through wgpu.
-    pub fn dx12() -> Self {
-        Self::core("dx12", TargetLanguage::Hlsl)
-    }
-
-    /// OpenGL ES 3.1 through wgpu.
-    pub fn gles() -> Self {
-        Self::reduced("gles", Limits::downlevel_defaults(), TargetLanguage::Glsl)
     }
 
     /// Whether a browser takes the text itself.
