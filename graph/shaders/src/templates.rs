@@ -32,7 +32,7 @@ pub const TEMPLATE_ENDS: [&str; 2] = [".jinja", ".axes.json"];
 pub struct TemplateSet {
     pub(crate) environment: Environment<'static>,
     pub(crate) templates: BTreeMap<String, Arc<Template>>,
-    declarations: BTreeMap<String, Declared>,
+    declarations: BTreeMap<String, axes::Declaration>,
     /// The axes with those inherited: of all templates at once, when they are first asked for.
     resolved: OnceLock<BTreeMap<String, Resolved>>,
     /// Where the texts lie in memory, found when first wanted.
@@ -44,17 +44,10 @@ pub struct TemplateSet {
     library: BTreeSet<FileId>,
 }
 
-#[derive(Debug)]
-struct Declared {
-    file: FileId,
-    declaration: axes::Declaration,
-}
-
 #[derive(Debug, Default)]
 struct Resolved {
     axes: Axes,
     diagnostics: Vec<Diagnostic>,
-    lost: axes::Lost,
 }
 
 impl Default for TemplateSet {
@@ -118,8 +111,7 @@ impl TemplateSet {
                 diagnostics.push(twice());
                 return;
             }
-            let declaration = axes::parse(sources, file, diagnostics);
-            self.declarations.insert(stem.to_owned(), Declared { file, declaration });
+            self.declarations.insert(stem.to_owned(), axes::parse(sources, file, diagnostics));
         } else {
             if self.templates.contains_key(name) {
                 diagnostics.push(twice());
@@ -144,8 +136,8 @@ impl TemplateSet {
         diagnostics.push(diagnostic.clone());
         let file = sources.add(name, "");
         if let Some(stem) = name.strip_suffix(".axes.json") {
-            let declaration = axes::Declaration::unreadable(diagnostic);
-            self.declarations.entry(stem.to_owned()).or_insert(Declared { file, declaration });
+            let unreadable = axes::Declaration::unreadable(file, [diagnostic]);
+            self.declarations.entry(stem.to_owned()).or_insert(unreadable);
         } else if !self.templates.contains_key(name) {
             let (text, scan): (Arc<str>, _) = ("".into(), Scan::default());
             let prepared = guard::prepare(&text, &scan.tags);
@@ -222,14 +214,14 @@ impl TemplateSet {
         let found = self.resolved().get(template);
         found
             .into_iter()
-            .flat_map(|found| found.diagnostics.iter().chain(&found.lost.diagnostics))
+            .flat_map(|found| found.diagnostics.iter().chain(&found.axes.lost.diagnostics))
             .cloned()
             .collect()
     }
 
     /// Whether a template has axes of which it cannot be told what they are.
     pub fn has_lost_axes(&self, template: &str) -> bool {
-        self.resolved().get(template).is_some_and(|found| !found.lost.diagnostics.is_empty())
+        self.axes(template).is_some_and(|axes| !axes.lost.diagnostics.is_empty())
     }
 
     /// The diagnostic for a name that is no template of this set.
@@ -262,11 +254,8 @@ impl TemplateSet {
                 let message = format!(
                     "\"{name}.axes.json\" declares axes, but there is no template \"{name}.wgsl.jinja\""
                 );
-                diagnostics.push(Diagnostic::error(
-                    codes::AXES_ORPHAN,
-                    Span::new(declared.file, 0..0),
-                    message,
-                ));
+                let start = Span::new(declared.file, 0..0);
+                diagnostics.push(Diagnostic::error(codes::AXES_ORPHAN, start, message));
             }
         }
         for (name, resolved) in self.resolved() {
@@ -282,7 +271,7 @@ impl TemplateSet {
         self.resolved.get_or_init(|| {
             let resolve = |name: &String| {
                 let mut diagnostics = Vec::new();
-                let (axes, lost) = self.collect(name, &mut BTreeMap::new(), &mut diagnostics);
+                let axes = self.collect(name, &mut BTreeMap::new(), &mut diagnostics);
                 let clash = clash(name, &axes);
                 let defaults = axes.defaults();
                 for constraint in axes.violated(&defaults).filter(|_| clash.is_none()) {
@@ -293,7 +282,7 @@ impl TemplateSet {
                     );
                 }
                 diagnostics.extend(clash);
-                (name.clone(), Resolved { axes, diagnostics, lost })
+                (name.clone(), Resolved { axes, diagnostics })
             };
             self.templates.keys().map(resolve).collect()
         })
@@ -304,30 +293,26 @@ impl TemplateSet {
     fn collect<'s>(
         &'s self,
         name: &'s str,
-        done: &mut BTreeMap<&'s str, (Axes, axes::Lost)>,
+        done: &mut BTreeMap<&'s str, Axes>,
         diagnostics: &mut Vec<Diagnostic>,
-    ) -> (Axes, axes::Lost) {
+    ) -> Axes {
         if let Some(axes) = done.get(name) {
             return axes.clone();
         }
-        done.insert(name, Default::default());
-        let Some(declared) = self.declarations.get(stem(name)) else { return Default::default() };
-        let declaration = &declared.declaration;
+        done.insert(name, Axes::default());
+        let Some(declaration) = self.declarations.get(stem(name)) else { return Axes::default() };
         let mut own = declaration.axes.clone();
-        let mut lost = declaration.lost.clone();
         let mut conflicts = Vec::new();
-        for (other, span) in declaration.axes.inherits() {
+        for (other, span) in &declaration.axes.inherits {
             if self.templates.contains_key(other) {
-                let (theirs, more) = self.collect(other, done, diagnostics);
-                conflicts.extend(own.inherit(&theirs));
-                lost.inherit(&more);
+                conflicts.extend(own.inherit(&self.collect(other, done, diagnostics)));
             } else {
                 let message = format!("there is no template \"{other}\"");
                 let diagnostic = Diagnostic::error(codes::AXES_ORPHAN, *span, message);
                 diagnostics.push(self.suggest(diagnostic, other, Some(name)));
             }
         }
-        declaration.resolve(&mut own, &lost, diagnostics);
+        declaration.resolve(&mut own, diagnostics);
         for (mine, theirs) in conflicts {
             let message = format!("the axis \"{}\" is declared in two ways", mine.name);
             diagnostics.push(
@@ -335,8 +320,8 @@ impl TemplateSet {
                     .related(theirs.span, format!("here with {}", theirs.kind.describe())),
             );
         }
-        done.insert(name, (own.clone(), lost.clone()));
-        (own, lost)
+        done.insert(name, own.clone());
+        own
     }
 }
 

@@ -31,12 +31,14 @@ mod schema;
 
 pub use condition::Condition;
 pub use constraint::{Constraint, Rule};
-pub(crate) use parse::{Declaration, Lost, parse};
+use parse::Lost;
+pub(crate) use parse::{Declaration, parse};
 pub use schema::schema;
 
 use std::collections::BTreeMap;
 
 use crate::diagnostic::{AxisValue, AxisValues};
+use crate::permutations::domain::Domain;
 use crate::source::Span;
 
 /// The values of an axis.
@@ -60,11 +62,7 @@ pub enum AxisKind {
 impl AxisKind {
     /// The number of values.
     pub fn count(&self) -> u64 {
-        match self {
-            AxisKind::Bool => 2,
-            AxisKind::Enum(names) | AxisKind::TextureFormat(names) => names.len() as u64,
-            AxisKind::Integer { min, max } => max.abs_diff(*min).saturating_add(1),
-        }
+        Domain::of(self).count()
     }
 
     /// Whether a value belongs to the axis.
@@ -131,7 +129,9 @@ pub struct Axis {
 pub struct Axes {
     axes: BTreeMap<String, Axis>,
     constraints: Vec<Constraint>,
-    inherits: Vec<(String, Span)>,
+    /// The templates whose axes are inherited, each with the place that says so.
+    pub(crate) inherits: Vec<(String, Span)>,
+    pub(crate) lost: Lost,
 }
 
 impl Axes {
@@ -160,11 +160,6 @@ impl Axes {
         &self.constraints
     }
 
-    /// The templates whose axes are inherited, each with the place that says so.
-    pub fn inherits(&self) -> &[(String, Span)] {
-        &self.inherits
-    }
-
     /// The default value of every axis.
     pub fn defaults(&self) -> AxisValues {
         self.axes.iter().map(|(name, axis)| (name.clone(), axis.default.clone())).collect()
@@ -190,6 +185,8 @@ impl Axes {
                 }
             }
         }
+        self.lost.names.extend(other.lost.names.iter().cloned());
+        self.lost.diagnostics.extend(other.lost.diagnostics.iter().cloned());
         for constraint in &other.constraints {
             if !self.constraints.contains(constraint) {
                 self.constraints.push(constraint.clone());

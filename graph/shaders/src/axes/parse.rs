@@ -16,27 +16,19 @@ use crate::language::parse_format;
 use crate::source::{FileId, Sources, Span};
 
 /// One side file as it is written: axes, and constraints that are not yet tied to axes.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Declaration {
+    pub(crate) file: FileId,
     pub(crate) axes: Axes,
     constraints: Vec<WrittenConstraint>,
-    pub(crate) lost: Lost,
 }
 
 /// Axes that are declared, but not so that anybody could tell what they are. A template that has them cannot be rendered,
 /// and that its text knows nothing of them only follows.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Lost {
-    names: BTreeSet<String>,
+    pub(super) names: BTreeSet<String>,
     pub(crate) diagnostics: Vec<Diagnostic>,
-}
-
-impl Lost {
-    /// Adds those of an inherited template.
-    pub(crate) fn inherit(&mut self, other: &Lost) {
-        self.names.extend(other.names.iter().cloned());
-        self.diagnostics.extend(other.diagnostics.iter().cloned());
-    }
 }
 
 #[derive(Clone, Debug)]
@@ -58,26 +50,25 @@ pub(crate) fn parse(sources: &Sources, file: FileId, diagnostics: &mut Diagnosti
     let document = match crate::document::parse(sources, file) {
         Ok(document) => document,
         Err(own_diagnostics) => {
-            let lost =
-                Lost { names: BTreeSet::new(), diagnostics: own_diagnostics.iter().cloned().collect() };
-            diagnostics.extend(own_diagnostics);
-            return Declaration { lost, ..Declaration::default() };
+            diagnostics.extend(own_diagnostics.iter().cloned());
+            return Declaration::unreadable(file, own_diagnostics);
         }
     };
-    let mut reader = Reader { diagnostics, declaration: Declaration::default() };
+    let declaration = Declaration { file, axes: Axes::default(), constraints: Vec::new() };
+    let mut reader = Reader { diagnostics, declaration };
     reader.root(&document.root);
     reader.declaration
 }
 
 impl Declaration {
     /// A file that cannot be read.
-    pub(crate) fn unreadable(diagnostic: Diagnostic) -> Self {
-        let lost = Lost { names: BTreeSet::new(), diagnostics: vec![diagnostic] };
-        Self { lost, ..Self::default() }
+    pub(crate) fn unreadable(file: FileId, why: impl IntoIterator<Item = Diagnostic>) -> Self {
+        let lost = Lost { names: BTreeSet::new(), diagnostics: why.into_iter().collect() };
+        Self { file, axes: Axes { lost, ..Axes::default() }, constraints: Vec::new() }
     }
 
     /// Ties the constraints to axes: those of this file and those already inherited into `axes`.
-    pub(crate) fn resolve(&self, axes: &mut Axes, lost: &Lost, diagnostics: &mut Vec<Diagnostic>) {
+    pub(crate) fn resolve(&self, axes: &mut Axes, diagnostics: &mut Vec<Diagnostic>) {
         let mut own = Vec::new();
         for written in &self.constraints {
             let mut complete = true;
@@ -88,7 +79,7 @@ impl Declaration {
                         read_condition(written, axes)
                             .map_err(|diagnostic| {
                                 let (name, _, _) = Condition::split(&written.text);
-                                if !lost.names.contains(name) {
+                                if !axes.lost.names.contains(name) {
                                     diagnostics.push(*diagnostic);
                                 }
                                 complete = false;
@@ -175,6 +166,15 @@ impl Reader<'_> {
         value.text()
     }
 
+    /// One of a few words.
+    fn word<'v>(&mut self, value: &'v Value, words: &[&str]) -> Option<&'v str> {
+        let word = value.text().filter(|word| words.contains(word));
+        if word.is_none() {
+            self.diagnostics.push(unknown_word(value, words));
+        }
+        word
+    }
+
     fn root(&mut self, root: &Value) {
         const KEYS: &[&str] = &["$schema", "description", "inherits", "axes", "constraints"];
         for entry in self.entries(root, "a declaration of axes") {
@@ -193,7 +193,7 @@ impl Reader<'_> {
                     for axis in self.entries(&entry.value, "\"axes\"") {
                         let before = self.diagnostics.len();
                         if self.axis(axis).is_none() {
-                            let lost = &mut self.declaration.lost;
+                            let lost = &mut self.declaration.axes.lost;
                             lost.names.insert(axis.key.clone());
                             lost.diagnostics.extend(self.diagnostics.iter().skip(before).cloned());
                         }
@@ -254,26 +254,20 @@ impl Reader<'_> {
     fn kind(&mut self, entry: &Entry) -> Option<AxisKind> {
         const TYPES: &[&str] = &["bool", "enum", "integer", "texture_format"];
         let written = self.required(entry, "axis", "type")?;
-        let allowed: &[&str] = match written.text() {
-            Some("bool") => &[],
-            Some("enum" | "texture_format") => &["values"],
-            Some("integer") => &["min", "max", "prove"],
-            _ => {
-                self.diagnostics.push(unknown_word(written, TYPES));
-                return None;
-            }
+        let kind = self.word(written, TYPES)?;
+        let allowed: &[&str] = match kind {
+            "enum" | "texture_format" => &["values"],
+            "integer" => &["min", "max", "prove"],
+            _ => &[],
         };
         for key in ["values", "min", "max", "prove"] {
             if let (false, Some(member)) = (allowed.contains(&key), entry.value.entry(key)) {
-                let kind = written.text().unwrap_or_default();
-                self.wrong(
-                    member.key_span,
-                    format!("\"{key}\" means nothing for an axis of type \"{kind}\""),
-                );
+                let message = format!("\"{key}\" means nothing for an axis of type \"{kind}\"");
+                self.wrong(member.key_span, message);
             }
         }
-        match written.text() {
-            Some("integer") => {
+        match kind {
+            "integer" => {
                 let (min, max) = (self.integer(entry, "min")?, self.integer(entry, "max")?);
                 if min > max || max.abs_diff(min) >= 1 << 32 {
                     self.wrong(
@@ -284,8 +278,8 @@ impl Reader<'_> {
                 }
                 Some(AxisKind::Integer { min, max })
             }
-            Some("enum") => self.values(entry, false).map(AxisKind::Enum),
-            Some("texture_format") => self.values(entry, true).map(AxisKind::TextureFormat),
+            "enum" => self.values(entry, false).map(AxisKind::Enum),
+            "texture_format" => self.values(entry, true).map(AxisKind::TextureFormat),
             _ => Some(AxisKind::Bool),
         }
     }
@@ -331,31 +325,20 @@ impl Reader<'_> {
 
     fn mode(&mut self, entry: &Entry, kind: &AxisKind) -> Option<AxisMode> {
         let Some(written) = entry.value.get("as") else { return Some(AxisMode::Template) };
-        match (written.text(), kind) {
-            (Some("template"), _) => Some(AxisMode::Template),
-            (Some("override"), AxisKind::Bool | AxisKind::Integer { .. }) => Some(AxisMode::Override),
-            (Some("override"), _) => {
-                self.wrong(
-                    written.span,
-                    "an override is a boolean or an integer; names exist in templates only",
-                );
-                None
-            }
+        match (self.word(written, &["template", "override"])?, kind) {
+            ("template", _) => Some(AxisMode::Template),
+            (_, AxisKind::Bool | AxisKind::Integer { .. }) => Some(AxisMode::Override),
             _ => {
-                self.diagnostics.push(unknown_word(written, &["template", "override"]));
+                let message = "an override is a boolean or an integer; names exist in templates only";
+                self.wrong(written.span, message);
                 None
             }
         }
     }
 
     fn ends(&mut self, entry: &Entry) -> bool {
-        const WORDS: &[&str] = &["all", "ends"];
-        let Some(written) = entry.value.get("prove") else { return false };
-        let word = written.text().filter(|word| WORDS.contains(word));
-        if word.is_none() {
-            self.diagnostics.push(unknown_word(written, WORDS));
-        }
-        word == Some("ends")
+        let written = entry.value.get("prove");
+        written.and_then(|written| self.word(written, &["all", "ends"])) == Some("ends")
     }
 
     fn own_layout(&mut self, entry: &Entry, mode: Option<AxisMode>) -> bool {
