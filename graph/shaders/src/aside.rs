@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use super::render::Source;
 use super::templates::TemplateSet;
-use super::text_map::{Origin, Segment, TextMap};
+use super::text_map::{Origin, TextMap};
 use crate::source::{FileId, Span};
 
 /// The first number that the library's bindings move to; WebGPU has numbers below 1000.
@@ -49,7 +49,7 @@ pub(crate) fn move_aside(set: &TemplateSet, source: Source) -> Source {
             (&one.range, free.unwrap_or(one.number).to_string())
         })
         .collect();
-    if moved.is_empty() { source } else { replaced(&source.wgsl, &source.map, &moved) }
+    replaced(source, &moved)
 }
 
 fn declarations(text: &str, map: &TextMap) -> Vec<Declaration> {
@@ -95,42 +95,22 @@ fn group_behind(text: &str, at: usize) -> Option<u32> {
 }
 
 /// The text and its map with other bytes in some places, which are in order.
-fn replaced(text: &str, map: &TextMap, places: &[(&Range<usize>, String)]) -> Source {
-    let mut new = String::with_capacity(text.len() + 4 * places.len());
-    let mut segments = Vec::with_capacity(map.segments.len() + 2 * places.len());
-    let mut places = places.iter().peekable();
-    for (piece, origin) in
-        map.pieces().zip(&map.segments).map(|((piece, _), segment)| (piece, segment.origin))
-    {
-        let mut at = piece.start;
-        let origin_at = |offset: usize| match origin {
-            Some(Origin::Literal(file, start)) => {
-                Some(Origin::Literal(file, start + (offset - piece.start) as u32))
-            }
-            other => other,
-        };
-        let push = |from: usize, to: usize, new: &mut String, segments: &mut Vec<Segment>| {
-            if from < to {
-                segments.push(Segment { start: new.len() as u32, origin: origin_at(from) });
-                new.push_str(&text[from..to]);
-            }
-        };
-        while let Some((range, number)) = places.next_if(|(range, _)| range.start < piece.end) {
-            let end = range.end.min(piece.end);
-            push(at, range.start, &mut new, &mut segments);
-            let origin = match origin_at(range.start) {
-                Some(Origin::Literal(file, start)) => {
-                    let start = start as usize;
-                    Some(Origin::Tag(Span::new(file, start..start + (end - range.start))))
-                }
-                other => other,
-            };
-            segments.push(Segment { start: new.len() as u32, origin });
-            new.push_str(number);
-            at = end;
+fn replaced(source: Source, places: &[(&Range<usize>, String)]) -> Source {
+    let Source { mut wgsl, mut map } = source;
+    // From the last on, so that the others stay where they are.
+    for (range, number) in places.iter().rev() {
+        let (first, behind) = (map.split(range.start), map.split(range.end));
+        if let Some(Origin::Literal(file, start)) = map.segments[first].origin {
+            let length = map.segments[first + 1].start - map.segments[first].start;
+            let written = Span::new(file, start as usize..(start + length) as usize);
+            map.segments[first].origin = Some(Origin::Tag(written));
         }
-        push(at, piece.end, &mut new, &mut segments);
+        map.segments.drain(first + 1..behind);
+        for segment in &mut map.segments[first + 1..] {
+            segment.start = segment.start + number.len() as u32 - range.len() as u32;
+        }
+        wgsl.replace_range((*range).clone(), number);
     }
-    let length = new.len() as u32;
-    Source { wgsl: new, map: TextMap { segments, length } }
+    map.length = wgsl.len() as u32;
+    Source { wgsl, map }
 }

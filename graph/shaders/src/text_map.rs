@@ -82,6 +82,22 @@ impl TextMap {
         })
     }
 
+    /// The index of the piece that begins at an offset; the one around it becomes two.
+    pub(crate) fn split(&mut self, offset: usize) -> usize {
+        let next = self.segments.partition_point(|segment| segment.start as usize <= offset);
+        let Some(around) = next.checked_sub(1).map(|at| &self.segments[at]) else { return next };
+        let into = offset as u32 - around.start;
+        if into == 0 {
+            return next - 1;
+        }
+        let origin = match around.origin {
+            Some(Origin::Literal(file, start)) => Some(Origin::Literal(file, start + into)),
+            other => other,
+        };
+        self.segments.insert(next, Segment { start: offset as u32, origin });
+        next
+    }
+
     pub(crate) fn origin(&self, offset: usize) -> Option<Origin> {
         self.segments[self.index(offset)?].origin
     }

@@ -148,3 +148,21 @@ fn ten_megabytes_of_text_are_a_diagnostic() {
     let lines = fixture.rejection("main.wgsl.jinja", &[]);
     assert_eq!(lines, ["UG0505 main.wgsl.jinja:1:1 the template writes more than 4 MiB of WGSL"]);
 }
+
+#[test]
+fn a_binding_whose_number_several_pieces_write_moves_aside_as_one() {
+    let mut fixture = Fixture::new(&[(
+        "own.wgsl.jinja",
+        "{% set last = 2 %}{% include \"part.wgsl.jinja\" %}@group(0) @binding(12) var<uniform> b: f32;\n",
+    )]);
+    let text = "@group(0) @binding(1{{ last }}) var<uniform> a: f32;\n";
+    let file = fixture.sources.add("part.wgsl.jinja", text);
+    let Fixture { sources, set, diagnostics } = &mut fixture;
+    set.add_library_file(sources, file, "part.wgsl.jinja", diagnostics);
+    let module = fixture.compile("own.wgsl.jinja", &[]);
+    assert!(module.wgsl.starts_with("@group(0) @binding(512) var<uniform> a: f32;\n"), "{}", module.wgsl);
+    let offset = module.wgsl.find("512").unwrap();
+    assert_eq!(fixture.sources.text(module.map.place(offset).unwrap()), "1");
+    let own = module.map.place(module.wgsl.find("b: f32").unwrap()).unwrap();
+    assert_eq!(fixture.sources.text(own), "b");
+}
