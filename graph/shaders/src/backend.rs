@@ -44,37 +44,44 @@ pub(crate) fn emit(
     info: &ModuleInfo,
     language: TargetLanguage,
 ) -> Result<Emitted, Rejection> {
-    let failed = |error: &dyn Error| reject(language, &error.to_string());
-    guarded(|| match language {
-        TargetLanguage::Wgsl => wgsl_out::write_string(module, info, wgsl_out::WriterFlags::empty())
-            .map(Emitted::Text)
-            .map_err(|error| failed(&error)),
-        TargetLanguage::Spirv => {
-            let options = spv::Options { lang_version: (1, 3), ..spv::Options::default() };
-            spv::write_vec(module, info, &options, None).map(Emitted::Words).map_err(|error| failed(&error))
-        }
-        TargetLanguage::Msl => {
-            let options = msl::Options { lang_version: (2, 3), ..msl::Options::default() };
-            let (text, found) = msl::write_string(module, info, &options, &msl::PipelineOptions::default())
-                .map_err(|error| failed(&error))?;
-            let error = found.entry_point_names.into_iter().find_map(Result::err);
-            error.map_or(Ok(Emitted::Text(text)), |error| Err(failed(&error)))
-        }
-        TargetLanguage::Hlsl => {
-            let options = hlsl::Options { shader_model: hlsl::ShaderModel::V6_0, ..hlsl::Options::default() };
-            let mut text = String::new();
-            let pipeline = hlsl::PipelineOptions::default();
-            let found = hlsl::Writer::new(&mut text, &options, &pipeline)
-                .write(module, info, None)
-                .map_err(|error| failed(&error))?;
-            let error = found.entry_point_names.into_iter().find_map(Result::err);
-            error.map_or(Ok(Emitted::Text(text)), |error| Err(failed(&error)))
-        }
-        TargetLanguage::Glsl => glsl_texts(module, info).map(Emitted::Text),
+    guarded(|| {
+        write(module, info, language).map_err(|error| {
+            let error = error.to_string();
+            let message = format!("{} cannot express this: {}", language.name(), one_line(&error));
+            // The writer of GLSL does not say where.
+            let range = depth_load(module).filter(|_| error.contains("depth textures"));
+            Rejection { range, ..Rejection::new(codes::BACKEND_REJECTS, message, Span::UNDEFINED) }
+        })
     })
 }
 
-fn glsl_texts(module: &Module, info: &ModuleInfo) -> Result<String, Rejection> {
+fn write(module: &Module, info: &ModuleInfo, language: TargetLanguage) -> Result<Emitted, Box<dyn Error>> {
+    Ok(match language {
+        TargetLanguage::Wgsl => {
+            Emitted::Text(wgsl_out::write_string(module, info, wgsl_out::WriterFlags::empty())?)
+        }
+        TargetLanguage::Spirv => {
+            let options = spv::Options { lang_version: (1, 3), ..spv::Options::default() };
+            Emitted::Words(spv::write_vec(module, info, &options, None)?)
+        }
+        TargetLanguage::Msl => {
+            let options = msl::Options { lang_version: (2, 3), ..msl::Options::default() };
+            let (text, found) = msl::write_string(module, info, &options, &msl::PipelineOptions::default())?;
+            found.entry_point_names.into_iter().collect::<Result<Vec<String>, _>>()?;
+            Emitted::Text(text)
+        }
+        TargetLanguage::Hlsl => {
+            let options = hlsl::Options { shader_model: hlsl::ShaderModel::V6_0, ..hlsl::Options::default() };
+            let (mut text, pipeline) = (String::new(), hlsl::PipelineOptions::default());
+            let found = hlsl::Writer::new(&mut text, &options, &pipeline).write(module, info, None)?;
+            found.entry_point_names.into_iter().collect::<Result<Vec<String>, _>>()?;
+            Emitted::Text(text)
+        }
+        TargetLanguage::Glsl => Emitted::Text(glsl_texts(module, info)?),
+    })
+}
+
+fn glsl_texts(module: &Module, info: &ModuleInfo) -> Result<String, Box<dyn Error>> {
     let mut text = String::new();
     let options = glsl::Options { version: glsl::Version::new_gles(310), ..glsl::Options::default() };
     for naga::EntryPoint { stage, name, .. } in &module.entry_points {
@@ -83,16 +90,13 @@ fn glsl_texts(module: &Module, info: &ModuleInfo) -> Result<String, Rejection> {
         let mut one = String::new();
         glsl::Writer::new(&mut one, module, info, &options, &pipeline, BoundsCheckPolicies::default())
             .and_then(|mut writer| writer.write())
-            .map_err(|error| Rejection {
-                range: depth_load(module).filter(|_| error.to_string().contains("depth textures")),
-                ..reject(TargetLanguage::Glsl, &format!("{error} (in the entry point \"{name}\")"))
-            })?;
+            .map_err(|error| format!("{error} (in the entry point \"{name}\")"))?;
         text.push_str(&format!("// entry point {name}\n{one}"));
     }
     Ok(text)
 }
 
-/// The first load from a depth texture; GLSL's writer rejects it without saying where.
+/// The first load from a depth texture.
 fn depth_load(module: &Module) -> Option<std::ops::Range<usize>> {
     ir::functions(module).find_map(|function| {
         let is_depth_load = |expression: &Expression| {
@@ -103,9 +107,4 @@ fn depth_load(module: &Module) -> Option<std::ops::Range<usize>> {
         let (handle, _) = function.expressions.iter().find(|(_, each)| is_depth_load(each))?;
         function.expressions.get_span(handle).to_range()
     })
-}
-
-fn reject(language: TargetLanguage, message: &str) -> Rejection {
-    let message = format!("{} cannot express this: {}", language.name(), one_line(message));
-    Rejection::new(codes::BACKEND_REJECTS, message, Span::UNDEFINED)
 }

@@ -136,20 +136,18 @@ fn min(state: &State<'_, '_>, value: Value, options: Kwargs) -> Result<Value, Er
     filters::min(state, value, options)
 }
 
-fn bounded(text: String) -> Result<String, Error> {
-    if text.len() > guard::MAX_VALUE {
+/// Whether a filter may make a text of so many bytes.
+fn may_make(bytes: usize) -> Result<(), Error> {
+    if bytes > guard::MAX_VALUE {
         return Err(guard::limit("a filter makes a value larger than 1 MiB"));
     }
-    Ok(text)
+    Ok(())
 }
 
 fn replace(value: &str, from: &str, to: &str) -> Result<String, Error> {
     let value = read(value)?;
-    let found = value.matches(from).take(guard::MAX_VALUE).count();
-    if value.len().saturating_add(found.saturating_mul(to.len())) > guard::MAX_VALUE {
-        return Err(guard::limit("a filter makes a value larger than 1 MiB"));
-    }
-    bounded(value.replace(from, to))
+    may_make(value.len().saturating_add(value.matches(from).count().saturating_mul(to.len())))?;
+    Ok(value.replace(from, to))
 }
 
 fn join(value: &Value, joiner: Option<&str>) -> Result<String, Error> {
@@ -167,7 +165,7 @@ fn join(value: &Value, joiner: Option<&str>) -> Result<String, Error> {
                 return Err(Error::new(minijinja::ErrorKind::InvalidOperation, message));
             }
         }
-        text = bounded(text)?;
+        may_make(text.len())?;
         guard::work(1, 0)?;
     }
     guard::work(0, text.len())?;
@@ -177,9 +175,7 @@ fn join(value: &Value, joiner: Option<&str>) -> Result<String, Error> {
 fn indent(value: &str, width: Option<usize>, first: Option<bool>) -> Result<String, Error> {
     let value = read(value)?;
     let width = width.unwrap_or(4).min(256);
-    if value.len().saturating_add(value.lines().count().saturating_mul(width)) > guard::MAX_VALUE {
-        return Err(guard::limit("a filter makes a value larger than 1 MiB"));
-    }
+    may_make(value.len().saturating_add(value.lines().count().saturating_mul(width)))?;
     let pad = " ".repeat(width);
     let mut text = String::with_capacity(value.len() + 64);
     for (at, line) in value.split('\n').enumerate() {
