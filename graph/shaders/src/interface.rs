@@ -5,7 +5,6 @@
 //! Visibility and minimum sizes are united, and a texture that one variant filters is filterable.
 
 use std::collections::BTreeMap;
-use std::num::NonZeroU64;
 
 use wgpu_types::{BindingType, TextureSampleType};
 
@@ -94,29 +93,18 @@ fn merge(known: &mut Binding, other: &Binding) -> Result<(), String> {
     if !alike || known.entry.count != other.entry.count {
         return Err(format!("\"{}\" is a {one} in one and a {two} in the other", other.name));
     }
-    known.entry.ty = match (known.entry.ty, other.entry.ty) {
+    match (&mut known.entry.ty, &other.entry.ty) {
         (
-            BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: a },
-            BindingType::Buffer { ty: other_ty, min_binding_size: b, .. },
-        ) if ty == other_ty => {
-            let size = a.map_or(0, NonZeroU64::get).max(b.map_or(0, NonZeroU64::get));
-            BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: NonZeroU64::new(size) }
-        }
+            BindingType::Buffer { ty: one, min_binding_size: size, .. },
+            BindingType::Buffer { ty: two, min_binding_size: other_size, .. },
+        ) if one == two => *size = (*size).max(*other_size),
         (
-            BindingType::Texture {
-                sample_type: TextureSampleType::Float { filterable: a },
-                view_dimension,
-                multisampled,
-            },
-            BindingType::Texture { sample_type: TextureSampleType::Float { filterable: b }, .. },
-        ) => BindingType::Texture {
-            sample_type: TextureSampleType::Float { filterable: a || b },
-            view_dimension,
-            multisampled,
-        },
-        (a, b) if a == b => a,
+            BindingType::Texture { sample_type: TextureSampleType::Float { filterable }, .. },
+            BindingType::Texture { sample_type: TextureSampleType::Float { filterable: too }, .. },
+        ) => *filterable |= too,
+        (one, two) if one == two => {}
         _ => return Err(format!("\"{}\" is accessed in different ways", other.name)),
-    };
+    }
     known.entry.visibility |= other.entry.visibility;
     Ok(())
 }

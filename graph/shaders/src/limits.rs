@@ -117,15 +117,10 @@ impl Check<'_> {
     }
 
     fn span_of_binding(&self, binding: &Binding) -> Span {
-        let mut variables = self.module.global_variables.iter();
-        variables
-            .find(|(_, variable)| {
-                variable
-                    .binding
-                    .is_some_and(|place| (place.group, place.binding) == (binding.group, binding.binding))
-            })
-            .map(|(handle, _)| self.module.global_variables.get_span(handle))
-            .unwrap_or_default()
+        let place = naga::ResourceBinding { group: binding.group, binding: binding.binding };
+        let variables = &self.module.global_variables;
+        let found = variables.iter().find(|(_, variable)| variable.binding == Some(place));
+        found.map(|(handle, _)| variables.get_span(handle)).unwrap_or_default()
     }
 
     fn span_of_entry_point(&self, entry_point: &EntryPoint) -> Span {

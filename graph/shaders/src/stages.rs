@@ -54,23 +54,8 @@ pub(super) fn mismatched(text: &str, module: &Module) -> Vec<Rejection> {
     let (vertices, fragments) = (of(ShaderStage::Vertex), of(ShaderStage::Fragment));
     let Some(vertex) = vertices.first() else { return Vec::new() };
     let compared = if vertices.len() == 1 { fragments.len() } else { 1 };
-    fragments
-        .iter()
-        .take(compared)
-        .flat_map(|fragment| mismatched_pair(text, module, vertex, fragment))
-        .collect()
-}
-
-fn mismatched_pair(
-    text: &str,
-    module: &Module,
-    vertex: &EntryPoint,
-    fragment: &EntryPoint,
-) -> Vec<Rejection> {
-    let written = variables(ir::outputs(module, &vertex.function));
-    let read = variables(ir::inputs(module, &fragment.function));
-    let pair = Pair { text, module, vertex, fragment };
-    read.iter().filter_map(|input| pair.rejection(input, &written)).collect()
+    let pairs = fragments.iter().take(compared).map(|fragment| Pair { text, module, vertex, fragment });
+    pairs.flat_map(|pair| pair.rejections()).collect()
 }
 
 struct Pair<'a> {
@@ -81,6 +66,12 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
+    fn rejections(&self) -> Vec<Rejection> {
+        let written = variables(ir::outputs(self.module, &self.vertex.function));
+        let read = variables(ir::inputs(self.module, &self.fragment.function));
+        read.iter().filter_map(|input| self.rejection(input, &written)).collect()
+    }
+
     fn rejection(&self, input: &Variable<'_>, written: &[Variable<'_>]) -> Option<Rejection> {
         let Variable { bound: Bound { name, ty, .. }, location, .. } = input;
         let (vertex, fragment) = (&self.vertex.name, &self.fragment.name);

@@ -106,21 +106,22 @@ fn resource(inner: &TypeInner, sampled: bool) -> Option<BindingType> {
         }
         TypeInner::Image { dim, arrayed, class } => {
             let view_dimension = view_dimension(dim, arrayed);
+            let texture = |sample_type, multisampled| BindingType::Texture {
+                sample_type,
+                view_dimension,
+                multisampled,
+            };
             match class {
-                ImageClass::Sampled { kind, multi } => BindingType::Texture {
-                    sample_type: match kind {
-                        naga::ScalarKind::Sint => TextureSampleType::Sint,
-                        naga::ScalarKind::Uint => TextureSampleType::Uint,
-                        _ => TextureSampleType::Float { filterable: sampled && !multi },
-                    },
-                    view_dimension,
-                    multisampled: multi,
-                },
-                ImageClass::Depth { multi } => BindingType::Texture {
-                    sample_type: TextureSampleType::Depth,
-                    view_dimension,
-                    multisampled: multi,
-                },
+                ImageClass::Sampled { kind: naga::ScalarKind::Sint, multi } => {
+                    texture(TextureSampleType::Sint, multi)
+                }
+                ImageClass::Sampled { kind: naga::ScalarKind::Uint, multi } => {
+                    texture(TextureSampleType::Uint, multi)
+                }
+                ImageClass::Sampled { multi, .. } => {
+                    texture(TextureSampleType::Float { filterable: sampled && !multi }, multi)
+                }
+                ImageClass::Depth { multi } => texture(TextureSampleType::Depth, multi),
                 ImageClass::Storage { format, access } => BindingType::StorageTexture {
                     access: storage_access(access),
                     format: wgpu_naga_bridge::map_storage_format_from_naga(format),
