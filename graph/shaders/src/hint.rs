@@ -7,7 +7,7 @@
 //! Limits: brackets are matched lexically, and `fn` or `struct` inside of brackets is taken for the sign that one is
 //! missing before; a name counts as meant if it is close in spelling and occurs in the same text.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::complexity;
@@ -80,14 +80,11 @@ fn suggested<'t>(text: &'t str, message: &str, words: &[Range<usize>]) -> Option
     }
     // Short names are close to everything.
     let name = message.split('`').nth(1).filter(|name| name.len() > 3)?;
-    let mut first: BTreeMap<&str, &Range<usize>> = BTreeMap::new();
-    for range in words {
-        first.entry(&text[range.clone()]).or_insert(range);
-    }
     let is_name =
         |word: &&str| *word != name && word.starts_with(|each: char| each.is_alphabetic() || each == '_');
-    let suggested = suggested_name(name, first.keys().copied().filter(is_name))?;
-    first.get(suggested).map(|range| (suggested, (*range).clone()))
+    let names: BTreeSet<&str> = words.iter().map(|range| &text[range.clone()]).filter(is_name).collect();
+    let suggested = suggested_name(name, names)?;
+    words.iter().find(|range| &text[(*range).clone()] == suggested).map(|range| (suggested, range.clone()))
 }
 
 #[cfg(test)]

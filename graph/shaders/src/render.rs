@@ -103,10 +103,8 @@ pub(crate) fn render_with(set: &TemplateSet, name: &str, context: Value) -> Resu
         Err(error) => {
             let last = sink.last.and_then(|(at, offset)| {
                 let template = &set.placement().0.get(at)?.template;
-                Some(Span::new(
-                    template.file,
-                    template.prepared.original(offset)..template.prepared.original(offset),
-                ))
+                let offset = template.prepared.original(offset);
+                Some(Span::new(template.file, offset..offset))
             });
             let diagnostic = template_error::explain(set, name, &error, last);
             Err(Box::new(match sink.overflow {

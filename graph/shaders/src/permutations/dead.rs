@@ -3,7 +3,8 @@
 //! Both are known of a template once all its paths were taken, whatever proves their texts. What several templates use
 //! is dead only if none of them needs it, so that files which others use besides are left out.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::explore::{Exploration, Explorer};
@@ -12,6 +13,7 @@ use crate::axes::AxisMode;
 use crate::diagnostic::{AxisValue, Diagnostic};
 use crate::scan::{Piece, TagKind};
 use crate::source::{FileId, Span};
+use crate::template::Template;
 use crate::text_map::Origin;
 use crate::{Axes, TemplateSet, codes};
 
@@ -28,7 +30,7 @@ pub(super) struct Examined<'a> {
     pub(super) template: &'a str,
     pub(super) exploration: &'a Exploration,
     /// The axes without effect on any text; `None` where not every text is valid, since an error may hide an effect.
-    pub(super) dead_axes: Option<Vec<String>>,
+    pub(super) dead_axes: Option<&'a [String]>,
 }
 
 /// Axes without effect and text in no variant, of all that these templates can express. Nothing is proven: of a template
@@ -51,16 +53,15 @@ pub fn dead(templates: &TemplateSet, names: &BTreeSet<String>, shared: &BTreeSet
         let is_dead = |axis: &&crate::axes::Axis| {
             axis.mode == AxisMode::Template && axis.kind.count() > 1 && !effective.contains(&axis.name)
         };
-        let dead_axes = axes.iter().filter(is_dead).map(|axis| axis.name.clone()).collect();
+        let dead_axes: Vec<String> = axes.iter().filter(is_dead).map(|axis| axis.name.clone()).collect();
         explored.push((name, exploration, dead_axes));
     }
-    let examined = explored.iter().map(|(template, exploration, dead_axes): &(_, _, Vec<String>)| Examined {
+    let examined = explored.iter().map(|(template, exploration, dead_axes)| Examined {
         template,
         exploration,
-        dead_axes: Some(dead_axes.clone()),
+        dead_axes: Some(dead_axes),
     });
-    let examined: Vec<Examined<'_>> = examined.collect();
-    diagnostics(templates, &examined, shared)
+    diagnostics(templates, &examined.collect::<Vec<_>>(), shared)
 }
 
 /// The diagnostics about axes without effect and text in no variant.
@@ -76,7 +77,7 @@ pub(super) fn diagnostics(
     for each in examined {
         for axis in templates.axes(each.template).into_iter().flat_map(Axes::iter) {
             let entry = axes.entry(axis.span).or_insert_with(|| (axis.name.clone(), true));
-            let is_dead = each.dead_axes.as_ref().is_some_and(|dead| dead.contains(&axis.name));
+            let is_dead = each.dead_axes.is_some_and(|dead| dead.contains(&axis.name));
             entry.1 &= sound(each) && is_dead;
         }
     }
@@ -88,7 +89,7 @@ pub(super) fn diagnostics(
                 .push(Diagnostic::warning(codes::AXIS_DEAD, span, message).help("remove it, or use it"));
         }
     }
-    let mut coverage = Coverage::without(shared);
+    let mut coverage = Coverage { written: BTreeSet::new(), shared };
     for each in examined {
         coverage.add(templates, each.template, each.exploration);
     }
@@ -158,16 +159,12 @@ pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
 /// The pieces of template text that were written so far.
 #[derive(Debug)]
 struct Coverage<'s> {
-    written: HashSet<(FileId, u32)>,
+    written: BTreeSet<(FileId, u32)>,
     /// Files of which nothing is said.
     shared: &'s BTreeSet<FileId>,
 }
 
-impl<'s> Coverage<'s> {
-    fn without(shared: &'s BTreeSet<FileId>) -> Self {
-        Self { written: HashSet::new(), shared }
-    }
-
+impl Coverage<'_> {
     /// Adds the text of one template's paths.
     fn add(&mut self, set: &TemplateSet, template: &str, exploration: &Exploration) {
         self.written.extend(&exploration.literals);
@@ -192,33 +189,29 @@ impl<'s> Coverage<'s> {
 
     /// The pieces of literal text in the touched templates that nobody wrote, each run of neighbours as one span.
     fn dead(&self, set: &TemplateSet) -> Vec<Span> {
-        let touched: BTreeSet<FileId> =
-            self.written.iter().map(|(file, _)| *file).filter(|file| !self.shared.contains(file)).collect();
-        let mut offsets: BTreeMap<FileId, Vec<usize>> = BTreeMap::new();
-        for (file, offset) in &self.written {
-            offsets.entry(*file).or_default().push(*offset as usize);
-        }
-        offsets.values_mut().for_each(|offsets| offsets.sort_unstable());
+        let is_written = |file: FileId, range: Range<usize>| {
+            self.written.range((file, range.start as u32)..(file, range.end as u32)).next().is_some()
+        };
+        let is_touched = |template: &&Arc<Template>| {
+            !self.shared.contains(&template.file) && is_written(template.file, 0..template.text.len())
+        };
         let mut dead = Vec::new();
-        for template in set.templates.values().filter(|template| touched.contains(&template.file)) {
-            let written = offsets.get(&template.file).map_or(&[][..], Vec::as_slice);
+        for template in set.templates.values().filter(is_touched) {
             let mut run: Option<Span> = None;
             for piece in template.scan.pieces() {
-                let (start, end) = match piece {
-                    Piece::Literal(range) => (range.start, range.end),
+                let range = match piece {
+                    Piece::Literal(range) => range.clone(),
                     // A block tag after dead text may begin another branch.
                     Piece::Tag(tag) => {
                         dead.extend(run.take_if(|_| tag.kind == TagKind::Block));
                         continue;
                     }
                 };
-                let Some(piece) = template.text.get(start..end) else { continue };
+                let Some(piece) = template.text.get(range.clone()) else { continue };
                 let blank = piece.trim().is_empty();
-                let first = written.partition_point(|offset| *offset < start);
-                let alive = written.get(first).is_some_and(|offset| *offset < end);
-                if !blank && !alive {
-                    let text_start = start + (piece.len() - piece.trim_start().len());
-                    let text_end = start + piece.trim_end().len();
+                if !blank && !is_written(template.file, range.clone()) {
+                    let text_start = range.start + (piece.len() - piece.trim_start().len());
+                    let text_end = range.start + piece.trim_end().len();
                     let begin = run.map_or(text_start, |run| run.start as usize);
                     run = Some(Span::new(template.file, begin..text_end));
                 } else if !blank {

@@ -229,7 +229,7 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
         let examined = explored.iter().zip(&reports).map(|(each, report)| Examined {
             template: &each.request.template,
             exploration: &each.exploration,
-            dead_axes: report.variants.iter().all(|variant| variant.valid).then(|| report.dead_axes.clone()),
+            dead_axes: report.variants.iter().all(|variant| variant.valid).then_some(&report.dead_axes[..]),
         });
         let examined: Vec<Examined<'_>> = examined.collect();
         diagnostics.extend(dead::diagnostics(templates, &examined, &options.shared));

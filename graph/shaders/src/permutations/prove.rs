@@ -175,16 +175,13 @@ fn check_writers(
     (module, info): &Resolved<'_>,
     proof: &mut Proof,
 ) {
-    let mut by_language: BTreeMap<TargetLanguage, Vec<usize>> = BTreeMap::new();
-    for at in profiles {
-        // What the front end has read, a browser reads too; there is no writer to run.
-        let profile = &subject.profiles[*at];
-        if !profile.is_browser() {
-            by_language.entry(profile.language).or_default().push(*at);
-        }
-    }
-    for (language, profiles) in by_language {
-        if let Err(rejection) = backend::emit(module, info, language) {
+    // What the front end has read, a browser reads too; there is no writer to run.
+    for language in TargetLanguage::ALL.into_iter().filter(|language| *language != TargetLanguage::Wgsl) {
+        let of_language = |at: &usize| subject.profiles[*at].language == language;
+        let mut profiles = profiles.iter().copied().filter(of_language).peekable();
+        if profiles.peek().is_some()
+            && let Err(rejection) = backend::emit(module, info, language)
+        {
             proof.reject(rejection, profiles);
         }
     }
