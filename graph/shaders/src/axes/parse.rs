@@ -73,20 +73,14 @@ impl Declaration {
         for written in &self.constraints {
             let mut complete = true;
             let mut read = |conditions: &[WrittenCondition]| -> Vec<Condition> {
-                conditions
-                    .iter()
-                    .filter_map(|written| {
-                        read_condition(written, axes)
-                            .map_err(|diagnostic| {
-                                let (name, _, _) = Condition::split(&written.text);
-                                if !axes.lost.names.contains(name) {
-                                    diagnostics.push(*diagnostic);
-                                }
-                                complete = false;
-                            })
-                            .ok()
-                    })
-                    .collect()
+                let mut rejected = |written: &WrittenCondition, diagnostic: Box<Diagnostic>| {
+                    complete = false;
+                    if !axes.lost.names.contains(Condition::split(&written.text).0) {
+                        diagnostics.push(*diagnostic);
+                    }
+                };
+                let read = |written| read_condition(written, axes).map_err(|why| rejected(written, why)).ok();
+                conditions.iter().filter_map(read).collect()
             };
             let when = written.when.as_ref().map(|when| read(std::slice::from_ref(when)));
             let rules: Vec<_> = written.rules.iter().map(|(key, list)| (*key, read(list))).collect();

@@ -261,7 +261,7 @@ impl<'a> Maker<'a> {
         }
         let branch = |branch: &'a Json| Branch {
             node: self.node(branch),
-            could_be: could_be(branch),
+            could_be: branch.get("type").map_or(Types::ALL, Types::listed),
             words: words(branch)
                 .unwrap_or_default()
                 .iter()
@@ -296,22 +296,6 @@ fn flatten<'a>(branches: &'a [Json], root: &'a Json, flat: &mut Vec<&'a Json>, d
             }
             _ => flat.push(branch),
         }
-    }
-}
-
-/// The types that fit a branch, as far as its type says.
-fn could_be(branch: &Json) -> Types {
-    if let Some(types) = branch.get("type") {
-        return Types::listed(types);
-    }
-    match branch.get("const") {
-        None => Types::ALL,
-        Some(Json::Null) => Types::named("null"),
-        Some(Json::Bool(_)) => Types::named("boolean"),
-        Some(Json::Number(_)) => Types::named("number"),
-        Some(Json::String(_)) => Types::named("string"),
-        Some(Json::Array(_)) => Types::named("array"),
-        Some(Json::Object(_)) => Types::named("object"),
     }
 }
 
