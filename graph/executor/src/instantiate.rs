@@ -3,6 +3,7 @@
 //! One walk over the passes in their order. What the plan before had, and caches still have, is taken over; nothing of
 //! that plan is changed, so that an attempt that fails leaves it as it was.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::attachments::Attachments;
@@ -39,7 +40,7 @@ pub(super) struct Instantiated {
     pub(super) materials: Vec<Materials>,
     pub(super) objects: Vec<HostObjects>,
     /// The host's interfaces, by the name of the geometry.
-    pub(super) interfaces: Vec<(String, HostInterface)>,
+    pub(super) interfaces: BTreeMap<String, HostInterface>,
     /// For each pass the views whose texels it keeps.
     pub(super) kept: Vec<Kept>,
     /// For each pass those that keep views which are drawn with what it makes.
@@ -152,7 +153,7 @@ impl Instantiated {
         limits: &wgpu::Limits,
         objects: &mut Objects,
         plan: Arc<Plan>,
-        interfaces: Vec<(String, HostInterface)>,
+        interfaces: BTreeMap<String, HostInterface>,
         before: Option<&Self>,
     ) -> Result<Self, Diagnostic> {
         let blocks = Blocks::new(&plan, limits)?;
@@ -207,7 +208,7 @@ impl Instantiated {
                 let program = plan.pipeline.program(program);
                 let mut pipelines =
                     Pipelines { creation: &mut *creation, objects, plan: &plan, name: &pass.name, program };
-                let host = work.scene().and_then(|scene| interface_of(&self.interfaces, scene));
+                let host = work.scene().and_then(|scene| self.interfaces.get(&scene.geometry));
                 let layouts = pipelines.layouts(work, host);
                 let work = self.program_work(&mut pipelines, planned, pass, &layouts);
                 let groups = self.groups(creation, objects, at, pass, program, &layouts);
@@ -256,7 +257,7 @@ impl Instantiated {
                         Some(InstantiatedWork::Fullscreen { pipeline, attachments, draw })
                     }
                     Draw::Scene(scene) => {
-                        let interface = interface_of(&self.interfaces, scene)?;
+                        let interface = self.interfaces.get(&scene.geometry)?;
                         let made = pipelines.scene(render, scene, layouts, interface);
                         let fills = |index: &u32| interface.own_layout(*index).is_some();
                         let is_used = |index: &u32| layouts.group(*index).is_some();
@@ -398,10 +399,6 @@ fn join(leader: &mut InstantiatedPass, followers: &mut [InstantiatedPass]) {
         leader.label.push_str(&follower.label);
     }
     leader.merged = 1 + followers.len();
-}
-
-fn interface_of<'a>(known: &'a [(String, HostInterface)], scene: &SceneDraw) -> Option<&'a HostInterface> {
-    known.iter().find(|(name, _)| *name == scene.geometry).map(|(_, interface)| interface)
 }
 
 /// What is bound of a resource and of its fallbacks; nothing is switched where there is only one.

@@ -61,7 +61,7 @@ mod times;
 mod transfer;
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 pub use draw::{DrawPass, DrawSource};
@@ -80,14 +80,11 @@ use crate::data::BlackboardData;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use crate::frame::FrameInput;
 use umbragraph_pipeline::Error;
-use umbragraph_pipeline::draw::HostInterface;
 
 use creation::{Caught, Creation};
 use gpu_times::GpuTimes;
 use instantiate::{Instantiated, InstantiatedPass, InstantiatedWork};
-use objects::Objects;
 use pool::Pool;
-use preparation::Shared;
 use record::Scratch;
 use times::Times;
 
@@ -133,10 +130,9 @@ impl<'a> Frame<'a> {
 
 /// A plan, instantiated on a device.
 pub struct Executor {
-    device: wgpu::Device,
+    preparation: Preparation,
     queue: wgpu::Queue,
     instantiated: Instantiated,
-    objects: Shared,
     pool: Pool,
     scratch: Scratch,
     times: Times,
@@ -163,7 +159,8 @@ impl Executor {
         plan: Arc<Plan>,
         source: Option<&dyn DrawSource>,
     ) -> Result<Self, Error> {
-        Self::with(&Preparation { device: device.clone(), objects: Shared::default() }, queue, plan, source)
+        let preparation = Preparation { device: device.clone(), objects: Arc::default() };
+        Self::with(preparation, queue, plan, source)
     }
 
     /// The same with the shader modules, layouts and pipelines of another executor, on its device. What one of them makes
@@ -172,30 +169,21 @@ impl Executor {
     /// # Errors
     /// As of [`Executor::new`].
     pub fn beside(other: &Executor, plan: Arc<Plan>, source: Option<&dyn DrawSource>) -> Result<Self, Error> {
-        Self::with(&other.preparation(), &other.queue, plan, source)
+        Self::with(other.preparation(), &other.queue, plan, source)
     }
 
     fn with(
-        shared: &Preparation,
+        preparation: Preparation,
         queue: &wgpu::Queue,
         plan: Arc<Plan>,
         source: Option<&dyn DrawSource>,
     ) -> Result<Self, Error> {
-        let Preparation { device, objects: shared } = shared;
-        let sources = plan.pipeline.sources.clone();
-        let error = |found| Error::new(found, &sources);
         let mut statistics = Statistics::default();
-        let mut objects = shared.lock().unwrap_or_else(PoisonError::into_inner);
-        let made = instantiate(device, &mut objects, &mut statistics, plan, source, None);
-        let (instantiated, mut late) = made.map_err(error)?;
-        reject(late.known()).map_err(error)?;
-        objects.commit();
-        drop(objects);
+        let (instantiated, late) = preparation.instantiate(&mut statistics, plan, source, None)?;
         Ok(Self {
-            device: device.clone(),
+            preparation,
             queue: queue.clone(),
             instantiated,
-            objects: shared.clone(),
             pool: Pool::default(),
             scratch: Scratch::default(),
             times: Times::default(),
@@ -216,16 +204,10 @@ impl Executor {
     /// # Errors
     /// As of [`Executor::new`]. The executor goes on with the plan before.
     pub fn set_plan(&mut self, plan: Arc<Plan>, source: Option<&dyn DrawSource>) -> Result<(), Error> {
-        let sources = plan.pipeline.sources.clone();
-        let error = |found| Error::new(found, &sources);
         let before = Some(&self.instantiated);
-        let mut objects = self.objects.lock().unwrap_or_else(PoisonError::into_inner);
-        let made = instantiate(&self.device, &mut objects, &mut self.statistics, plan, source, before);
-        let (instantiated, mut late) = made.map_err(error)?;
-        reject(late.known()).map_err(error)?;
+        let (instantiated, late) =
+            self.preparation.instantiate(&mut self.statistics, plan, source, before)?;
         self.late.append(late);
-        objects.commit();
-        drop(objects);
         let before = std::mem::replace(&mut self.instantiated, instantiated);
         self.instantiated.parameters.go_on_from(&before.parameters);
         let Instantiated { resources, plan, .. } = &mut self.instantiated;
@@ -241,7 +223,7 @@ impl Executor {
     /// What prepares plans for this executor, on any thread: [`Preparation::prepare`] makes their pipelines, and
     /// [`Executor::adopt`] takes them over in a frame.
     pub fn preparation(&self) -> Preparation {
-        Preparation { device: self.device.clone(), objects: self.objects.clone() }
+        self.preparation.clone()
     }
 
     /// Takes over a plan that was prepared: as [`Executor::set_plan`], with nothing left to be made but textures, buffers
@@ -408,13 +390,13 @@ impl Executor {
     /// Switches measuring of the GPU's time for each pass on or off; off at first. Whether the device can measure it: it
     /// needs the feature `timestamp-query`, and for copies `TIMESTAMP_QUERY_INSIDE_ENCODERS`.
     pub fn measure_gpu_times(&mut self, on: bool) -> bool {
-        self.gpu_times.switch(on, &self.device)
+        self.gpu_times.switch(on, &self.preparation.device)
     }
 
     /// The GPU's time for each pass of the last record, in the order in which they began. Its encoder has to be submitted;
     /// this waits until the GPU is done. Nothing if measuring is off, or when asked a second time.
     pub fn gpu_times(&mut self) -> Vec<GpuTime> {
-        self.gpu_times.take(&self.device, &self.queue)
+        self.gpu_times.take(&self.preparation.device, &self.queue)
     }
 
     /// The passes that the last record left out, since their toggles are switched that way; in the plan's order.
@@ -470,7 +452,7 @@ impl Executor {
         let start = self.times.now();
         self.prepare(encoder, frame)?;
         self.times.add_preparation(start);
-        self.gpu_times.reset(&self.device);
+        self.gpu_times.reset(&self.preparation.device);
         let times = (&mut self.times, &self.gpu_times);
         let host = (frame, self.records);
         record::record(&mut self.instantiated, encoder, host, &mut self.scratch, times);
@@ -486,7 +468,7 @@ impl Executor {
     /// Creates what the record needs and uploads its blocks.
     fn prepare(&mut self, encoder: &wgpu::CommandEncoder, frame: &Frame<'_>) -> Result<(), Diagnostics> {
         self.records += 1;
-        let mut creation = Creation::new(&self.device, &mut self.statistics);
+        let mut creation = Creation::new(&self.preparation.device, &mut self.statistics);
         let size = self.instantiated.blocks.size;
         let blocks = (size > 0).then(|| self.pool.take(&mut creation, encoder, size, self.records));
         let prepared = record::prepare(
@@ -509,7 +491,7 @@ impl Executor {
         let mut diagnostics = caught.known();
         self.late.append(caught);
         if has_created {
-            diagnostics.extend(creation::lost(&self.device));
+            diagnostics.extend(creation::lost(&self.preparation.device));
         }
         diagnostics.extend(prepared.err());
         if diagnostics.has_errors() {
@@ -519,34 +501,6 @@ impl Executor {
         }
         Ok(())
     }
-}
-
-/// Checks a plan against the device and the host, and instantiates it.
-fn instantiate(
-    device: &wgpu::Device,
-    objects: &mut Objects,
-    statistics: &mut Statistics,
-    plan: Arc<Plan>,
-    source: Option<&dyn DrawSource>,
-    before: Option<&Instantiated>,
-) -> Result<(Instantiated, Caught), Diagnostics> {
-    let mut diagnostics = requirements::check_source(&plan, device, source);
-    diagnostics.extend(requirements::check_device(&plan, device));
-    diagnostics.extend(creation::lost(device));
-    reject(diagnostics)?;
-    let mut interfaces: Vec<(String, HostInterface)> = Vec::new();
-    for (_, scene) in requirements::scenes(&plan) {
-        let interface = draw::interface(&plan, source, &scene.geometry);
-        if let Some(interface) =
-            interface.filter(|_| interfaces.iter().all(|(known, _)| *known != scene.geometry))
-        {
-            interfaces.push((scene.geometry.clone(), interface.clone()));
-        }
-    }
-    objects.begin();
-    let mut creation = Creation::new(device, statistics);
-    let instantiated = Instantiated::new(&mut creation, &device.limits(), objects, plan, interfaces, before);
-    Ok((instantiated.map_err(Diagnostics::from)?, creation.finish()))
 }
 
 /// # Errors

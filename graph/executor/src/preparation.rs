@@ -3,23 +3,24 @@
 //!
 //! Limits: the cache is one. Whoever sets a plan while another is prepared waits for it; recording needs no cache.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::creation::Caught;
+use super::creation::{Caught, Creation, lost};
+use super::instantiate::Instantiated;
 use super::objects::Objects;
-use super::{DrawSource, instantiate, reject};
+use super::{DrawSource, Statistics, draw, reject, requirements};
 use crate::compiler::Plan;
 use crate::diagnostic::Diagnostics;
 use umbragraph_pipeline::Error;
-
-/// The objects that executors share.
-pub(super) type Shared = Arc<Mutex<Objects>>;
+use umbragraph_pipeline::draw::HostInterface;
 
 /// Prepares plans for an executor, on any thread ([`Executor::preparation`](crate::Executor::preparation)).
 #[derive(Clone)]
 pub struct Preparation {
     pub(super) device: wgpu::Device,
-    pub(super) objects: Shared,
+    /// The objects that executors share.
+    pub(super) objects: Arc<Mutex<Objects>>,
 }
 
 /// A plan whose pipelines are made ([`Executor::adopt`](crate::Executor::adopt)).
@@ -34,18 +35,48 @@ impl Preparation {
     /// # Errors
     /// As of [`Executor::new`](crate::Executor::new).
     pub fn prepare(&self, plan: Arc<Plan>, source: Option<&dyn DrawSource>) -> Result<Prepared, Error> {
-        let sources = plan.pipeline.sources.clone();
-        let made = self.try_prepare(plan.clone(), source);
-        let late = made.map_err(|found| Error::new(found, &sources))?;
+        let (_, late) = self.instantiate(&mut Statistics::default(), plan.clone(), source, None)?;
         Ok(Prepared { plan, late })
     }
 
-    fn try_prepare(&self, plan: Arc<Plan>, source: Option<&dyn DrawSource>) -> Result<Caught, Diagnostics> {
+    /// Checks a plan against the device and the host, and instantiates it.
+    pub(super) fn instantiate(
+        &self,
+        statistics: &mut Statistics,
+        plan: Arc<Plan>,
+        source: Option<&dyn DrawSource>,
+        before: Option<&Instantiated>,
+    ) -> Result<(Instantiated, Caught), Error> {
+        let sources = plan.pipeline.sources.clone();
+        let made = self.try_instantiate(statistics, plan, source, before);
+        made.map_err(|found| Error::new(found, &sources))
+    }
+
+    fn try_instantiate(
+        &self,
+        statistics: &mut Statistics,
+        plan: Arc<Plan>,
+        source: Option<&dyn DrawSource>,
+        before: Option<&Instantiated>,
+    ) -> Result<(Instantiated, Caught), Diagnostics> {
+        let device = &self.device;
+        let mut diagnostics = requirements::check_source(&plan, device, source);
+        diagnostics.extend(requirements::check_device(&plan, device));
+        diagnostics.extend(lost(device));
+        reject(diagnostics)?;
+        let interfaces = requirements::scenes(&plan).filter_map(|(_, scene)| {
+            let interface = draw::interface(&plan, source, &scene.geometry)?;
+            Some((scene.geometry.clone(), interface.clone()))
+        });
+        let interfaces: BTreeMap<String, HostInterface> = interfaces.collect();
         let mut objects = self.objects.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut statistics = super::Statistics::default();
-        let (_, mut late) = instantiate(&self.device, &mut objects, &mut statistics, plan, source, None)?;
-        reject(late.known())?;
+        objects.begin();
+        let mut creation = Creation::new(device, statistics);
+        let limits = device.limits();
+        let instantiated = Instantiated::new(&mut creation, &limits, &mut objects, plan, interfaces, before)?;
+        let mut caught = creation.finish();
+        reject(caught.known())?;
         objects.commit();
-        Ok(late)
+        Ok((instantiated, caught))
     }
 }
