@@ -7,9 +7,10 @@
 
 use super::blocks::Place;
 use super::creation::Creation;
+use super::histories::Turn;
 use super::imports::ImportedView;
 use super::pool::Taken;
-use super::resources::{Buffer, Resources, Viewed};
+use super::resources::{Buffer, Fallbacks, Resources, Viewed};
 use crate::compiler::Switches;
 use crate::pipeline::IndexRange;
 use crate::work::ResourceHandle;
@@ -45,31 +46,35 @@ pub(super) enum Bound {
     /// A block `view`: one for each view.
     ViewBlock(Place),
     /// One of several, by what readers see of the first resource.
-    Switched(Vec<(ResourceHandle, Bound)>),
+    Switched(Fallbacks<Bound>),
 }
 
 impl Bound {
-    /// The resources of a binding: one for each fallback that readers may see.
-    fn choose(&self, switches: &Switches) -> Option<&(ResourceHandle, Bound)> {
-        let Bound::Switched(all) = self else { return None };
-        let seen = switches.seen(all.first()?.0);
-        all.iter().find(|(resource, _)| *resource == seen)
+    /// What is bound of a resource and of its fallbacks; nothing is switched where there is only one.
+    pub(super) fn switched(mut all: Fallbacks<Bound>) -> Option<Self> {
+        if all.0.len() > 1 { Some(Bound::Switched(all)) } else { all.0.pop().map(|(_, bound)| bound) }
     }
 
-    fn imports(&self, all: &mut Vec<ImportedView>) {
+    /// What readers see, where toggles switch it.
+    fn choose(&self, switches: &Switches) -> Option<&(ResourceHandle, Bound)> {
+        let Bound::Switched(all) = self else { return None };
+        all.seen(switches)
+    }
+
+    /// All that can be bound.
+    fn alternatives(&self) -> Vec<&Bound> {
         match self {
-            Bound::View(Viewed::Imported(view)) => all.push(*view),
-            Bound::Switched(list) => list.iter().for_each(|(_, bound)| bound.imports(all)),
-            _ => {}
+            Bound::Switched(all) => all.0.iter().map(|(_, bound)| bound).collect(),
+            one => vec![one],
         }
     }
 
-    fn histories(&self, all: &mut Vec<usize>) {
+    /// The frame of a history that is bound.
+    fn turn(&self) -> Option<Turn> {
         match self {
-            Bound::View(Viewed::Turning(turn, _)) => all.push(turn.history),
-            Bound::Buffer(buffer, _) => all.extend(buffer.turn().map(|turn| turn.history)),
-            Bound::Switched(list) => list.iter().for_each(|(_, bound)| bound.histories(all)),
-            _ => {}
+            Bound::View(view) => view.turn(),
+            Bound::Buffer(buffer, _) => buffer.turn(),
+            _ => None,
         }
     }
 }
@@ -97,16 +102,18 @@ impl Made {
 
 impl Group {
     pub(super) fn new(index: u32, layout: wgpu::BindGroupLayout, entries: Vec<(u32, Bound)>) -> Self {
-        let has_blocks =
-            entries.iter().any(|(_, bound)| matches!(bound, Bound::Block(_) | Bound::ViewBlock(_)));
-        let mut imports = Vec::new();
-        entries.iter().for_each(|(_, bound)| bound.imports(&mut imports));
-        let view = entries.iter().find_map(|(_, bound)| match bound {
+        let all = || entries.iter().flat_map(|(_, bound)| bound.alternatives());
+        let has_blocks = all().any(|bound| matches!(bound, Bound::Block(_) | Bound::ViewBlock(_)));
+        let view = all().find_map(|bound| match bound {
             Bound::ViewBlock(place) => Some(*place),
             _ => None,
         });
-        let mut histories = Vec::new();
-        entries.iter().for_each(|(_, bound)| bound.histories(&mut histories));
+        let imports = all().filter_map(|bound| match bound {
+            Bound::View(Viewed::Imported(view)) => Some(*view),
+            _ => None,
+        });
+        let imports = imports.collect();
+        let mut histories: Vec<usize> = all().filter_map(Bound::turn).map(|turn| turn.history).collect();
         histories.sort_unstable();
         histories.dedup();
         let (chosen, made) = (Vec::new(), Vec::new());
@@ -201,19 +208,13 @@ impl Group {
 /// Binds the groups of a pass in a render pass, for the view at a position.
 pub(super) fn bind_render(groups: &[Group], pass: &mut wgpu::RenderPass<'_>, view: usize) {
     for (index, group, offset) in groups.iter().filter_map(|group| group.bound(view)) {
-        match offset {
-            Some(offset) => pass.set_bind_group(index, group, &[offset]),
-            None => pass.set_bind_group(index, group, &[]),
-        }
+        pass.set_bind_group(index, group, offset.as_slice());
     }
 }
 
 /// Binds the groups of a pass in a compute pass.
 pub(super) fn bind_compute(groups: &[Group], pass: &mut wgpu::ComputePass<'_>) {
     for (index, group, offset) in groups.iter().filter_map(|group| group.bound(0)) {
-        match offset {
-            Some(offset) => pass.set_bind_group(index, group, &[offset]),
-            None => pass.set_bind_group(index, group, &[]),
-        }
+        pass.set_bind_group(index, group, offset.as_slice());
     }
 }

@@ -17,7 +17,7 @@ use super::imports::Imports;
 use super::objects::Objects;
 use super::pipelines::{Layouts, Pipelines};
 use super::redraw::{self, Kept};
-use super::resources::Resources;
+use super::resources::{Fallbacks, Resources};
 use super::scroll::Scroll;
 use super::textures::Textures;
 use super::transfer::{Counts, Transfer};
@@ -328,23 +328,21 @@ impl Instantiated {
                 let bound = match &slot.source {
                     SlotSource::Texture(texture) => {
                         let view = texture.view();
-                        let bound = |resource| {
+                        Bound::switched(Fallbacks::new(&plan, view.resource, |resource| {
                             let view = TextureView { resource, ..view };
-                            Some((resource, Bound::View(self.resources.view(creation, &plan, view)?)))
-                        };
-                        switched(plan.pipeline.fallbacks(view.resource).filter_map(bound).collect())
+                            self.resources.view(creation, &plan, view).map(Bound::View)
+                        }))
                     }
                     SlotSource::Sampler(sampler) => {
                         Some(Bound::Sampler(objects.sampler(creation, &slot.name, *sampler)))
                     }
                     SlotSource::Buffer { buffer: named, .. } => {
-                        let bound = |resource| {
+                        Bound::switched(Fallbacks::new(&plan, named.resource, |resource| {
                             let buffer = self.resources.buffer(&plan, resource)?;
                             // What stands for it may be larger, and shaders can ask for the length.
                             let all = IndexRange { first: 0, count: plan.resource(resource)?.bytes };
-                            Some((resource, Bound::Buffer(buffer, named.range.bytes.unwrap_or(all))))
-                        };
-                        switched(plan.pipeline.fallbacks(named.resource).filter_map(bound).collect())
+                            Some(Bound::Buffer(buffer, named.range.bytes.unwrap_or(all)))
+                        }))
                     }
                     SlotSource::View => place.map(Bound::ViewBlock),
                     SlotSource::Data { .. } | SlotSource::Values(_) => place.map(Bound::Block),
@@ -399,14 +397,6 @@ fn join(leader: &mut InstantiatedPass, followers: &mut [InstantiatedPass]) {
         leader.label.push_str(&follower.label);
     }
     leader.merged = 1 + followers.len();
-}
-
-/// What is bound of a resource and of its fallbacks; nothing is switched where there is only one.
-fn switched(mut all: Vec<(ResourceHandle, Bound)>) -> Option<Bound> {
-    if all.len() > 1 {
-        return Some(Bound::Switched(all));
-    }
-    all.pop().map(|(_, bound)| bound)
 }
 
 /// The position of the pass that keeps what it draws into a texture.

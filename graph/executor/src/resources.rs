@@ -4,7 +4,7 @@ use super::creation::Creation;
 use super::histories::{Histories, Turn};
 use super::imports::{ImportedTexture, ImportedView, Imports};
 use super::textures::Textures;
-use crate::compiler::{Physical, Plan};
+use crate::compiler::{Physical, Plan, Switches};
 use crate::work::{ResourceHandle, TextureView};
 
 /// The textures and buffers of a plan and those of the host.
@@ -30,6 +30,27 @@ pub(super) type Texture = Standing<wgpu::Texture>;
 
 /// A buffer of the plan, or one of the host's.
 pub(super) type Buffer = Standing<wgpu::Buffer>;
+
+/// What stands for a resource and for each of its fallbacks; toggles choose among them.
+pub(super) struct Fallbacks<T>(pub(super) Vec<(ResourceHandle, T)>);
+
+impl<T> Fallbacks<T> {
+    /// Of a resource what is made of it and of its fallbacks, as far as something can be.
+    pub(super) fn new(
+        plan: &Plan,
+        resource: ResourceHandle,
+        mut make: impl FnMut(ResourceHandle) -> Option<T>,
+    ) -> Self {
+        let all = plan.pipeline.fallbacks(resource);
+        Self(all.filter_map(|one| Some((one, make(one)?))).collect())
+    }
+
+    /// The resource that readers see in this frame, and what stands for it.
+    pub(super) fn seen(&self, switches: &Switches) -> Option<&(ResourceHandle, T)> {
+        let seen = switches.seen(self.0.first()?.0);
+        self.0.iter().find(|(resource, _)| *resource == seen)
+    }
+}
 
 impl Resources {
     /// A view of a texture.

@@ -2,14 +2,14 @@
 //!
 //! What is copied, the plan says. Where a toggle takes the writers of a source away, its fallback is copied.
 
-use super::resources::{Buffer, Resources, Texture};
+use super::resources::{Buffer, Fallbacks, Resources, Texture};
 use crate::compiler::Switches;
 use crate::compiler::{Plan, PlannedCopy, PlannedPass, TexelOrigin, TexelRows};
 use crate::work::{ResourceHandle, Subresource, TransferWork};
 
 /// A buffer of counts, and its fallback.
 pub(super) struct Counts {
-    buffers: Vec<(ResourceHandle, Buffer)>,
+    buffers: Fallbacks<Buffer>,
     /// The first byte.
     pub(super) offset: u64,
 }
@@ -17,9 +17,8 @@ pub(super) struct Counts {
 impl Counts {
     /// The counts in a buffer.
     pub(super) fn new(resources: &Resources, plan: &Plan, named: &Subresource) -> Self {
-        let buffers = plan.pipeline.fallbacks(named.resource);
-        let buffers = buffers.filter_map(|one| Some((one, resources.buffer(plan, one)?)));
-        Self { buffers: buffers.collect(), offset: named.offset() }
+        let buffers = Fallbacks::new(plan, named.resource, |one| resources.buffer(plan, one));
+        Self { buffers, offset: named.offset() }
     }
 
     /// The buffer in this frame.
@@ -28,14 +27,13 @@ impl Counts {
         resources: &'a Resources,
         switches: &Switches,
     ) -> Option<&'a wgpu::Buffer> {
-        let seen = self.buffers.first().map(|(resource, _)| switches.seen(*resource))?;
-        self.buffers.iter().find(|(resource, _)| *resource == seen)?.1.get(resources)
+        self.buffers.seen(switches)?.1.get(resources)
     }
 }
 
-/// A transfer with everything that it needs on the device; of the source one for each of its fallbacks.
+/// A transfer with everything that it needs on the device.
 pub(super) struct Transfer {
-    sources: Vec<(ResourceHandle, End)>,
+    source: Option<Fallbacks<End>>,
     destination: End,
     copies: Vec<PlannedCopy>,
 }
@@ -67,7 +65,7 @@ impl End {
 }
 
 impl Transfer {
-    /// A transfer of a plan; `None` where one of the ends is not on the device.
+    /// A transfer of a plan; `None` where its destination is not on the device.
     pub(super) fn new(
         resources: &Resources,
         plan: &Plan,
@@ -75,13 +73,10 @@ impl Transfer {
         work: &TransferWork,
     ) -> Option<Self> {
         let destination = End::new(resources, plan, work.destination.subresource().resource)?;
-        let mut sources = Vec::new();
-        if let Some(source) = &work.source {
-            for one in plan.pipeline.fallbacks(source.subresource().resource) {
-                sources.push((one, End::new(resources, plan, one)?));
-            }
-        }
-        Some(Self { sources, destination, copies: planned.copies.clone() })
+        let source = work.source.as_ref().map(|source| source.subresource().resource);
+        let end = |one| End::new(resources, plan, one);
+        let source = source.map(|source| Fallbacks::new(plan, source, end));
+        Some(Self { source, destination, copies: planned.copies.clone() })
     }
 
     /// Records it.
@@ -91,8 +86,7 @@ impl Transfer {
         resources: &Resources,
         switches: &Switches,
     ) {
-        let seen = self.sources.first().map(|(resource, _)| switches.seen(*resource));
-        let source = self.sources.iter().find(|(resource, _)| Some(*resource) == seen).map(|(_, end)| end);
+        let source = self.source.as_ref().and_then(|source| source.seen(switches)).map(|(_, end)| end);
         for copy in &self.copies {
             // What the host has not given this frame is neither copied nor filled.
             let _: Option<()> = self.one(encoder, resources, source, copy);
