@@ -17,38 +17,43 @@ pub(super) struct HostLayout {
     pub(super) bindings: Vec<(u32, String)>,
 }
 
-/// The materials of the host for one layout.
-pub(super) struct Materials {
+/// The bind groups of the host for one layout: one for each material, or one for all objects.
+pub(super) struct HostGroups {
     layout: HostLayout,
+    /// Of objects for each binding, if it is a block, its bytes, and those from object to object; `None` of materials.
+    blocks: Option<Vec<Option<(u32, u32)>>>,
     groups: Vec<wgpu::BindGroup>,
-    generation: Option<u64>,
-}
-
-/// The objects of the host for one layout.
-pub(super) struct Objects {
-    layout: HostLayout,
-    /// For each binding, if it is a block, its bytes, and those from object to object.
-    blocks: Vec<Option<(u32, u32)>>,
-    group: Option<wgpu::BindGroup>,
     /// The number of objects for which every block lies within its buffer.
     count: u32,
     generation: Option<u64>,
 }
 
-impl Materials {
-    pub(super) fn new(layout: HostLayout) -> Self {
-        Self { layout, groups: Vec::new(), generation: None }
+impl HostGroups {
+    pub(super) fn materials(layout: HostLayout) -> Self {
+        Self { layout, blocks: None, groups: Vec::new(), count: 0, generation: None }
     }
 
-    /// Whether the two have the same layout in shaders.
+    /// Objects whose blocks lie as the host's interface says.
+    pub(super) fn objects(layout: HostLayout, interface: &HostInterface) -> Self {
+        let block = |name: &str| {
+            interface.object.iter().find(|slot| slot.name == name).and_then(|slot| match slot.kind {
+                HostSlotKind::Block { size, stride, .. } => Some((size, stride)),
+                HostSlotKind::Opaque(_) | HostSlotKind::Array { .. } => None,
+            })
+        };
+        let blocks = Some(layout.bindings.iter().map(|(_, name)| block(name)).collect());
+        Self { blocks, ..Self::materials(layout) }
+    }
+
+    /// Whether the two are the same to shaders.
     pub(super) fn is_alike(&self, other: &Self) -> bool {
-        self.layout == other.layout
+        self.layout == other.layout && self.blocks == other.blocks
     }
 
     /// Makes the bind groups, unless they are those of the host's generation.
     ///
     /// # Errors
-    /// A material for which the host gives nothing.
+    /// A material or a block for which the host gives nothing.
     pub(super) fn prepare(
         &mut self,
         creation: &mut Creation<'_>,
@@ -59,12 +64,31 @@ impl Materials {
             return Ok(());
         }
         self.forget();
-        for material in 0..source.material_count() {
+        let layout = &self.layout;
+        if let Some(blocks) = &self.blocks {
             let give = |name: &str| {
-                source.material(material, name).ok_or_else(|| lacks(name, &format!("material {material}")))
+                let mut resource = source.object(name).ok_or_else(|| lacks(name, "objects"))?;
+                let at = layout.bindings.iter().position(|(_, known)| known == name);
+                // Of a buffer of blocks one is bound, which the offset moves.
+                if let (wgpu::BindingResource::Buffer(binding), Some((bytes, 1..))) =
+                    (&mut resource, at.and_then(|at| blocks[at]))
+                {
+                    binding.size = binding.size.or(wgpu::BufferSize::new(bytes.into()));
+                }
+                Ok(resource)
             };
-            let (group, _) = make(creation, &self.layout, "materials", give)?;
+            let (group, room) = make(creation, layout, "objects", give)?;
+            self.count = object_count(blocks, &room);
             self.groups.push(group);
+        } else {
+            for material in 0..source.material_count() {
+                let give = |name: &str| {
+                    let given = source.material(material, name);
+                    given.ok_or_else(|| lacks(name, &format!("material {material}")))
+                };
+                let (group, _) = make(creation, layout, "materials", give)?;
+                self.groups.push(group);
+            }
         }
         self.generation = Some(generation);
         Ok(())
@@ -77,85 +101,33 @@ impl Materials {
     }
 
     /// The bind group of a material, if the host has it.
-    pub(super) fn get(&self, material: u32) -> Option<&wgpu::BindGroup> {
+    pub(super) fn material(&self, material: u32) -> Option<&wgpu::BindGroup> {
         self.groups.get(usize::try_from(material).ok()?)
+    }
+
+    /// The bind group of objects, with the dynamic offsets of one; `None` if the host's buffers have no such object.
+    pub(super) fn object<'a>(&'a self, object: u32, offsets: &mut Vec<u32>) -> Option<&'a wgpu::BindGroup> {
+        let group = self.groups.first().filter(|_| object < self.count)?;
+        offsets.clear();
+        let blocks = self.blocks.iter().flatten().flatten();
+        offsets.extend(blocks.map(|(_, stride)| stride.saturating_mul(object)));
+        Some(group)
     }
 }
 
-impl Objects {
-    /// Objects whose blocks lie as the host's interface says.
-    pub(super) fn new(layout: HostLayout, interface: &HostInterface) -> Self {
-        let block = |name: &str| {
-            interface.object.iter().find(|slot| slot.name == name).and_then(|slot| match slot.kind {
-                HostSlotKind::Block { size, stride, .. } => Some((size, stride)),
-                HostSlotKind::Opaque(_) | HostSlotKind::Array { .. } => None,
-            })
-        };
-        let blocks = layout.bindings.iter().map(|(_, name)| block(name)).collect();
-        Self { layout, blocks, group: None, count: 0, generation: None }
-    }
-
-    /// Whether the two have the same layout in shaders.
-    pub(super) fn is_alike(&self, other: &Self) -> bool {
-        self.layout == other.layout && self.blocks == other.blocks
-    }
-
-    /// Makes the bind group, unless it is that of the host's generation.
-    ///
-    /// # Errors
-    /// A block for which the host gives nothing.
-    pub(super) fn prepare(
-        &mut self,
-        creation: &mut Creation<'_>,
-        source: &dyn DrawSource,
-    ) -> Result<(), Diagnostic> {
-        let generation = source.generation();
-        if self.generation == Some(generation) {
-            return Ok(());
-        }
-        self.forget();
-        let give = |name: &str| {
-            let mut resource = source.object(name).ok_or_else(|| lacks(name, "objects"))?;
-            let at = self.layout.bindings.iter().position(|(_, known)| known == name);
-            // Of a buffer of blocks one is bound, which the offset moves.
-            if let (wgpu::BindingResource::Buffer(binding), Some((bytes, 1..))) =
-                (&mut resource, at.and_then(|at| self.blocks[at]))
-            {
-                binding.size = binding.size.or(wgpu::BufferSize::new(bytes.into()));
-            }
-            Ok(resource)
-        };
-        let (group, room) = make(creation, &self.layout, "objects", give)?;
-        let blocks =
-            room.iter().zip(&self.blocks).filter_map(|(room, block)| Some((room, block.as_ref()?.1)));
-        let counts = blocks.map(|(room, stride)| match (room, stride) {
-            (None, _) => 0,
-            (Some(_), 0) => u64::from(u32::MAX),
-            (Some(room), stride) => room / u64::from(stride) + 1,
-        });
+/// The number of objects for which every block lies within its buffer, behind whose first one there is so much room.
+fn object_count(blocks: &[Option<(u32, u32)>], room: &[Option<u64>]) -> u32 {
+    let counts = room.iter().zip(blocks).filter_map(|(room, block)| {
+        let (_, stride) = (*block)?;
         // An offset has 32 bits.
-        let blocks = self.blocks.iter().flatten();
-        let addressable = blocks.map(|(_, stride)| u32::MAX.checked_div(*stride).unwrap_or(u32::MAX)).min();
-        let count = counts.min().unwrap_or(u64::from(u32::MAX));
-        self.count = u32::try_from(count).unwrap_or(u32::MAX).min(addressable.unwrap_or(u32::MAX));
-        self.group = Some(group);
-        self.generation = Some(generation);
-        Ok(())
-    }
-
-    /// Forgets what was made, since some of it may have been rejected.
-    pub(super) fn forget(&mut self) {
-        self.generation = None;
-        self.group = None;
-    }
-
-    /// The bind group, with the dynamic offsets of an object; `None` if the host's buffers have no such object.
-    pub(super) fn get<'a>(&'a self, object: u32, offsets: &mut Vec<u32>) -> Option<&'a wgpu::BindGroup> {
-        let group = self.group.as_ref().filter(|_| object < self.count)?;
-        offsets.clear();
-        offsets.extend(self.blocks.iter().flatten().map(|(_, stride)| stride.saturating_mul(object)));
-        Some(group)
-    }
+        let addressable = u32::MAX.checked_div(stride).unwrap_or(u32::MAX);
+        let count = match room {
+            None => 0,
+            Some(room) => room.checked_div(stride.into()).map_or(u64::MAX, |count| count + 1),
+        };
+        Some(u32::try_from(count).unwrap_or(u32::MAX).min(addressable))
+    });
+    counts.min().unwrap_or(u32::MAX)
 }
 
 /// A bind group, and for each binding the bytes behind what is bound of its buffer; `None` where that does not fit.

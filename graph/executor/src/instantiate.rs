@@ -12,7 +12,7 @@ use super::buffer_draw::InstantiatedDraw;
 use super::creation::Creation;
 use super::groups::{Bound, Group};
 use super::histories::Histories;
-use super::host_groups::{HostLayout, Materials, Objects as HostObjects};
+use super::host_groups::{HostGroups, HostLayout};
 use super::imports::Imports;
 use super::objects::Objects;
 use super::pipelines::{Layouts, Pipelines};
@@ -37,8 +37,8 @@ pub(super) struct Instantiated {
     pub(super) resources: Resources,
     pub(super) blocks: Blocks,
     pub(super) passes: Vec<InstantiatedPass>,
-    pub(super) materials: Vec<Materials>,
-    pub(super) objects: Vec<HostObjects>,
+    /// The bind groups of the host's materials and objects.
+    pub(super) host_groups: Vec<HostGroups>,
     /// The host's interfaces, by the name of the geometry.
     pub(super) interfaces: BTreeMap<String, HostInterface>,
     /// For each pass the views whose texels it keeps.
@@ -106,9 +106,8 @@ pub(super) struct InstantiatedScene {
     /// The data whose views are drawn.
     pub(super) views: ResourceHandle,
     pub(super) pipelines: Vec<(PropertySet, wgpu::RenderPipeline)>,
-    /// The position in [`Instantiated::materials`].
+    /// The positions in [`Instantiated::host_groups`].
     pub(super) materials: Option<usize>,
-    /// The position in [`Instantiated::objects`].
     pub(super) objects: Option<usize>,
     /// The bind groups that the host fills itself.
     pub(super) own_groups: Vec<u32>,
@@ -166,8 +165,7 @@ impl Instantiated {
             resources,
             blocks,
             passes: Vec::with_capacity(plan.passes.len()),
-            materials: Vec::new(),
-            objects: Vec::new(),
+            host_groups: Vec::new(),
             interfaces,
             kept: plan.passes.iter().map(|_| Kept::default()).collect(),
             keepers: redraw::keepers(&plan),
@@ -267,13 +265,10 @@ impl Instantiated {
                             let layout = host_layout(pipelines.program, layouts, index);
                             layout.filter(|_| !fills(&index))
                         };
-                        let materials = host(MATERIAL_GROUP).map(|layout| {
-                            position(&mut self.materials, Materials::new(layout), Materials::is_alike)
-                        });
-                        let objects = host(OBJECT_GROUP).map(|layout| {
-                            let objects = HostObjects::new(layout, interface);
-                            position(&mut self.objects, objects, HostObjects::is_alike)
-                        });
+                        let materials = host(MATERIAL_GROUP).map(HostGroups::materials);
+                        let objects = host(OBJECT_GROUP).map(|layout| HostGroups::objects(layout, interface));
+                        let [materials, objects] =
+                            [materials, objects].map(|groups| Some(position(&mut self.host_groups, groups?)));
                         let attached = render.depth.as_ref().map(|depth| depth.to.target());
                         let mut bring = |from: AttachmentTarget| {
                             let (creation, objects) = (&mut *pipelines.creation, &mut *pipelines.objects);
@@ -410,9 +405,9 @@ fn keeper(plan: &Plan, texture: ResourceHandle) -> Option<usize> {
     })
 }
 
-/// The position of what is alike, added if there is none.
-fn position<T>(list: &mut Vec<T>, new: T, is_alike: impl Fn(&T, &T) -> bool) -> usize {
-    list.iter().position(|known| is_alike(known, &new)).unwrap_or_else(|| {
+/// The position of bind groups that are alike, added if there are none.
+fn position(list: &mut Vec<HostGroups>, new: HostGroups) -> usize {
+    list.iter().position(|known| known.is_alike(&new)).unwrap_or_else(|| {
         list.push(new);
         list.len() - 1
     })

@@ -12,6 +12,7 @@ use super::attachments::{Attachments, Drawn};
 use super::creation::Creation;
 use super::gpu_times::GpuTimes;
 use super::groups;
+use super::host_groups::HostGroups;
 use super::instantiate::{Instantiated, InstantiatedPass, InstantiatedScene, InstantiatedWork};
 use super::pool::Taken;
 use super::redraw::{self, Kept, NOTHING};
@@ -93,11 +94,8 @@ pub(super) fn prepare(
         }
     }
     if let Some(source) = frame.draws {
-        for materials in &mut instantiated.materials {
-            materials.prepare(creation, source)?;
-        }
-        for objects in &mut instantiated.objects {
-            objects.prepare(creation, source)?;
+        for groups in &mut instantiated.host_groups {
+            groups.prepare(creation, source)?;
         }
     }
     Ok(())
@@ -108,12 +106,7 @@ pub(super) fn forget(instantiated: &mut Instantiated) {
     instantiated.resources.imports.forget_views();
     instantiated.resources.histories.retreat();
     instantiated.passes.iter_mut().flat_map(|pass| &mut pass.groups).for_each(groups::Group::forget);
-    for materials in &mut instantiated.materials {
-        materials.forget();
-    }
-    for objects in &mut instantiated.objects {
-        objects.forget();
-    }
+    instantiated.host_groups.iter_mut().for_each(HostGroups::forget);
 }
 
 /// Records all passes.
@@ -177,7 +170,9 @@ pub(super) fn record(
                 let mut recording =
                     Recording { instantiated, frame, scratch, attachments, gpu_times, name, label };
                 if let Some(clear) = pass.clear() {
-                    recording.changed(encoder, (at, pass), clear, &mut all_kept, record);
+                    let mut kept = std::mem::take(&mut all_kept[at]);
+                    recording.changed(encoder, (at, pass), clear, (&mut kept, &all_kept), record);
+                    all_kept[at] = kept;
                 } else if attachments.is_flat() {
                     recording.flat(encoder, at, pass.merged);
                 } else {
@@ -269,22 +264,9 @@ impl Recording<'_> {
         self.attachments.clear_rest(encoder, resources, self.label, &self.scratch.drawn);
     }
 
-    /// A render pass for each run of changed views of one layer; the texels of others stay as they are.
+    /// A render pass for each run of changed views of one layer; the texels of others stay as they are. `others` are what
+    /// other passes keep.
     fn changed(
-        &mut self,
-        encoder: &mut wgpu::CommandEncoder,
-        (at, pass): (usize, &InstantiatedPass),
-        clear: &wgpu::RenderPipeline,
-        all_kept: &mut [Kept],
-        record: u64,
-    ) {
-        let Some(mut kept) = all_kept.get_mut(at).map(std::mem::take) else { return };
-        self.changed_of(encoder, (at, pass), clear, (&mut kept, all_kept), record);
-        all_kept[at] = kept;
-    }
-
-    /// The same, with what the pass keeps and what others do.
-    fn changed_of(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         (at, pass): (usize, &InstantiatedPass),
@@ -396,16 +378,13 @@ impl Recording<'_> {
         let passes = self.instantiated.plan.passes.get(at).zip(self.instantiated.passes.get(at));
         let Some((planned, pass)) = passes else { return };
         let Some(work) = scene_draw(self.instantiated, planned) else { return };
+        let host_groups = |at: Option<usize>| self.instantiated.host_groups.get(at?);
         let scene = Scene {
-            geometry: &work.geometry,
-            filter: &work.filter,
-            order: work.order,
-            detail: &work.detail,
-            pipelines: &instantiated.pipelines,
+            work,
+            instantiated,
             groups: &pass.groups,
-            materials: instantiated.materials.and_then(|at| self.instantiated.materials.get(at)),
-            objects: instantiated.objects.and_then(|at| self.instantiated.objects.get(at)),
-            own_groups: &instantiated.own_groups,
+            materials: host_groups(instantiated.materials),
+            objects: host_groups(instantiated.objects),
             extent: self.attachments.extent,
         };
         let bounds = self.frame.input.filter_bounds.iter().find(|(known, _)| *known == work.filter);

@@ -11,27 +11,22 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use super::groups::{self, Group};
 use glam::DVec2;
 
-use super::host_groups::{Materials, Objects};
+use super::host_groups::HostGroups;
+use super::instantiate::InstantiatedScene;
 use super::statistics::PassCounts;
 use crate::data::View;
 use crate::frame::Bounds;
-use crate::work::DrawOrder;
+use crate::work::{DrawOrder, SceneDraw};
 use crate::{DrawPass, DrawSource};
 use umbragraph_pipeline::draw::{MATERIAL_GROUP, OBJECT_GROUP, PropertySet};
 
 /// The objects that the host's draws of a pass need.
 pub(super) struct Scene<'a> {
-    pub(super) geometry: &'a str,
-    pub(super) filter: &'a str,
-    pub(super) order: DrawOrder,
-    /// The level of detail of each view; the last counts for all beyond.
-    pub(super) detail: &'a [u32],
-    pub(super) pipelines: &'a [(PropertySet, wgpu::RenderPipeline)],
+    pub(super) work: &'a SceneDraw,
+    pub(super) instantiated: &'a InstantiatedScene,
     pub(super) groups: &'a [Group],
-    pub(super) materials: Option<&'a Materials>,
-    pub(super) objects: Option<&'a Objects>,
-    /// The bind groups that the host fills itself.
-    pub(super) own_groups: &'a [u32],
+    pub(super) materials: Option<&'a HostGroups>,
+    pub(super) objects: Option<&'a HostGroups>,
     /// Width and height of the attachments.
     pub(super) extent: [u32; 2],
 }
@@ -55,9 +50,9 @@ impl Scene<'_> {
         offsets: &mut Vec<u32>,
     ) -> Result<PassCounts, String> {
         let [x, y, width, height] = self.texels(view);
-        let pipeline = self.pipelines.first().filter(|_| width > 0 && height > 0);
-        let material = self.materials.map(|materials| materials.get(0));
-        let object = self.objects.map(|objects| objects.get(0, offsets));
+        let pipeline = self.instantiated.pipelines.first().filter(|_| width > 0 && height > 0);
+        let material = self.materials.map(|materials| materials.material(0));
+        let object = self.objects.map(|objects| objects.object(0, offsets));
         let (Some((_, pipeline)), None | Some(Some(_)), None | Some(Some(_))) = (pipeline, material, object)
         else {
             return Ok(PassCounts::default());
@@ -72,7 +67,8 @@ impl Scene<'_> {
         if let Some(group) = object.flatten() {
             pass.set_bind_group(OBJECT_GROUP, group, offsets);
         }
-        let detail = self.detail.get(position).or(self.detail.last()).copied().unwrap_or(0);
+        // The last level counts for all views beyond.
+        let detail = self.work.detail.get(position).or(self.work.detail.last()).copied().unwrap_or(0);
         let mut drawing = ScenePass { scene: self, view, detail, pass, offsets, draws: 0, failed: None };
         let caught = catch_unwind(AssertUnwindSafe(|| source.draw(&mut drawing)));
         let failed = drawing.failed.or(caught.err().map(|payload| said_in_panic(&*payload)));
@@ -133,11 +129,11 @@ struct ScenePass<'a> {
 
 impl DrawPass for ScenePass<'_> {
     fn geometry(&self) -> &str {
-        self.scene.geometry
+        &self.scene.work.geometry
     }
 
     fn filter(&self) -> &str {
-        self.scene.filter
+        &self.scene.work.filter
     }
 
     fn view(&self) -> &View {
@@ -145,7 +141,7 @@ impl DrawPass for ScenePass<'_> {
     }
 
     fn order(&self) -> DrawOrder {
-        self.scene.order
+        self.scene.work.order
     }
 
     fn detail(&self) -> u32 {
@@ -153,25 +149,25 @@ impl DrawPass for ScenePass<'_> {
     }
 
     fn set_properties(&mut self, properties: PropertySet) -> bool {
-        let found = self.scene.pipelines.iter().find(|(set, _)| *set == properties);
+        let found = self.scene.instantiated.pipelines.iter().find(|(set, _)| *set == properties);
         found.map(|(_, pipeline)| self.pass.set_pipeline(pipeline)).is_some()
     }
 
     fn set_material(&mut self, material: u32) {
-        if let Some(group) = self.scene.materials.and_then(|materials| materials.get(material)) {
+        if let Some(group) = self.scene.materials.and_then(|materials| materials.material(material)) {
             self.pass.set_bind_group(MATERIAL_GROUP, group, &[]);
         }
     }
 
     fn set_object(&mut self, object: u32) {
         self.draws += 1;
-        if let Some(group) = self.scene.objects.and_then(|objects| objects.get(object, self.offsets)) {
+        if let Some(group) = self.scene.objects.and_then(|objects| objects.object(object, self.offsets)) {
             self.pass.set_bind_group(OBJECT_GROUP, group, self.offsets);
         }
     }
 
     fn set_bind_group(&mut self, index: u32, group: &wgpu::BindGroup, offsets: &[u32]) -> bool {
-        let is_own = self.scene.own_groups.contains(&index);
+        let is_own = self.scene.instantiated.own_groups.contains(&index);
         if is_own {
             self.pass.set_bind_group(index, group, offsets);
         }
