@@ -52,14 +52,10 @@ impl<K: Hash + Eq, V: Clone> Cache<K, V> {
         entry.value.clone()
     }
 
-    /// Forgets what was created after a generation.
-    pub(super) fn forget_after(&mut self, proven: Generation) {
-        self.entries.retain(|_, entry| entry.created <= proven);
-    }
-
-    /// Evicts what was not used for some generations.
-    pub(super) fn evict(&mut self, now: Generation) {
-        self.entries.retain(|_, entry| entry.used.0 + KEPT_PLANS > now.0);
+    /// Forgets what was created after a generation that the device took, and evicts what plans did not use for some before it.
+    pub(super) fn clean(&mut self, proven: Generation) {
+        let is_kept = |entry: &Entry<V>| entry.created <= proven && entry.used.0 + KEPT_PLANS > proven.0;
+        self.entries.retain(|_, entry| is_kept(entry));
     }
 }
 
@@ -81,7 +77,7 @@ mod tests {
         let mut cache = Cache::default();
         cache.get("good", Generation(1), |_| 1);
         cache.get("bad", Generation(2), |_| 2);
-        cache.forget_after(Generation(1));
+        cache.clean(Generation(1));
         assert_eq!(cache.get("good", Generation(3), |_| 3), 1);
         assert_eq!(cache.get("bad", Generation(3), |_| 4), 4);
     }
@@ -90,9 +86,9 @@ mod tests {
     fn what_no_plan_uses_for_a_while_is_evicted() {
         let mut cache = Cache::default();
         cache.get("a", Generation(1), |_| 1);
-        cache.evict(Generation(KEPT_PLANS));
+        cache.clean(Generation(KEPT_PLANS));
         assert_eq!(cache.entries.len(), 1);
-        cache.evict(Generation(1 + KEPT_PLANS));
+        cache.clean(Generation(1 + KEPT_PLANS));
         assert_eq!(cache.entries.len(), 0);
     }
 }

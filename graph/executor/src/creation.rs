@@ -41,6 +41,16 @@ struct Scopes {
     memory: wgpu::ErrorScopeGuard,
 }
 
+/// Methods that create an object with one of the device's own, and count it.
+macro_rules! creates {
+    ($($name:ident: $create:ident($descriptor:ident) -> $object:ident, $count:ident;)*) => {$(
+        pub(super) fn $name(&mut self, descriptor: &wgpu::$descriptor<'_>) -> wgpu::$object {
+            self.statistics.$count += 1;
+            self.device().$create(descriptor)
+        }
+    )*};
+}
+
 impl<'a> Creation<'a> {
     pub(super) fn new(device: &'a wgpu::Device, statistics: &'a mut Statistics) -> Self {
         Self { device, statistics, scopes: None, site: Site::default(), caught: Caught::default() }
@@ -163,11 +173,6 @@ impl<'a> Creation<'a> {
         texture.create_view(descriptor)
     }
 
-    pub(super) fn sampler(&mut self, descriptor: &wgpu::SamplerDescriptor<'_>) -> wgpu::Sampler {
-        self.statistics.samplers += 1;
-        self.device().create_sampler(descriptor)
-    }
-
     pub(super) fn shader_module(&mut self, label: &str, wgsl: &str) -> wgpu::ShaderModule {
         self.statistics.shader_modules += 1;
         self.device().create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -176,41 +181,13 @@ impl<'a> Creation<'a> {
         })
     }
 
-    pub(super) fn bind_group_layout(
-        &mut self,
-        descriptor: &wgpu::BindGroupLayoutDescriptor<'_>,
-    ) -> wgpu::BindGroupLayout {
-        self.statistics.layouts += 1;
-        self.device().create_bind_group_layout(descriptor)
-    }
-
-    pub(super) fn pipeline_layout(
-        &mut self,
-        descriptor: &wgpu::PipelineLayoutDescriptor<'_>,
-    ) -> wgpu::PipelineLayout {
-        self.statistics.layouts += 1;
-        self.device().create_pipeline_layout(descriptor)
-    }
-
-    pub(super) fn render_pipeline(
-        &mut self,
-        descriptor: &wgpu::RenderPipelineDescriptor<'_>,
-    ) -> wgpu::RenderPipeline {
-        self.statistics.pipelines += 1;
-        self.device().create_render_pipeline(descriptor)
-    }
-
-    pub(super) fn compute_pipeline(
-        &mut self,
-        descriptor: &wgpu::ComputePipelineDescriptor<'_>,
-    ) -> wgpu::ComputePipeline {
-        self.statistics.pipelines += 1;
-        self.device().create_compute_pipeline(descriptor)
-    }
-
-    pub(super) fn bind_group(&mut self, descriptor: &wgpu::BindGroupDescriptor<'_>) -> wgpu::BindGroup {
-        self.statistics.bind_groups += 1;
-        self.device().create_bind_group(descriptor)
+    creates! {
+        sampler: create_sampler(SamplerDescriptor) -> Sampler, samplers;
+        bind_group_layout: create_bind_group_layout(BindGroupLayoutDescriptor) -> BindGroupLayout, layouts;
+        pipeline_layout: create_pipeline_layout(PipelineLayoutDescriptor) -> PipelineLayout, layouts;
+        render_pipeline: create_render_pipeline(RenderPipelineDescriptor) -> RenderPipeline, pipelines;
+        compute_pipeline: create_compute_pipeline(ComputePipelineDescriptor) -> ComputePipeline, pipelines;
+        bind_group: create_bind_group(BindGroupDescriptor) -> BindGroup, bind_groups;
     }
 }
 

@@ -96,26 +96,24 @@ pub(super) struct ComputeKey {
 impl Objects {
     /// Begins an attempt to instantiate a plan. What an earlier one created in vain is forgotten.
     pub(super) fn begin(&mut self) {
-        let proven = self.proven;
-        self.modules.forget_after(proven);
-        self.samplers.forget_after(proven);
-        self.group_layouts.forget_after(proven);
-        self.pipeline_layouts.forget_after(proven);
-        self.render_pipelines.forget_after(proven);
-        self.compute_pipelines.forget_after(proven);
+        self.clean();
         self.now = self.now.next();
     }
 
     /// Ends an attempt that the device took. What plans have not used for long is evicted.
     pub(super) fn commit(&mut self) {
-        let now = self.now;
-        self.proven = now;
-        self.modules.evict(now);
-        self.samplers.evict(now);
-        self.group_layouts.evict(now);
-        self.pipeline_layouts.evict(now);
-        self.render_pipelines.evict(now);
-        self.compute_pipelines.evict(now);
+        self.proven = self.now;
+        self.clean();
+    }
+
+    fn clean(&mut self) {
+        let proven = self.proven;
+        self.modules.clean(proven);
+        self.samplers.clean(proven);
+        self.group_layouts.clean(proven);
+        self.pipeline_layouts.clean(proven);
+        self.render_pipelines.clean(proven);
+        self.compute_pipelines.clean(proven);
     }
 
     pub(super) fn module(
