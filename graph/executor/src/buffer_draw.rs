@@ -2,8 +2,7 @@
 
 use super::resources::Resources;
 use super::transfer::Counts;
-use crate::compiler::Plan;
-use crate::compiler::Switches;
+use crate::compiler::{Changed, Plan, Switches};
 use crate::work::{BufferDraw, DrawCounts};
 
 /// A draw.
@@ -32,17 +31,13 @@ impl InstantiatedDraw {
         }
     }
 
-    /// Sets the number of vertices, or indices.
-    pub(super) fn set_count(&mut self, new: u32) {
-        if let InstantiatedCounts::Direct { count, .. } = &mut self.counts {
-            *count = new;
-        }
-    }
-
-    /// Sets the number of instances.
-    pub(super) fn set_instances(&mut self, new: u32) {
-        if let InstantiatedCounts::Direct { instances, .. } = &mut self.counts {
-            *instances = new;
+    /// Takes over another number of vertices, indices or instances.
+    pub(super) fn set(&mut self, changed: Changed<'_>) {
+        let InstantiatedCounts::Direct { count, instances } = &mut self.counts else { return };
+        match changed {
+            Changed::Count(new) => *count = new,
+            Changed::Instances(new) => *instances = new,
+            _ => {}
         }
     }
 

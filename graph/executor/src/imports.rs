@@ -193,16 +193,19 @@ impl Imports {
         wanted.known.get(wanted.current).map(|known| &known.view)
     }
 
-    /// Takes a buffer of the host's, for a resource of the plan.
-    pub(super) fn set_buffer(&mut self, resource: ResourceHandle, buffer: &wgpu::Buffer) {
-        if let Some(import) = self.imports.iter_mut().find(|import| import.resource == resource) {
-            import.buffer = Some(buffer.clone());
+    /// Takes a buffer of the host's, for a resource of the plan. Whether it is another than before.
+    pub(super) fn set_buffer(&mut self, resource: ResourceHandle, buffer: &wgpu::Buffer) -> bool {
+        let Some(ImportedTexture(at)) = self.find(resource) else { return false };
+        let is_other = self.imports[at].buffer.as_ref() != Some(buffer);
+        if is_other {
+            self.imports[at].buffer = Some(buffer.clone());
         }
+        is_other
     }
 
     /// Lets a part of the host's textures stand for a resource of the plan.
     pub(super) fn set_part(&mut self, resource: ResourceHandle, part: Option<ImportPart>) {
-        let Some(at) = self.imports.iter().position(|import| import.resource == resource) else { return };
+        let Some(ImportedTexture(at)) = self.find(resource) else { return };
         if self.imports[at].part != part {
             self.imports[at].part = part;
             self.views.iter_mut().filter(|view| view.import == at).for_each(|view| view.known.clear());
@@ -211,7 +214,7 @@ impl Imports {
 
     /// The part of the host's textures that stands for a resource.
     pub(super) fn part(&self, resource: ResourceHandle) -> Option<ImportPart> {
-        self.imports.iter().find(|import| import.resource == resource)?.part
+        self.imports[self.find(resource)?.0].part
     }
 
     /// Takes over the parts and the buffers that another plan was given, where `fits` says of their names that they are right here.
@@ -222,6 +225,11 @@ impl Imports {
             let buffer = known.and_then(|known| known.buffer.clone());
             import.buffer = buffer.filter(|buffer| fits(&import.name, buffer));
         }
+    }
+
+    /// The buffer that stands for a resource.
+    pub(super) fn buffer_of(&self, resource: ResourceHandle) -> Option<&wgpu::Buffer> {
+        self.buffer(self.find(resource)?)
     }
 
     /// The buffer.

@@ -25,7 +25,7 @@ pub(super) fn check(instantiated: &Instantiated, frame: &Frame<'_>) -> Diagnosti
                 Some(_) => import_error(instantiated, name, resource, frame).map(|error| {
                     (error, "give the executor the texture that the plan was made for, or plan again")
                 }),
-                None => lacks_buffer(instantiated, resource.handle).then(|| {
+                None => instantiated.resources.imports.buffer_of(resource.handle).is_none().then(|| {
                     let error = format!("the host gave no buffer for \"{name}\"");
                     (error, "give the executor the buffer with Executor::import_buffer")
                 }),
@@ -74,44 +74,50 @@ fn surplus(instantiated: &Instantiated, name: &str) -> Diagnostic {
     })
 }
 
-fn lacks_buffer(instantiated: &Instantiated, resource: ResourceHandle) -> bool {
-    let imports = &instantiated.resources.imports;
-    imports.find(resource).and_then(|found| imports.buffer(found)).is_none()
-}
-
-/// What is wrong with a buffer of the host's for a resource of a name.
-pub(super) fn buffer_error(plan: &Plan, name: &str, buffer: &wgpu::Buffer) -> Option<String> {
+/// The resource that a buffer of the host's is for, by its name.
+///
+/// # Errors
+/// What is wrong with the buffer.
+pub(super) fn check_buffer(plan: &Plan, name: &str, buffer: &wgpu::Buffer) -> Result<ResourceHandle, String> {
     let imported = |one: &&PlannedResource| one.physical == Physical::Imported && one.format.is_none();
-    let Some(resource) = plan.resources.get(name).filter(imported) else {
-        return Some(format!("the plan imports no buffer \"{name}\""));
-    };
+    let resource = plan.resources.get(name).filter(imported);
+    let resource = resource.ok_or_else(|| format!("the plan imports no buffer \"{name}\""))?;
     if buffer.size() < resource.bytes {
         let (given, planned) = (buffer.size(), resource.bytes);
-        return Some(format!("the buffer for \"{name}\" has {given} bytes, planned are {planned}"));
+        return Err(format!("the buffer for \"{name}\" has {given} bytes, planned are {planned}"));
     }
     let accesses = plan.passes.iter().flat_map(|planned| plan.pipeline.pass(planned.handle).accesses());
     let needed = accesses
         .filter(|one| one.resource == resource.handle)
         .fold(wgpu::BufferUsages::empty(), |all, one| all | one.usage.buffer_usages());
     let missing = needed - buffer.usage();
-    (!missing.is_empty())
-        .then(|| format!("the buffer for \"{name}\" was created without the usage {missing:?}"))
+    if missing.is_empty() {
+        return Ok(resource.handle);
+    }
+    Err(format!("the buffer for \"{name}\" was created without the usage {missing:?}"))
 }
 
-/// What is wrong with a part of the host's textures for a resource of a name. Copies take whole textures.
-pub(super) fn part_error(plan: &Plan, name: &str) -> Option<String> {
+/// The resource that a part of the host's textures is for, by its name. Copies take whole textures.
+///
+/// # Errors
+/// What is wrong with it.
+pub(super) fn check_part(plan: &Plan, name: &str) -> Result<ResourceHandle, String> {
     let imported = |one: &&PlannedResource| one.physical == Physical::Imported && one.format.is_some();
-    let Some(resource) = plan.resources.get(name).filter(imported) else {
-        return Some(format!("the plan imports no texture \"{name}\""));
-    };
+    let resource = plan.resources.get(name).filter(imported);
+    let resource = resource.ok_or_else(|| format!("the plan imports no texture \"{name}\""))?;
     let copies = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST;
     let mut passes = plan.passes.iter().map(|planned| plan.pipeline.pass(planned.handle));
     let copying = passes.find(|pass| {
         pass.accesses()
             .iter()
             .any(|one| one.resource == resource.handle && one.usage.texture_usages().intersects(copies))
-    })?;
-    Some(format!("\"{}\" copies \"{name}\", which has to be a whole texture then", copying.name))
+    });
+    match copying {
+        None => Ok(resource.handle),
+        Some(pass) => {
+            Err(format!("\"{}\" copies \"{name}\", which has to be a whole texture then", pass.name))
+        }
+    }
 }
 
 /// The warnings about a frame that is recorded all the same.

@@ -211,7 +211,7 @@ impl Executor {
         let before = std::mem::replace(&mut self.instantiated, instantiated);
         self.instantiated.parameters.go_on_from(&before.parameters);
         let Instantiated { resources, plan, .. } = &mut self.instantiated;
-        let fits = |name: &str, buffer: &wgpu::Buffer| inputs::buffer_error(plan, name, buffer).is_none();
+        let fits = |name: &str, buffer: &wgpu::Buffer| inputs::check_buffer(plan, name, buffer).is_ok();
         resources.imports.go_on_from(&before.resources.imports, fits);
         // Values that the other plan refuses are as it says them.
         let refused = self.instantiated.apply_parameters();
@@ -263,17 +263,11 @@ impl Executor {
     /// # Errors
     /// A name that is of no imported buffer of the plan; too few bytes; a usage that passes need and the buffer lacks.
     pub fn import_buffer(&mut self, name: &str, buffer: &wgpu::Buffer) -> Result<(), Error> {
-        let plan = &self.instantiated.plan;
-        if let Some(message) = inputs::buffer_error(plan, name, buffer) {
+        let resource = inputs::check_buffer(&self.instantiated.plan, name, buffer).map_err(|message| {
             let help = "create the buffer as the plan was made for it, or plan again";
-            return Err(self.import_error(name, message, help));
-        }
-        if let Some(handle) = plan.resources.get(name).map(|one| one.handle) {
-            let imports = &mut self.instantiated.resources.imports;
-            if imports.find(handle).and_then(|found| imports.buffer(found)) == Some(buffer) {
-                return Ok(());
-            }
-            imports.set_buffer(handle, buffer);
+            self.import_error(name, message, help)
+        })?;
+        if self.instantiated.resources.imports.set_buffer(resource, buffer) {
             let groups = self.instantiated.passes.iter_mut().flat_map(|pass| &mut pass.groups);
             groups.for_each(groups::Group::forget);
         }
@@ -287,14 +281,10 @@ impl Executor {
     /// # Errors
     /// A name that is of no imported texture of the plan; one that a pass copies.
     pub fn import_part(&mut self, name: &str, part: Option<ImportPart>) -> Result<(), Error> {
-        let plan = &self.instantiated.plan;
-        if let Some(message) = inputs::part_error(plan, name) {
-            let help = "draw into the part, or give a texture of its own";
-            return Err(self.import_error(name, message, help));
-        }
-        if let Some(handle) = plan.resources.get(name).map(|one| one.handle) {
-            self.instantiated.resources.imports.set_part(handle, part);
-        }
+        let resource = inputs::check_part(&self.instantiated.plan, name).map_err(|message| {
+            self.import_error(name, message, "draw into the part, or give a texture of its own")
+        })?;
+        self.instantiated.resources.imports.set_part(resource, part);
         Ok(())
     }
 
@@ -379,12 +369,12 @@ impl Executor {
     /// that are recorded as one render pass count with the first of them; those that are left out count nothing.
     pub fn times(&self) -> impl Iterator<Item = (&str, Duration)> {
         let names = self.instantiated.plan.passes.iter().map(|pass| pass.name.as_str());
-        names.zip(self.times.passes().iter().copied())
+        names.zip(self.times.passes.iter().copied())
     }
 
     /// When the processor began with each pass of [`Executor::times`], from the begin of the record on.
     pub fn starts(&self) -> impl Iterator<Item = Duration> {
-        self.times.starts().iter().copied()
+        self.times.starts.iter().copied()
     }
 
     /// Switches measuring of the GPU's time for each pass on or off; off at first. Whether the device can measure it: it
@@ -410,7 +400,7 @@ impl Executor {
     pub fn pass_counts(&self) -> impl Iterator<Item = (&str, PassCounts)> {
         let passes = self.instantiated.plan.passes.iter().zip(&self.instantiated.passes);
         let draws = |pass: &InstantiatedPass| matches!(pass.work, InstantiatedWork::Scene { .. });
-        let drawn = passes.zip(self.scratch.counts()).filter(move |((_, pass), _)| draws(pass));
+        let drawn = passes.zip(&self.scratch.counts).filter(move |((_, pass), _)| draws(pass));
         drawn.map(|((planned, _), counts)| (planned.name.as_str(), *counts))
     }
 

@@ -158,17 +158,11 @@ impl Instantiated {
                 (InstantiatedWork::Scene { scene, .. }, Changed::Depth(depth)) if scene.clear.is_some() => {
                     scene.clear_depth = depth as f32;
                 }
-                (InstantiatedWork::Fullscreen { draw: Some(draw), .. }, Changed::Count(count)) => {
-                    draw.set_count(count);
+                (InstantiatedWork::Fullscreen { attachments, draw, .. }, changed) => {
+                    draw.iter_mut().for_each(|draw| draw.set(changed));
+                    attachments.set_clear(changed);
                 }
-                (InstantiatedWork::Fullscreen { draw: Some(draw), .. }, Changed::Instances(count)) => {
-                    draw.set_instances(count);
-                }
-                (
-                    InstantiatedWork::Fullscreen { attachments, .. }
-                    | InstantiatedWork::Scene { attachments, .. },
-                    changed,
-                ) => attachments.set_clear(changed),
+                (InstantiatedWork::Scene { attachments, .. }, changed) => attachments.set_clear(changed),
                 _ => {}
             }
         };

@@ -32,18 +32,13 @@ use wgpu_profiler::GpuProfilerQuery;
 pub(super) struct Scratch {
     offsets: Vec<u32>,
     drawn: Drawn,
-    /// What each pass has drawn.
-    counts: Vec<PassCounts>,
+    /// What each pass of the plan has drawn in the last record.
+    pub(super) counts: Vec<PassCounts>,
     /// The passes whose draws failed, with the reasons.
     failed: Vec<(usize, String)>,
 }
 
 impl Scratch {
-    /// What each pass of the plan has drawn in the last record.
-    pub(super) fn counts(&self) -> &[PassCounts] {
-        &self.counts
-    }
-
     /// What is said of draws that failed in the last record; each pass says it once.
     pub(super) fn failures(&self, plan: &Plan) -> Diagnostics {
         let mut diagnostics = Diagnostics::new();
@@ -58,13 +53,6 @@ impl Scratch {
             diagnostics.push(diagnostic.help(help));
         }
         diagnostics
-    }
-
-    fn count(&mut self, at: usize) -> &mut PassCounts {
-        if self.counts.len() <= at {
-            self.counts.resize(at + 1, PassCounts::default());
-        }
-        &mut self.counts[at]
     }
 }
 
@@ -311,14 +299,14 @@ impl Recording<'_> {
                     below.is_none_or(|below| kept.record_of(view).is_none_or(|own| own < below))
                 });
                 if !is_older && !kept.is_due(view, stamp, (at + position, every_of(position)), record) {
-                    self.scratch.count(at).kept += 1;
+                    self.scratch.counts[at].kept += 1;
                     continue;
                 }
                 let scrolled = scene.scroll.as_ref().zip(kept.moved(view, texels, stamp));
                 let over = scene.over.as_ref().map(|(over, _)| over);
                 if scrolled.is_some_and(|(_, by)| by == [0, 0]) {
                     kept.note(*view, texels, stamp, record);
-                    self.scratch.count(at).kept += 1;
+                    self.scratch.counts[at].kept += 1;
                     continue;
                 }
                 if let Some(brings) = scrolled.map(|(scroll, _)| scroll).or(over) {
@@ -354,7 +342,7 @@ impl Recording<'_> {
                     }
                     self.draw((at, scene), one, Some(area), render_pass);
                 }
-                self.scratch.count(at).views += 1;
+                self.scratch.counts[at].views += 1;
                 kept.note(*view, texels, stamp, record);
             }
             if let Some((render_pass, query)) = begun {
@@ -402,7 +390,7 @@ impl Recording<'_> {
                 PassCounts::default()
             });
             let views = u64::from(within.is_none());
-            *self.scratch.count(at) += PassCounts { views, ..drawn };
+            self.scratch.counts[at] += PassCounts { views, ..drawn };
         }
     }
 }

@@ -156,34 +156,28 @@ fn create_texture(creation: &mut Creation<'_>, texture: &PhysicalTexture) -> wgp
 }
 
 fn texture_pieces(plan: &Plan) -> Vec<Piece<'_, TextureKey>> {
-    let keepers = keepers(plan, |physical| match physical {
-        Physical::Texture(at) => Some(at),
-        _ => None,
-    });
+    let keepers = keepers(plan);
     let pieces = plan.textures.iter().enumerate().map(|(at, texture)| {
         let size = texture.size;
         let size = [size.width, size.height, size.layers, size.mips, size.samples];
         let descriptor = (texture.format, texture.view_format, size, texture.volume, texture.usages);
-        Piece { descriptor, keeps: keepers.get(&at).copied(), label: &texture.label }
+        Piece { descriptor, keeps: keepers.get(&Physical::Texture(at)).copied(), label: &texture.label }
     });
     pieces.collect()
 }
 
 fn buffer_pieces(plan: &Plan) -> Vec<Piece<'_, BufferKey>> {
-    let keepers = keepers(plan, |physical| match physical {
-        Physical::Buffer(at) => Some(at),
-        _ => None,
-    });
+    let keepers = keepers(plan);
     let pieces = plan.buffers.iter().enumerate().map(|(at, buffer)| Piece {
         descriptor: (buffer.bytes, buffer.usages),
-        keeps: keepers.get(&at).copied(),
+        keeps: keepers.get(&Physical::Buffer(at)).copied(),
         label: &buffer.label,
     });
     pieces.collect()
 }
 
 /// The resources that outlive frames, by what stands for them.
-fn keepers(plan: &Plan, position: impl Fn(Physical) -> Option<usize>) -> BTreeMap<usize, &str> {
+fn keepers(plan: &Plan) -> BTreeMap<Physical, &str> {
     let outlives = |resource: &PlannedResource| resource.lifetime != Lifetime::Transient;
     let kept = plan.resources.iter().filter(|(_, resource)| outlives(resource));
     let kept = kept.map(|(name, resource)| (resource.physical, name.as_str()));
@@ -193,5 +187,5 @@ fn keepers(plan: &Plan, position: impl Fn(Physical) -> Option<usize>) -> BTreeMa
         let names = members.map(|member| plan.pipeline.resource(member).name.as_str());
         history.places.iter().copied().zip(names)
     });
-    kept.chain(frames).filter_map(|(physical, name)| Some((position(physical)?, name))).collect()
+    kept.chain(frames).collect()
 }

@@ -19,9 +19,10 @@ pub(super) struct Times {
     is_on: bool,
     /// Preparing and uploading.
     pub(super) preparation: Duration,
-    passes: Vec<Duration>,
+    /// The times by position; none if measuring is off.
+    pub(super) passes: Vec<Duration>,
     /// When each pass began, from the reset on.
-    starts: Vec<Duration>,
+    pub(super) starts: Vec<Duration>,
     began: Option<Moment>,
 }
 
@@ -65,16 +66,6 @@ impl Times {
     /// Adds the time since a moment to the preparation.
     pub(super) fn add_preparation(&mut self, since: Moment) {
         self.preparation += since.elapsed();
-    }
-
-    /// The times by position; none if measuring is off.
-    pub(super) fn passes(&self) -> &[Duration] {
-        &self.passes
-    }
-
-    /// When each pass began, by position.
-    pub(super) fn starts(&self) -> &[Duration] {
-        &self.starts
     }
 }
 
