@@ -67,10 +67,11 @@ pub struct Capacity {
 /// Places the shadow maps of lights, frame after frame.
 #[derive(Clone, Debug)]
 pub struct Placement {
-    settings: Settings,
+    /// The settings, brought within the limits.
+    pub(super) settings: Settings,
     /// The class of the largest tile.
     max: u8,
-    atlas: TileAllocator,
+    pub(super) atlas: TileAllocator,
     pools: [SlotAllocator; POOLS],
     entries: Vec<Entry>,
     /// The tiles of each entry.
@@ -81,13 +82,13 @@ pub struct Placement {
     asked: Vec<u32>,
     live: usize,
     frame: u64,
-    capacity: Capacity,
+    /// The capacity that the last update placed for, within its limits.
+    pub(super) capacity: Capacity,
     need: Capacity,
     wanted: Capacity,
     side_follower: Follower,
     pool_followers: [Follower; POOLS],
     fates_changed: bool,
-    any_moved: bool,
     scratch: Scratch,
 }
 
@@ -121,7 +122,6 @@ struct Entry {
     /// The number of slots that it has of each pool, and the first.
     held_slots: PoolCounts,
     first_slots: PoolCounts,
-    moved: bool,
 }
 
 impl Placement {
@@ -158,23 +158,14 @@ impl Placement {
             side_follower: Follower::default(),
             pool_followers: Default::default(),
             fates_changed: false,
-            any_moved: false,
             scratch: Scratch { pending: vec![Vec::new(); usize::from(max) + 1], ..Scratch::default() },
         }
-    }
-
-    /// The settings, brought within the limits.
-    pub fn settings(&self) -> &Settings {
-        &self.settings
     }
 
     /// Places the lights of a frame.
     pub fn update(&mut self, requests: &[Request], capacity: &Capacity) {
         self.frame += 1;
         self.fates_changed = false;
-        if std::mem::take(&mut self.any_moved) {
-            self.entries.iter_mut().for_each(|entry| entry.moved = false);
-        }
         self.gather(requests);
         let changed = self.settle();
         let capacity = Capacity {
@@ -198,18 +189,12 @@ impl Placement {
             fate: entry.fate,
             tiles: &self.tiles[at][..usize::from(entry.held_tiles)],
             first_slots: entry.first_slots,
-            moved: entry.moved,
         })
     }
 
     /// The grants of all requests of the last update, in their order.
     pub fn grants(&self) -> impl Iterator<Item = Grant<'_>> {
         (0..self.asked.len()).filter_map(|at| self.grant(at))
-    }
-
-    /// The capacity that the last update placed for, within its limits.
-    pub fn capacity(&self) -> &Capacity {
-        &self.capacity
     }
 
     /// The capacity that would be enough for all requests, within the limits of the settings. It rises at once and falls
@@ -221,11 +206,6 @@ impl Placement {
     /// Whether a fate is another one than in the frame before, or lights came or went.
     pub fn fates_changed(&self) -> bool {
         self.fates_changed
-    }
-
-    /// The number of texels in tiles.
-    pub fn used_area(&self) -> u64 {
-        self.atlas.used_area()
     }
 
     /// Finds the entry of each request, and takes from requests of one key the most.
@@ -267,7 +247,6 @@ impl Placement {
             held_tiles: 0,
             held_slots: [0; POOLS],
             first_slots: [0; POOLS],
-            moved: false,
         };
         let at = self.vacant.pop().unwrap_or(self.entries.len() as u32);
         if at as usize == self.entries.len() {

@@ -10,21 +10,25 @@
 //! Limits: sizes are rounded up to powers of two; a release of what was not allocated is rejected. A request can fail
 //! although the free tiles have the area, since tiles are never moved here (see [`super::placement`]).
 
-use super::bits::Bits;
+use std::collections::BTreeSet;
+
 use super::tile::Tile;
 use super::{MAX_SIDE, MIN_TILE};
 
 /// An atlas of square tiles.
 #[derive(Clone, Debug)]
 pub struct TileAllocator {
-    min: u32,
+    /// The texels on the smallest tile's side.
+    pub(super) min: u32,
     max_side: u32,
-    side: u32,
+    /// The texels on the atlas's side.
+    pub(super) side: u32,
     /// For each size, from the smallest: the free squares.
-    free: Vec<Bits>,
+    free: Vec<BTreeSet<usize>>,
     /// For each size, from the smallest: the allocated tiles.
-    used: Vec<Bits>,
-    used_area: u64,
+    used: Vec<BTreeSet<usize>>,
+    /// The number of texels in allocated tiles.
+    pub(super) used_area: u64,
 }
 
 impl TileAllocator {
@@ -34,44 +38,35 @@ impl TileAllocator {
         let within = |value: u32| value.clamp(MIN_TILE, MAX_SIDE).next_power_of_two();
         let min = within(min);
         let max_side = within(max_side).max(min);
-        let sizes = (max_side / min).trailing_zeros() + 1;
-        let sets: Vec<Bits> = (0..sizes)
-            .map(|class| {
-                let across = (max_side / (min << class)) as usize;
-                Bits::new(across * across)
-            })
-            .collect();
-        Self { min, max_side, side: 0, free: sets.clone(), used: sets, used_area: 0 }
-    }
-
-    /// The texels on the atlas's side.
-    pub fn side(&self) -> u32 {
-        self.side
-    }
-
-    /// The texels on the smallest tile's side.
-    pub fn min(&self) -> u32 {
-        self.min
-    }
-
-    /// The number of texels in allocated tiles.
-    pub fn used_area(&self) -> u64 {
-        self.used_area
+        let sizes = (max_side / min).trailing_zeros() as usize + 1;
+        let none = vec![BTreeSet::new(); sizes];
+        Self { min, max_side, side: 0, free: none.clone(), used: none, used_area: 0 }
     }
 
     /// Makes the atlas larger or smaller; tiles stay where they are. `side` is rounded down to a power of two, 0 below
     /// the smallest tile, and kept within the largest side. Rejected, with nothing changed, where a tile lies beyond.
     #[must_use]
     pub fn set_side(&mut self, side: u32) -> bool {
-        let wanted = self.rounded_side(side);
-        if wanted < self.side && !self.is_free_beyond(wanted) {
+        let side = self.rounded_side(side);
+        if side == self.side {
+            return true;
+        }
+        let tiles = (0..).zip(&self.used).flat_map(|(class, numbers)| {
+            let size = self.min << class;
+            numbers.iter().map(move |number| Tile::of_number(*number, size))
+        });
+        let tiles: Vec<Tile> = tiles.collect();
+        if tiles.iter().any(|tile| tile.x.max(tile.y) + tile.size > side) {
             return false;
         }
-        while self.side < wanted {
-            self.double();
+        self.side = side;
+        self.free.iter_mut().for_each(BTreeSet::clear);
+        if side > 0 {
+            let whole = self.class(side);
+            self.free[whole].insert(0);
         }
-        while self.side > wanted {
-            self.halve();
+        for tile in tiles {
+            self.take(self.class(tile.size), tile.number());
         }
         true
     }
@@ -82,53 +77,20 @@ impl TileAllocator {
         if side < self.min { 0 } else { 1 << side.ilog2() }
     }
 
-    fn double(&mut self) {
-        if self.side == 0 {
-            self.side = self.min;
-            self.free[0].insert(0);
-            return;
+    /// Cuts the free square that holds a square into quarters until that one is left, and takes it.
+    fn take(&mut self, class: usize, number: usize) {
+        let holder = |larger: usize| number >> (2 * (larger - class));
+        let mut found = class;
+        while found + 1 < self.free.len() && !self.free[found].contains(&holder(found)) {
+            found += 1;
         }
-        let class = self.class(self.side);
-        self.side *= 2;
-        if self.free[class].contains(0) {
-            self.free[class].remove(0);
-            self.free[class + 1].insert(0);
-        } else {
-            (1..4).for_each(|quarter| self.free[class].insert(quarter));
+        self.free[found].remove(&holder(found));
+        while found > class {
+            found -= 1;
+            let first = holder(found) & !3;
+            let others = (first..first + 4).filter(|quarter| *quarter != holder(found));
+            self.free[found].extend(others);
         }
-    }
-
-    fn halve(&mut self) {
-        let class = self.class(self.side);
-        let whole = self.free[class].contains(0);
-        self.free[class].remove(0);
-        if class == 0 {
-            self.side = 0;
-            return;
-        }
-        self.side /= 2;
-        (1..4).for_each(|quarter| self.free[class - 1].remove(quarter));
-        if whole {
-            self.free[class - 1].insert(0);
-        }
-    }
-
-    fn is_free_beyond(&self, side: u32) -> bool {
-        if self.used_area == 0 {
-            return true;
-        }
-        let (mut class, last) = (self.class(self.side), self.class(side.max(self.min)));
-        if side == 0 {
-            return false;
-        }
-        while class > last {
-            class -= 1;
-            if !(1..4).all(|quarter| self.free[class].contains(quarter)) {
-                // Nothing of an atlas that is in use is one free square with its first quarter.
-                return false;
-            }
-        }
-        true
     }
 
     /// The position of a size among the sizes.
@@ -144,14 +106,11 @@ impl TileAllocator {
             return None;
         }
         let class = self.class(size);
-        let (mut found, mut number) = (class..=self.class(self.side))
-            .find_map(|class| self.free[class].first().map(|number| (class, number)))?;
-        self.free[found].remove(number);
-        while found > class {
-            found -= 1;
-            number *= 4;
-            (1..4).for_each(|quarter| self.free[found].insert(number + quarter));
-        }
+        let number = (class..=self.class(self.side)).find_map(|larger| {
+            let first = self.free[larger].first()?;
+            Some(first << (2 * (larger - class)))
+        })?;
+        self.take(class, number);
         self.used[class].insert(number);
         let tile = Tile::of_number(number, size);
         self.used_area += tile.area();
@@ -165,7 +124,7 @@ impl TileAllocator {
             && tile.size.is_power_of_two()
             && (tile.x | tile.y).is_multiple_of(tile.size)
             && tile.x.max(tile.y) < self.side
-            && self.used[self.class(tile.size)].contains(tile.number())
+            && self.used[self.class(tile.size)].contains(&tile.number())
     }
 
     /// Gives a tile back. False, with nothing changed, where it is not allocated.
@@ -174,31 +133,23 @@ impl TileAllocator {
             return false;
         }
         let (mut class, mut number) = (self.class(tile.size), tile.number());
-        self.used[class].remove(number);
+        self.used[class].remove(&number);
         self.used_area -= tile.area();
         let root = self.class(self.side);
         while class < root {
             let first = number & !3;
             let all_free =
-                (first..first + 4).all(|buddy| buddy == number || self.free[class].contains(buddy));
+                (first..first + 4).all(|buddy| buddy == number || self.free[class].contains(&buddy));
             if !all_free {
                 break;
             }
-            (first..first + 4).for_each(|buddy| self.free[class].remove(buddy));
+            for buddy in first..first + 4 {
+                self.free[class].remove(&buddy);
+            }
             number /= 4;
             class += 1;
         }
         self.free[class].insert(number);
         true
-    }
-
-    /// Gives all tiles back.
-    pub fn clear(&mut self) {
-        let side = self.side;
-        let fresh = Self::new(self.min, self.max_side);
-        *self = fresh;
-        while self.side < side {
-            self.double();
-        }
     }
 }

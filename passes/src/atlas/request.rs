@@ -145,6 +145,4 @@ pub struct Grant<'a> {
     pub tiles: &'a [Tile],
     /// The first slot of each pool; the others follow. Meaningless where it asked for none or was evicted.
     pub first_slots: PoolCounts,
-    /// Whether a tile or slot is another one than in the frame before, so that what was drawn there is of no use.
-    pub moved: bool,
 }

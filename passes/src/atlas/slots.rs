@@ -26,16 +26,6 @@ impl SlotAllocator {
         new
     }
 
-    /// The number of slots.
-    pub fn capacity(&self) -> u32 {
-        self.capacity
-    }
-
-    /// The number of slots in use.
-    pub fn used(&self) -> u32 {
-        self.used
-    }
-
     /// Makes the row longer or shorter, up to [`MAX_SLOTS`]. Runs stay where they are; those beyond the end are
     /// forgotten.
     pub fn set_capacity(&mut self, capacity: u32) {
@@ -125,7 +115,7 @@ mod tests {
                     runs.push((first, count));
                 }
             }
-            assert_eq!(slots.used() as usize, oracle.iter().filter(|used| **used).count());
+            assert_eq!(slots.used as usize, oracle.iter().filter(|used| **used).count());
         }
     }
 
@@ -136,10 +126,10 @@ mod tests {
         assert!(!slots.release(0, 1) && !slots.release(2, u32::MAX) && !slots.release(3, 1));
         assert_eq!(slots.allocate(2), Some(0));
         slots.set_capacity(1);
-        assert_eq!((slots.used(), slots.allocate(1)), (1, None));
+        assert_eq!((slots.used, slots.allocate(1)), (1, None));
         slots.set_capacity(3);
         assert_eq!(slots.allocate(2), Some(1));
         assert_eq!(SlotAllocator::new(0).allocate(1), None);
-        assert_eq!(SlotAllocator::new(u32::MAX).capacity(), MAX_SLOTS);
+        assert_eq!(SlotAllocator::new(u32::MAX).capacity, MAX_SLOTS);
     }
 }

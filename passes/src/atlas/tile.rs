@@ -25,14 +25,6 @@ impl Tile {
         u64::from(self.size) * u64::from(self.size)
     }
 
-    /// Whether two tiles have texels in common.
-    pub fn overlaps(self, other: Self) -> bool {
-        self.x < other.x + other.size
-            && other.x < self.x + self.size
-            && self.y < other.y + other.size
-            && other.y < self.y + self.size
-    }
-
     /// Its number among the tiles of its size along the Z-shaped curve, which visits the four quarters of a square one
     /// after the other: whatever lies in a block has numbers that begin with the block's.
     pub(super) fn number(self) -> usize {
@@ -68,6 +60,16 @@ fn gather(value: usize) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Tile {
+        /// Whether two tiles have texels in common.
+        pub(in crate::atlas) fn overlaps(self, other: Self) -> bool {
+            self.x < other.x + other.size
+                && other.x < self.x + self.size
+                && self.y < other.y + other.size
+                && other.y < self.y + self.size
+        }
+    }
 
     #[test]
     fn numbers_lead_back_to_their_tiles_and_begin_with_those_of_their_blocks() {

@@ -45,8 +45,6 @@ impl Placement {
         let entry = &mut self.entries[at];
         entry.first_slots[pool] = first;
         entry.held_slots[pool] = count;
-        entry.moved = true;
-        self.any_moved = true;
     }
 
     /// Moves all runs of a pool down, in their order, so that what is free is in one piece.

@@ -32,8 +32,6 @@ impl Placement {
                 }
                 if tile.size == 0 {
                     scratch.pending[usize::from(class)].push((candidate.entry, position));
-                    self.entries[at].moved = true;
-                    self.any_moved = true;
                 }
             }
         }
@@ -120,8 +118,6 @@ impl Placement {
             let at = *entry as usize;
             let tile = &mut self.tiles[at][usize::from(*position)];
             self.atlas.release(std::mem::replace(tile, Tile::NONE));
-            self.entries[at].moved = true;
-            self.any_moved = true;
             scratch.pending[usize::from(self.entries[at].held_class)].push((*entry, *position));
         }
     }
