@@ -49,11 +49,6 @@ pub struct Importance {
 }
 
 impl Importance {
-    /// The importance of a light to a camera.
-    pub fn of(light: &Light, camera: &Camera) -> Self {
-        Eye::new(camera).map_or(Self::default(), |eye| eye.importance(light))
-    }
-
     /// The product of all factors; finite and not negative.
     pub fn value(&self) -> f32 {
         (self.priority * self.coverage * self.proximity * self.strength) as f32
@@ -198,6 +193,12 @@ mod tests {
     use umbragraph_test_support::property;
 
     use super::*;
+
+    impl Importance {
+        fn of(light: &Light, camera: &Camera) -> Self {
+            Eye::new(camera).map_or(Self::default(), |eye| eye.importance(light))
+        }
+    }
 
     fn camera() -> Camera {
         Camera::new(

@@ -1,6 +1,6 @@
 //! All settings of a cascade fit, and the fit of one frame.
 //!
-//! [`Configuration::fit`] is a pure function of the frame: no state is kept from frame to frame, so two hosts, or two
+//! [`Configuration::fit_light`] is a pure function of the frame: no state is kept from frame to frame, so two hosts, or two
 //! machines, that see the same frame fit the same cascades.
 //!
 //! Whatever the frame holds, what comes out is finite. A camera or light that [`Camera::check`] or
@@ -86,12 +86,6 @@ impl CascadeSet {
 }
 
 impl Configuration {
-    /// Fits the cascades of one frame to the light that is named, or matters most.
-    pub fn fit(&self, frame: &FrameInput) -> CascadeSet {
-        let light = light::choose(&frame.lights, self.light.as_deref());
-        light.map(|(_, light)| self.fit_light(light, frame)).unwrap_or_default()
-    }
-
     /// Fits the cascades of one frame to a light, which has to be usable ([`Light::check`]).
     pub fn fit_light(&self, light: &Light, frame: &FrameInput) -> CascadeSet {
         let mut set = CascadeSet::default();

@@ -16,7 +16,15 @@ use super::fit::FitShape;
 use super::layout::Layout;
 use super::snap::Snap;
 use super::splits::{Blend, BlendOf, Splits};
-use super::{Cascade, MAX_CASCADES};
+use super::{Cascade, CascadeSet, MAX_CASCADES, light};
+
+impl Configuration {
+    /// Fits the cascades of one frame to the light that is named, or matters most.
+    fn fit(&self, frame: &FrameInput) -> CascadeSet {
+        let light = light::choose(&frame.lights, self.light.as_deref());
+        light.map(|(_, light)| self.fit_light(light, frame)).unwrap_or_default()
+    }
+}
 
 /// The cascades of a typical setting: far distances as listed, 2048 texels, everything else as without settings.
 fn configuration(far: &[f64]) -> Configuration {
