@@ -19,6 +19,7 @@ use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Subresource, Work}
 use super::descriptor::{self, Descriptor};
 use super::filter::{Bounded, Filter, FilterSettings, Where, receivers};
 use super::placement::{self, Entry};
+use super::word;
 use crate::importance::Eye;
 
 /// The most frames that what casters did can wait for.
@@ -192,7 +193,7 @@ impl<D: DescribeShadows> CpuNode for Run<D> {
         let Some(placement) = context.inputs.first() else { return };
         let mut output = ShadowOutput {
             frame: context.frame,
-            atlas_side: placement::atlas_side(placement),
+            atlas_side: word(placement, "atlas_side"),
             filter: self.filter,
             light_size: self.light_size,
             cadence: 1,

@@ -121,11 +121,6 @@ pub(crate) fn capacity(data: &BlackboardData) -> u32 {
     data.shape().find("map.place").map_or(0, |at| data.shape().values[at].value_type.count.unwrap_or(0))
 }
 
-/// The number of descriptors that a data resource holds.
-pub(crate) fn count(data: &BlackboardData) -> u32 {
-    data.words("count").and_then(|words| words.first().copied()).unwrap_or(0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

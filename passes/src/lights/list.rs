@@ -23,7 +23,7 @@ use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 use super::placement::{self, rank};
 use super::slots::{self, SlotSettings, Slots};
-use super::{CONTACT_SHADOW, HARDNESS, descriptor};
+use super::{CONTACT_SHADOW, HARDNESS, descriptor, word};
 use crate::cascades::light::radiance;
 use crate::codes;
 use crate::if_said;
@@ -75,14 +75,9 @@ impl Node for LightList {
             Some(inputs.len() - 1)
         };
         let descriptor = descriptor::expected();
-        let sources = Sources {
-            placement: input(&self.placement, "/placement", &placement::expected()),
-            descriptors: [
-                input(&self.tiles, "/tiles", &descriptor),
-                input(&self.cubes, "/cubes", &descriptor),
-                input(&self.layers, "/layers", &descriptor),
-            ],
-        };
+        let placement = input(&self.placement, "/placement", &placement::expected());
+        let described = [(&self.tiles, "/tiles"), (&self.cubes, "/cubes"), (&self.layers, "/layers")];
+        let described = described.map(|(name, pointer)| input(name, pointer, &descriptor));
         let slots = if_said(&self.slots, |settings| Slots::declare(pass, settings));
         if !sound {
             return None;
@@ -95,7 +90,8 @@ impl Node for LightList {
         let node = RunLightList {
             setting: self.hard_below.clone(),
             capacity: lights as usize,
-            sources,
+            placement,
+            described,
             slots,
             hard_below,
         };
@@ -143,19 +139,14 @@ pub fn shape(lights: u32, descriptors: u32) -> DataShape {
     descriptor::add(shape, descriptors)
 }
 
-/// Where the inputs stand.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Sources {
-    placement: Option<usize>,
-    /// Tiles, cubes and layers.
-    descriptors: [Option<usize>; 3],
-}
-
 #[derive(Clone, Debug, PartialEq)]
 struct RunLightList {
     setting: Option<Expr>,
     capacity: usize,
-    sources: Sources,
+    /// Where the placement stands among the inputs.
+    placement: Option<usize>,
+    /// The same of the descriptors of tiles, cubes and layers.
+    described: [Option<usize>; 3],
     slots: Option<Slots>,
     hard_below: f64,
 }
@@ -253,12 +244,12 @@ impl RunLightList {
         shadows: &mut [(u32, u32)],
         data: &mut BlackboardData,
     ) {
-        let sets = self.sources.descriptors.map(input);
+        let sets = self.described.map(input);
         let capacity = descriptor::capacity(data);
         let mut ends = [0; 3];
         let mut end = 0;
         for (at, set) in sets.iter().enumerate() {
-            end = (end + set.map_or(0, descriptor::count)).min(capacity);
+            end = (end + set.map_or(0, |set| word(set, "count"))).min(capacity);
             ends[at] = end;
         }
         for (name, end) in ["tile_end", "cube_end", "layer_end"].into_iter().zip(ends) {
@@ -273,7 +264,7 @@ impl RunLightList {
             });
             data.set_words(name, all.copied());
         }
-        let Some(placement) = input(self.sources.placement) else { return };
+        let Some(placement) = input(self.placement) else { return };
         let mut next = starts;
         for entry in placement::entries(placement) {
             let backing = entry.backing.rank() as usize;

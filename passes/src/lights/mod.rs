@@ -28,6 +28,8 @@ pub mod placement;
 pub mod slots;
 pub mod spots;
 
+use umbragraph_pipeline::data::BlackboardData;
+
 /// The property of a light in which things cast shadows.
 pub const CAST_SHADOW: &str = "cast_shadow";
 
@@ -40,3 +42,8 @@ pub const HARDNESS: [&str; 3] = ["hard_shadow", "soft_shadow", "pcss_shadow"];
 
 /// The draw filter of what casts shadows.
 pub const CASTERS: &str = "casters";
+
+/// A number of published data; 0 where it has none of that name.
+fn word(data: &BlackboardData, name: &str) -> u32 {
+    data.words(name).and_then(|words| words.first().copied()).unwrap_or(0)
+}

@@ -21,8 +21,8 @@ use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
-use super::CAST_SHADOW;
-use crate::atlas::{self, Capacity, Fate, Key, Placement, Pool, PoolCounts, Request, TileRequest};
+use super::{CAST_SHADOW, word};
+use crate::atlas::{self, Capacity, Fate, Key, Placement, Pool, PoolCounts, Request, Tile, TileRequest};
 use crate::codes;
 use crate::if_said;
 use crate::importance::{Eye, Importance};
@@ -96,15 +96,8 @@ pub struct DirectionalSettings {
 /// Where the shadows of one light lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backing {
-    /// A square of the atlas, in texels from the top left.
-    Tile {
-        /// Texels from the left.
-        x: u32,
-        /// Texels from the top.
-        y: u32,
-        /// Texels on a side.
-        side: u32,
-    },
+    /// A square of the atlas.
+    Tile(Tile),
     /// A cube of the array.
     Cube {
         /// Its position in the array.
@@ -123,7 +116,7 @@ impl Backing {
     /// Tiles before cubes before layers.
     pub(super) fn rank(self) -> u32 {
         match self {
-            Self::Tile { .. } => 0,
+            Self::Tile(_) => 0,
             Self::Cube { .. } => 1,
             Self::Layers { .. } => 2,
         }
@@ -132,7 +125,7 @@ impl Backing {
     /// The first slot or layer, and their number.
     pub(super) fn slots(self) -> (u32, u32) {
         match self {
-            Self::Tile { .. } => (0, 1),
+            Self::Tile(_) => (0, 1),
             Self::Cube { slot } => (slot, 1),
             Self::Layers { first, count } => (first, count),
         }
@@ -150,11 +143,11 @@ pub struct Entry {
 
 /// The lights that a published placement has shadows for: those with tiles first, then cubes, then layers.
 pub fn entries(data: &BlackboardData) -> impl Iterator<Item = Entry> + '_ {
-    let count = data.words("count").and_then(|words| words.first().copied()).unwrap_or(0) as usize;
+    let count = word(data, "count") as usize;
     let words = |name: &str| data.words(name).unwrap_or_default().chunks_exact(4);
     words("entry").zip(words("tile")).take(count).filter_map(|(entry, tile)| {
         let backing = match entry[1] {
-            0 => Backing::Tile { x: tile[0], y: tile[1], side: tile[2] },
+            0 => Backing::Tile(Tile { x: tile[0], y: tile[1], size: tile[2] }),
             1 => Backing::Cube { slot: entry[2] },
             2 => Backing::Layers { first: entry[2], count: entry[3] },
             _ => return None,
@@ -167,11 +160,6 @@ pub fn entries(data: &BlackboardData) -> impl Iterator<Item = Entry> + '_ {
 pub(crate) fn expected() -> [(&'static str, ValueType); 4] {
     let numbers = ValueType::vector(Component::U32, 4).array(0);
     [("count", ValueType::U32), ("entry", numbers), ("tile", numbers), ("atlas_side", ValueType::U32)]
-}
-
-/// The side of the atlas that a placement was made for, in texels.
-pub fn atlas_side(data: &BlackboardData) -> u32 {
-    data.words("atlas_side").and_then(|words| words.first().copied()).unwrap_or(0)
 }
 
 /// An order of lights that does not depend on where they stand in the frame: by name, then by what they are.
@@ -362,22 +350,22 @@ impl RunShadowAtlas {
 
     /// What a light asks for; nothing for a kind that has no shadows here.
     fn wants(&self, light: &Light, importance: &Importance) -> Option<(TileRequest, PoolCounts)> {
-        let (tiles, descriptors, views, extra) = match light.kind {
+        use Pool::{Cubes, Descriptors, Layers, Views};
+        let none = TileRequest::NONE;
+        Some(match light.kind {
             LightKind::Spot { .. } if self.spots > 0 => {
                 let wanted = importance.texels(self.atlas.max_tile).max(self.atlas.min_tile);
-                (TileRequest { count: 1, wanted, min: self.atlas.min_tile }, 1, 1, None)
+                let tiles = TileRequest { count: 1, wanted, min: self.atlas.min_tile };
+                (tiles, Pool::counts(&[(Descriptors, 1), (Views, 1)]))
             }
-            LightKind::Point if self.cubes > 0 => (TileRequest::NONE, 1, 6, Some((Pool::Cubes, 1))),
+            LightKind::Point if self.cubes > 0 => {
+                (none, Pool::counts(&[(Descriptors, 1), (Views, 6), (Cubes, 1)]))
+            }
             LightKind::Directional if self.directional > 0 => {
-                (TileRequest::NONE, self.cascades, self.cascades, Some((Pool::Layers, self.cascades)))
+                (none, Pool::counts(&[Descriptors, Views, Layers].map(|pool| (pool, self.cascades))))
             }
             _ => return None,
-        };
-        let mut slots = Pool::counts(&[(Pool::Descriptors, descriptors), (Pool::Views, views)]);
-        if let Some((pool, count)) = extra {
-            slots[pool as usize] = count;
-        }
-        Some((tiles, slots))
+        })
     }
 }
 
@@ -420,7 +408,7 @@ impl CpuNode for RunShadowAtlas {
             let first = |pool: Pool| grant.first_slots[pool as usize];
             let count = |pool: Pool| request.slots[pool as usize];
             let backing = match grant.tiles.first() {
-                Some(tile) => Backing::Tile { x: tile.x, y: tile.y, side: tile.size },
+                Some(tile) => Backing::Tile(*tile),
                 None if count(Pool::Cubes) > 0 => Backing::Cube { slot: first(Pool::Cubes) },
                 None => Backing::Layers { first: first(Pool::Layers), count: count(Pool::Layers) },
             };
@@ -474,7 +462,7 @@ fn publish(entries: &[Entry], lights: &[Light], side: u32, data: &mut Blackboard
     });
     data.set_words("entry", words);
     let tiles = entries.iter().flat_map(|entry| match entry.backing {
-        Backing::Tile { x, y, side } => [x, y, side, 0],
+        Backing::Tile(tile) => [tile.x, tile.y, tile.size, 0],
         _ => [0; 4],
     });
     data.set_words("tile", tiles);

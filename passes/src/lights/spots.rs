@@ -55,7 +55,8 @@ struct Tiles {
 
 impl DescribeShadows for Tiles {
     fn describe(&self, entry: &Entry, output: &mut ShadowOutput<'_>) {
-        let Backing::Tile { x, y, side } = entry.backing else { return };
+        let Backing::Tile(tile) = entry.backing else { return };
+        let Tile { x, y, size: side } = tile;
         let light = output.frame.lights.get(entry.light as usize);
         let border = border(output.filter, side) / f64::from(side.max(1));
         let Some((light, spot)) =
@@ -68,7 +69,6 @@ impl DescribeShadows for Tiles {
         let texel = spot.half_width() / half_side.max(0.5);
         let size = descriptor::light_size(light, output.light_size, spot.far);
         output.bounded_in_perspective(entry.light, spot.position, [spot.near, spot.far], texel, size);
-        let tile = Tile { x, y, size: side };
         let whole = (x, y, side) == (0, 0, output.atlas_side);
         output.view(spot.view(0, (!whole).then(|| tile.viewport())));
         let scale = half_side / spot.half_width();
