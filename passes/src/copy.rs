@@ -9,9 +9,9 @@ use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{
     Contents, Evaluate, IndexRange, PassBuilder, Produced, SubresourceRange, SubresourceRangeSettings, Usage,
 };
-use umbragraph_pipeline::work::{
-    BufferRegion, Deferred, Subresource, TextureRegion, TransferEnd, TransferWork, Work,
-};
+use umbragraph_pipeline::work::{BufferRegion, Subresource, TextureRegion, TransferEnd, TransferWork, Work};
+
+use crate::{deferred, if_said};
 
 /// Copies a texture or buffer, or a subresource range of it, to another: texels to texels of the same extent and
 /// format, bytes to as many bytes. Between a texture and a buffer, texels lie in the buffer row by row, layer by layer,
@@ -63,7 +63,7 @@ impl Node for Copy {
         let ends = [(&self.from, "/from"), (&self.to, "/to")];
         let buffers = ends.map(|(settings, _)| pass.is_buffer(&settings.name));
         let bytes = buffers == [true, true];
-        let extent = pair(pass, self.extent.as_ref(), "/extent");
+        let extent = if_said(&self.extent, |exprs| deferred(pass, exprs, "/extent"));
         if bytes && self.extent.is_some() {
             let help = "remove \"extent\": \"size\" says how many bytes are copied";
             pass.report(codes::WRONG_RESOURCE, "/extent", "bytes have no width and height", help);
@@ -224,20 +224,8 @@ fn texture_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, boxed: bool, at: 
         let message = "a box is copied of one mip level";
         return pass.reject(codes::DEVICE_RULE, &format!("{at}/mips"), message, help);
     }
-    let origin = pair(pass, settings.origin.as_ref(), &format!("{at}/origin"))?;
+    let origin = if_said(&settings.origin, |exprs| deferred(pass, exprs, &format!("{at}/origin")))?;
     let texture =
         pass.texture(&settings.name, SubresourceRange { mip: Some(mip), ..range }, &format!("{at}/name"))?;
     Some(TransferEnd::Texture(TextureRegion { texture, origin }))
-}
-
-/// Two expressions that may name sizes; `None` inside where nothing is said.
-fn pair(
-    pass: &mut PassBuilder<'_>,
-    exprs: Option<&Vec<Expr>>,
-    pointer: &str,
-) -> Option<Option<[Deferred; 2]>> {
-    let Some(exprs) = exprs else { return Some(None) };
-    let both: Option<Vec<Deferred>> =
-        exprs.iter().enumerate().map(|(at, expr)| pass.deferred(expr, &format!("{pointer}/{at}"))).collect();
-    <[Deferred; 2]>::try_from(both?).ok().map(Some)
 }

@@ -101,15 +101,13 @@ fn splits(settings: &Cascades, pass: &mut impl Evaluate, count: Option<usize>) -
         Some(count) => Some(count),
         None => far.as_ref().and_then(|far| cascade_count(far.len(), "/far", pass)),
     };
-    let near = match split.and_then(|split| split.near.as_ref()) {
-        Some(expr) => pass.number(expr, "/splits/near").map(Some),
-        None => Some(None),
-    };
-    let lambda = match split.and_then(|split| split.lambda.as_ref()) {
-        Some(expr) => fraction(pass, expr, "/splits/lambda", codes::CASCADE_SPLITS, "the weight lambda"),
-        None => Some(0.5),
-    };
-    let (far, scheme, count, near, lambda) = (far?, scheme?, count?, near?, lambda?);
+    let near = split.and_then(|split| split.near.as_ref());
+    let near = if_said(&near, |expr| pass.number(expr, "/splits/near"));
+    let lambda = split.and_then(|split| split.lambda.as_ref());
+    let lambda = if_said(&lambda, |expr| {
+        fraction(pass, expr, "/splits/lambda", codes::CASCADE_SPLITS, "the weight lambda")
+    });
+    let (far, scheme, count, near, lambda) = (far?, scheme?, count?, near?, lambda?.unwrap_or(0.5));
     let last = *far.last()?;
     if let Some(near) = near
         && !(near > 0.0 && near < last)

@@ -13,6 +13,7 @@ use super::configuration::{Cascade, Configuration};
 use super::declare;
 use super::node::Cascades;
 use crate::codes;
+use crate::if_said;
 use crate::importance;
 use crate::lights::described::{self, DescribeShadows, LiveShadows, ShadowOutput};
 use crate::lights::descriptor::{self, Descriptor};
@@ -33,10 +34,9 @@ pub(super) fn declare(
         pass.report(codes::PLACEMENT, "/tiles", message, "remove \"tiles\", or \"placement\"");
     }
     let count = configuration.splits.count() as u32;
-    let layers = match &settings.layers {
-        Some(expr) => placement::capacity(pass, expr, "/layers", placement::MAX_LAYERS)?,
-        None => count,
-    };
+    let layers =
+        if_said(&settings.layers, |expr| placement::capacity(pass, expr, "/layers", placement::MAX_LAYERS));
+    let layers = layers?.unwrap_or(count);
     let live =
         LiveShadows::new(settings.filter.as_ref(), settings.light_size.as_ref(), settings.cadence.as_ref());
     let input = pass.data_with(data, "/placement", &placement::expected());

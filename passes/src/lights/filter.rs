@@ -68,10 +68,7 @@ impl Filter {
         let radius = pass.number(&settings.radius, "/filter/radius");
         let min = pass.number(&settings.min, "/filter/min");
         let max = pass.number(&settings.max, "/filter/max");
-        let penumbra = match &settings.penumbra {
-            Some(expr) => pass.boolean(expr, "/filter/penumbra"),
-            None => Some(false),
-        };
+        let penumbra = pass.boolean_or(&settings.penumbra, "/filter/penumbra", false);
         let filter = Self { radius: radius?, min: min?, max: max?, penumbra: penumbra? };
         Some((filter.radius > 0.0).then_some(filter))
     }
