@@ -86,26 +86,21 @@ pub fn aligned(light: &DMat3, camera: &Camera) -> DMat3 {
 /// The distance of the centre along the view axis, and the radius, of the sphere around a slice.
 pub fn sphere(projection: &Projection, aspect: f64, slice: &Slice) -> (f64, f64) {
     let Slice { begin, end, .. } = *slice;
-    match projection {
-        Projection::Perspective { vertical_fov, .. } => {
-            let edge = (0.5 * vertical_fov).tan() * aspect.hypot(1.0);
-            let center = (0.5 * (begin + end) * (1.0 + edge * edge)).min(end);
-            (center, (end - center).hypot(end * edge))
-        }
-        Projection::Orthographic { half_height, .. } => {
-            (0.5 * (begin + end), (0.5 * (end - begin)).hypot(half_height * aspect.hypot(1.0)))
-        }
+    // From the view axis to a corner of the picture: at 1 m, or anywhere if it is orthographic.
+    let edge = match projection {
+        Projection::Perspective { vertical_fov, .. } => (0.5 * vertical_fov).tan() * aspect.hypot(1.0),
+        Projection::Orthographic { half_height, .. } => half_height * aspect.hypot(1.0),
         Projection::Matrix { .. } => {
             // Around the view axis, on which an off-centre picture does not lie.
             let (middle, half) = projection.picture(aspect);
-            let edge = (middle.abs() + half).length();
-            if projection.is_orthographic() {
-                return (0.5 * (begin + end), (0.5 * (end - begin)).hypot(edge));
-            }
-            let center = (0.5 * (begin + end) * (1.0 + edge * edge)).min(end);
-            (center, (end - center).hypot(end * edge))
+            (middle.abs() + half).length()
         }
+    };
+    if projection.is_orthographic() {
+        return (0.5 * (begin + end), (0.5 * (end - begin)).hypot(edge));
     }
+    let center = (0.5 * (begin + end) * (1.0 + edge * edge)).min(end);
+    (center, (end - center).hypot(end * edge))
 }
 
 /// Narrows an extent to the scene's bounds, on each axis of light space.

@@ -37,6 +37,16 @@ pub enum Face {
     NegativeZ,
 }
 
+/// Of each face the direction at its centre, and those in which u and v grow.
+const DIRECTIONS: [[DVec3; 3]; 6] = [
+    [DVec3::X, DVec3::NEG_Z, DVec3::NEG_Y],
+    [DVec3::NEG_X, DVec3::Z, DVec3::NEG_Y],
+    [DVec3::Y, DVec3::X, DVec3::Z],
+    [DVec3::NEG_Y, DVec3::X, DVec3::NEG_Z],
+    [DVec3::Z, DVec3::X, DVec3::NEG_Y],
+    [DVec3::NEG_Z, DVec3::NEG_X, DVec3::NEG_Y],
+];
+
 impl Face {
     /// All faces in the order of their layers.
     pub const ALL: [Self; 6] = [
@@ -50,26 +60,13 @@ impl Face {
 
     /// The direction at its centre.
     pub fn forward(self) -> DVec3 {
-        match self {
-            Self::PositiveX => DVec3::X,
-            Self::NegativeX => DVec3::NEG_X,
-            Self::PositiveY => DVec3::Y,
-            Self::NegativeY => DVec3::NEG_Y,
-            Self::PositiveZ => DVec3::Z,
-            Self::NegativeZ => DVec3::NEG_Z,
-        }
+        DIRECTIONS[self as usize][0]
     }
 
     /// The directions in which u and v grow.
     pub fn axes(self) -> (DVec3, DVec3) {
-        match self {
-            Self::PositiveX => (DVec3::NEG_Z, DVec3::NEG_Y),
-            Self::NegativeX => (DVec3::Z, DVec3::NEG_Y),
-            Self::PositiveY => (DVec3::X, DVec3::Z),
-            Self::NegativeY => (DVec3::X, DVec3::NEG_Z),
-            Self::PositiveZ => (DVec3::X, DVec3::NEG_Y),
-            Self::NegativeZ => (DVec3::NEG_X, DVec3::NEG_Y),
-        }
+        let [_, u, v] = DIRECTIONS[self as usize];
+        (u, v)
     }
 
     /// World to view space without the translation: a rotation, right-handed, looking along −Z.
