@@ -1,6 +1,5 @@
 //! What is drawn in a view, and in which order.
 
-use glam::DVec3;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 use umbragraph_executor::DrawPass;
@@ -109,7 +108,7 @@ pub(super) fn record(
     sorted.iter().for_each(|(_, at)| state.issue(&items[*at as usize], pass));
 }
 
-/// The wanted draws of a range, each with its distance along the view.
+/// The wanted draws of a range, each with how far its middle lies along the view.
 fn measure(
     items: &[Item],
     range: Range<usize>,
@@ -117,18 +116,10 @@ fn measure(
     wanted: impl Fn(&Item) -> bool,
     measured: &mut Vec<(f64, u32)>,
 ) {
+    let distance = |item: &Item| (item.bounds.center() - view.position).dot(view.forward);
+    let wanted = range.filter(|at| wanted(&items[*at]));
     measured.clear();
-    for at in range {
-        let item = &items[at];
-        if wanted(item) {
-            measured.push((distance(item, view.position, view.forward), at as u32));
-        }
-    }
-}
-
-/// How far the middle of a draw lies along a view.
-fn distance(item: &Item, position: DVec3, forward: DVec3) -> f64 {
-    (item.bounds.center() - position).dot(forward)
+    measured.extend(wanted.map(|at| (distance(&items[at]), at as u32)));
 }
 
 /// What is bound already.

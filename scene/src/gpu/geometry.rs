@@ -28,11 +28,15 @@ pub(super) struct Part {
 
 /// The buffers of a scene.
 pub(super) struct Geometry {
-    streams: [wgpu::Buffer; 3],
+    /// The streams of positions and of normals, those of skinned draws first.
+    pub(super) positions: wgpu::Buffer,
+    pub(super) normals: wgpu::Buffer,
+    texcoords: wgpu::Buffer,
     indices: wgpu::Buffer,
     /// By mesh, primitive, and the number of the draw where its vertices are its own.
     parts: BTreeMap<(usize, usize, Option<usize>), Part>,
-    skinned_vertices: u32,
+    /// The number of vertices of skinned draws.
+    pub(super) skinned_vertices: u32,
 }
 
 /// Where a part is stored.
@@ -116,11 +120,9 @@ impl Geometry {
         let moved = if cfg!(test) { moved | wgpu::BufferUsages::COPY_SRC } else { moved };
         let label = |stream: usize| format!("scene {}", STREAMS[stream].0);
         Self {
-            streams: [
-                buffer(&label(0), bytemuck::cast_slice(&positions), moved),
-                buffer(&label(1), bytemuck::cast_slice(&normals), moved),
-                buffer(&label(2), bytemuck::cast_slice(&texcoords), vertices),
-            ],
+            positions: buffer(&label(0), bytemuck::cast_slice(&positions), moved),
+            normals: buffer(&label(1), bytemuck::cast_slice(&normals), moved),
+            texcoords: buffer(&label(2), bytemuck::cast_slice(&texcoords), vertices),
             indices: buffer("scene indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             parts,
             skinned_vertices,
@@ -134,25 +136,10 @@ impl Geometry {
 
     /// Binds all streams and the indices.
     pub(super) fn bind(&self, pass: &mut wgpu::RenderPass<'static>) {
-        for (slot, stream) in self.streams.iter().enumerate() {
-            pass.set_vertex_buffer(slot as u32, stream.slice(..));
+        for (slot, stream) in (0..).zip([&self.positions, &self.normals, &self.texcoords]) {
+            pass.set_vertex_buffer(slot, stream.slice(..));
         }
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
-    }
-
-    /// The stream of positions, those of skinned draws first.
-    pub(super) fn positions(&self) -> &wgpu::Buffer {
-        &self.streams[0]
-    }
-
-    /// The stream of normals, those of skinned draws first.
-    pub(super) fn normals(&self) -> &wgpu::Buffer {
-        &self.streams[1]
-    }
-
-    /// The number of vertices of skinned draws.
-    pub(super) fn skinned_vertices(&self) -> u32 {
-        self.skinned_vertices
     }
 }
 

@@ -108,15 +108,15 @@ impl DeviceSkinning {
         let modelled =
             buffer("scene modelled vertices", bytemuck::cast_slice(&modelled), wgpu::BufferUsages::STORAGE);
         let layout = layout(device);
-        let streams = NonZeroU64::new(u64::from(geometry.skinned_vertices()) * 12);
+        let streams = NonZeroU64::new(u64::from(geometry.skinned_vertices) * 12);
         let part =
             |buffer, size| wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size });
         let resources = [
             part(&tasks, NonZeroU64::new(size_of::<Task>() as u64)),
             part(&modelled, None),
             part(&joints, None),
-            part(geometry.positions(), streams),
-            part(geometry.normals(), streams),
+            part(&geometry.positions, streams),
+            part(&geometry.normals, streams),
         ];
         let entries = resources.into_iter().zip(0..);
         let entries: Vec<_> =

@@ -54,8 +54,8 @@ impl HostSkinning {
             }
             let [positions, normals] = vertices;
             let offset = u64::from(*first_vertex) * 12;
-            queue.write_buffer(geometry.positions(), offset, bytemuck::cast_slice(positions));
-            queue.write_buffer(geometry.normals(), offset, bytemuck::cast_slice(normals));
+            queue.write_buffer(&geometry.positions, offset, bytemuck::cast_slice(positions));
+            queue.write_buffer(&geometry.normals, offset, bytemuck::cast_slice(normals));
         }
     }
 }

@@ -60,7 +60,7 @@ impl Skinning {
     pub(super) fn new(device: &wgpu::Device, scene: &Scene, geometry: &Geometry) -> Self {
         let (morphing, draws): (Vec<Skinned>, Vec<Skinned>) =
             moved_draws(scene, geometry).into_iter().partition(|moved| scene.morphs(moved.draw));
-        let fits = DeviceSkinning::fits(&device.limits(), scene, &draws, geometry.skinned_vertices());
+        let fits = DeviceSkinning::fits(&device.limits(), scene, &draws, geometry.skinned_vertices);
         let way = if fits && !draws.is_empty() {
             Way::Device(Box::new(DeviceSkinning::new(device, scene, &draws, geometry)))
         } else {

@@ -27,7 +27,7 @@ impl Streams {
     /// All positions and normals in a pose.
     fn in_pose(&mut self, gpu: &Gpu, scene: &Scene, pose: &Pose) -> [Vec<f32>; 2] {
         self.skinning.write(&gpu.queue, &self.geometry, scene, pose);
-        [self.geometry.positions(), self.geometry.normals()].map(|stream| read(gpu, stream))
+        [&self.geometry.positions, &self.geometry.normals].map(|stream| read(gpu, stream))
     }
 }
 
@@ -152,7 +152,7 @@ fn joints_move_vertices_that_are_morphed_and_others_are_morphed_where_they_stand
         let [positions, normals] = found.in_pose(&gpu, &morphed, &morphed.pose(time));
         let [expected, expected_normals] = wanted.in_pose(&gpu, &modelled, &modelled.pose(time));
         // Static draws follow in another order: each has vertices of its own.
-        let skinned = 3 * wanted.geometry.skinned_vertices() as usize;
+        let skinned = 3 * wanted.geometry.skinned_vertices as usize;
         assert!(skinned > 0);
         for (found, wanted) in positions[..skinned].iter().zip(&expected) {
             assert!((found - wanted).abs() < 1e-4, "{found}, not {wanted}");
