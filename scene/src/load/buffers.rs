@@ -4,7 +4,7 @@ use gltf::json::Root;
 
 use super::limits::DECODED_PER_BYTE;
 use super::report::Report;
-use super::resource::{Resolver, resolve};
+use super::resource::{Resolver, resolve_of};
 use crate::codes;
 
 /// For each buffer its bytes, cut to its declared length; `None` after a diagnostic.
@@ -17,21 +17,12 @@ pub(super) fn read(
     let mut one = |(index, buffer): (usize, &gltf::json::Buffer)| {
         let at = format!("/buffers/{index}");
         let mut bytes = match (&buffer.uri, binary) {
-            (Some(uri), _) => match resolve(uri, resolver) {
-                Ok(bytes) => {
-                    report.allow(bytes.len(), DECODED_PER_BYTE);
-                    bytes
-                }
-                Err(error) => {
-                    let help = "put the file beside the document, or export the scene as one .glb file";
-                    return report.reject(
-                        codes::MISSING_BUFFER,
-                        &format!("{at}/uri"),
-                        format!("buffer {index}: {error}"),
-                        help,
-                    );
-                }
-            },
+            (Some(uri), _) => {
+                let what = (codes::MISSING_BUFFER, &*format!("buffer {index}"), &*at);
+                let bytes = resolve_of(uri, resolver, what, report)?;
+                report.allow(bytes.len(), DECODED_PER_BYTE);
+                bytes
+            }
             (None, Some(binary)) if index == 0 => binary.to_vec(),
             (None, _) => {
                 let message = format!("buffer {index} has no URI, and there is no binary chunk for it");

@@ -75,7 +75,7 @@ impl Reader<'_> {
         let positions = self.attribute::<f32, 3>(&Semantic::Positions, "position", report);
         // Normals that cannot be used are as good as missing, for which glTF has a rule.
         let normals = report.optional("flat normals are computed", |report| {
-            let normals = self.attribute::<f32, 3>(&Semantic::Normals, "normal", report).ok().flatten();
+            let normals = self.attribute::<f32, 3>(&Semantic::Normals, "normal", report).flatten();
             normals.filter(|normals| self.fits("NORMAL", Some(normals.len()), &positions, report))
         });
         let texcoords =
@@ -90,8 +90,8 @@ impl Reader<'_> {
             ("WEIGHTS_0", length(&weights)),
         ]
         .map(|(name, length)| self.fits(name, length, &positions, report));
-        let (positions, texcoords) = (positions.ok()??, texcoords.ok()?);
-        let (joints, weights, indices) = (joints.ok()?, weights.ok()?, indices.ok()?);
+        let (positions, texcoords) = (positions??, texcoords?);
+        let (joints, weights, indices) = (joints?, weights?, indices?);
         let count = positions.len();
         if fits.contains(&false) {
             return None;
@@ -172,30 +172,27 @@ impl Reader<'_> {
         texture.map_or(0, |texture| texture.tex_coord)
     }
 
-    /// An attribute; `Ok(None)` where the primitive does not have it.
+    /// An attribute; `Some(None)` where the primitive does not have it, `None` after a diagnostic.
     fn attribute<T: Component, const N: usize>(
         &self,
         semantic: &Semantic,
         noun: &str,
         report: &mut Report,
-    ) -> Result<Option<Vec<[T; N]>>, Reported> {
+    ) -> Option<Option<Vec<[T; N]>>> {
         let Some(accessor) = self.json.attributes.get(&Checked::Valid(semantic.clone())) else {
-            return Ok(None);
+            return Some(None);
         };
         let at = format!("{}/attributes/{}", self.at, semantic.to_string());
-        let values = self.accessors.read::<T, N>(accessor.value(), &at, report).ok_or(Reported)?;
+        let values = self.accessors.read::<T, N>(accessor.value(), &at, report)?;
         let broken = |value: &[T; N]| !value.iter().all(|part| part.is_finite());
         if let Some(first) = values.iter().position(broken) {
             let count = values.iter().filter(|value| broken(value)).count();
-            report.error(
-                codes::NOT_FINITE,
-                &at,
-                format!("the {noun} of vertex {first} is not finite ({count} of {} are not)", values.len()),
-                "mend the mesh in the program that made it, and export it again",
-            );
-            return Err(Reported);
+            let message =
+                format!("the {noun} of vertex {first} is not finite ({count} of {} are not)", values.len());
+            let help = "mend the mesh in the program that made it, and export it again";
+            return report.reject(codes::NOT_FINITE, &at, message, help);
         }
-        Ok(Some(values))
+        Some(Some(values))
     }
 
     /// Whether an attribute of a length goes with the positions, as far as both are known.
@@ -203,10 +200,10 @@ impl Reader<'_> {
         &self,
         name: &str,
         length: Option<usize>,
-        positions: &Result<Option<Vec<[f32; 3]>>, Reported>,
+        positions: &Option<Option<Vec<[f32; 3]>>>,
         report: &mut Report,
     ) -> bool {
-        let (Some(length), Ok(Some(positions))) = (length, positions) else { return true };
+        let (Some(length), Some(Some(positions))) = (length, positions) else { return true };
         if length != positions.len() {
             report.error(
                 codes::INCOMPLETE_PRIMITIVE,
@@ -218,20 +215,18 @@ impl Reader<'_> {
         length == positions.len()
     }
 
-    fn indices(&self, report: &mut Report) -> Result<Option<Vec<u32>>, Reported> {
-        let Some(accessor) = self.json.indices else { return Ok(None) };
+    /// The indices; `Some(None)` where the primitive has none, `None` after a diagnostic.
+    fn indices(&self, report: &mut Report) -> Option<Option<Vec<u32>>> {
+        let Some(accessor) = self.json.indices else { return Some(None) };
         let at = format!("{}/indices", self.at);
-        let indices = self.accessors.read::<u32, 1>(accessor.value(), &at, report).ok_or(Reported)?;
-        Ok(Some(indices.into_iter().map(|[index]| index).collect()))
+        let indices = self.accessors.read::<u32, 1>(accessor.value(), &at, report)?;
+        Some(Some(indices.into_iter().map(|[index]| index).collect()))
     }
 }
 
-/// A diagnostic has been made.
-struct Reported;
-
 /// The length of an attribute that was read.
-fn length<T>(attribute: &Result<Option<Vec<T>>, Reported>) -> Option<usize> {
-    attribute.as_ref().ok()?.as_ref().map(Vec::len)
+fn length<T>(attribute: &Option<Option<Vec<T>>>) -> Option<usize> {
+    attribute.as_ref()?.as_ref().map(Vec::len)
 }
 
 /// Joints and weights with weights that add up to 1. A vertex that no joint moves moves with its first joint. Joints

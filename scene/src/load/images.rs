@@ -14,7 +14,7 @@ use super::accessor::Accessors;
 use super::decode::{DecodeError, Encoded};
 use super::limits::{DECODED_PER_IMAGE_BYTE, MAX_IMAGE_SIDE, MAX_IMAGE_TEXELS};
 use super::report::Report;
-use super::resource::{Resolver, resolve};
+use super::resource::{Resolver, resolve_of};
 use crate::codes;
 use crate::texture::{Image, Sampler, Texture};
 
@@ -137,18 +137,10 @@ fn read_image(
     let json = accessors.root.images.get(index)?;
     let at = format!("/images/{index}");
     let bytes = match (&json.uri, json.buffer_view) {
-        (Some(uri), _) => match resolve(uri, resolver) {
-            Ok(bytes) => Cow::Owned(bytes),
-            Err(error) => {
-                let help = "put the file beside the document, or export the scene as one .glb file";
-                return report.reject(
-                    codes::BAD_IMAGE,
-                    &format!("{at}/uri"),
-                    format!("image {index}: {error}"),
-                    help,
-                );
-            }
-        },
+        (Some(uri), _) => {
+            let what = (codes::BAD_IMAGE, &*format!("image {index}"), &*at);
+            Cow::Owned(resolve_of(uri, resolver, what, report)?)
+        }
         (None, Some(view)) => {
             Cow::Borrowed(accessors.view(view.value(), &format!("{at}/bufferView"), report)?)
         }

@@ -9,8 +9,10 @@ use base64::Engine;
 use std::path::{Path, PathBuf};
 
 use umbragraph_pipeline::compose::{Roots, Unreachable, read_bytes};
+use umbragraph_pipeline::diagnostic::Code;
 
 use super::limits::MAX_FILE_BYTES;
+use super::report::Report;
 
 /// Why a URI did not become bytes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -109,7 +111,7 @@ fn failed(name: &str, error: &std::io::Error) -> ResolveError {
 }
 
 /// The bytes that a URI of a document stands for.
-pub(super) fn resolve(uri: &str, resolver: &dyn Resolver) -> Result<Vec<u8>, ResolveError> {
+fn resolve(uri: &str, resolver: &dyn Resolver) -> Result<Vec<u8>, ResolveError> {
     if let Some(data) = uri.strip_prefix("data:") {
         let encoded = data.split_once(";base64,").ok_or(ResolveError::BrokenData)?.1;
         return base64::engine::general_purpose::STANDARD
@@ -122,6 +124,19 @@ pub(super) fn resolve(uri: &str, resolver: &dyn Resolver) -> Result<Vec<u8>, Res
         return Err(ResolveError::NotRelative(shortened(uri)));
     }
     resolver.read(&path)
+}
+
+/// The same of an object at a place in the document, such as "image 3"; `None` after a diagnostic.
+pub(super) fn resolve_of(
+    uri: &str,
+    resolver: &dyn Resolver,
+    (code, noun, at): (Code, &str, &str),
+    report: &mut Report,
+) -> Option<Vec<u8>> {
+    let found = resolve(uri, resolver);
+    let help = "put the file beside the document, or export the scene as one .glb file";
+    let reject = |error| report.error(code, &format!("{at}/uri"), format!("{noun}: {error}"), help);
+    found.map_err(reject).ok()
 }
 
 /// A URI short enough to be shown.
