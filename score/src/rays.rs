@@ -142,11 +142,7 @@ impl<'a> Rays<'a> {
     pub fn is_blocked(&self, from: u32, origin: DVec3, direction: DVec3, range: [f64; 2]) -> bool {
         let mut blocked = false;
         self.each(origin, direction, &mut |index, triangle, surface, hit| {
-            blocked = index != from
-                && surface.casts
-                && hit.distance > range[0]
-                && hit.distance < range[1]
-                && self.is_there(triangle, surface, hit);
+            blocked = index != from && self.is_blocker(triangle, surface, hit, range);
             (!blocked).then_some(range[1])
         });
         blocked
@@ -156,18 +152,19 @@ impl<'a> Rays<'a> {
     pub fn first_blocker(&self, from: u32, origin: DVec3, direction: DVec3, range: [f64; 2]) -> Option<f64> {
         let mut farthest = None;
         self.each(origin, direction, &mut |index, triangle, surface, hit| {
-            let begin = farthest.unwrap_or(range[0]);
-            if index != from
-                && surface.casts
-                && hit.distance > begin
-                && hit.distance < range[1]
-                && self.is_there(triangle, surface, hit)
-            {
+            let beyond = [farthest.unwrap_or(range[0]), range[1]];
+            if index != from && self.is_blocker(triangle, surface, hit, beyond) {
                 farthest = Some(hit.distance);
             }
             Some(range[1])
         });
         farthest
+    }
+
+    /// Whether what is hit casts shadows, and lies between two distances.
+    fn is_blocker(&self, triangle: &Triangle, surface: &Surface, hit: Hit, [begin, end]: [f64; 2]) -> bool {
+        let is_between = hit.distance > begin && hit.distance < end;
+        surface.casts && is_between && self.is_there(triangle, surface, hit)
     }
 
     fn is_there(&self, triangle: &Triangle, surface: &Surface, hit: Hit) -> bool {
