@@ -11,16 +11,6 @@ use std::hash::Hash;
 /// For how many plans an object is kept that none of them uses, so that a switch can be turned off and on again.
 const KEPT_PLANS: u64 = 4;
 
-/// The generation of a plan.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Generation(u64);
-
-impl Generation {
-    pub(super) fn next(self) -> Self {
-        Self(self.0 + 1)
-    }
-}
-
 /// Objects by their descriptors.
 pub(super) struct Cache<K, V> {
     entries: HashMap<K, Entry<V>>,
@@ -28,8 +18,8 @@ pub(super) struct Cache<K, V> {
 
 struct Entry<V> {
     value: V,
-    created: Generation,
-    used: Generation,
+    created: u64,
+    used: u64,
 }
 
 impl<K, V> Default for Cache<K, V> {
@@ -40,7 +30,7 @@ impl<K, V> Default for Cache<K, V> {
 
 impl<K: Hash + Eq, V: Clone> Cache<K, V> {
     /// The object of a descriptor, created if there is none.
-    pub(super) fn get(&mut self, key: K, now: Generation, create: impl FnOnce(&K) -> V) -> V {
+    pub(super) fn get(&mut self, key: K, now: u64, create: impl FnOnce(&K) -> V) -> V {
         let entry = match self.entries.entry(key) {
             std::collections::hash_map::Entry::Occupied(entry) => entry.into_mut(),
             std::collections::hash_map::Entry::Vacant(entry) => {
@@ -53,8 +43,8 @@ impl<K: Hash + Eq, V: Clone> Cache<K, V> {
     }
 
     /// Forgets what was created after a generation that the device took, and evicts what plans did not use for some before it.
-    pub(super) fn clean(&mut self, proven: Generation) {
-        let is_kept = |entry: &Entry<V>| entry.created <= proven && entry.used.0 + KEPT_PLANS > proven.0;
+    pub(super) fn clean(&mut self, proven: u64) {
+        let is_kept = |entry: &Entry<V>| entry.created <= proven && entry.used + KEPT_PLANS > proven;
         self.entries.retain(|_, entry| is_kept(entry));
     }
 }
@@ -66,29 +56,29 @@ mod tests {
     #[test]
     fn an_object_is_created_once() {
         let mut cache = Cache::default();
-        let now = Generation(1);
+        let now = 1;
         assert_eq!(cache.get("a", now, |_| 1), 1);
-        assert_eq!(cache.get("a", now.next(), |_| 2), 1);
+        assert_eq!(cache.get("a", now + 1, |_| 2), 1);
         assert_eq!(cache.get("b", now, |_| 3), 3);
     }
 
     #[test]
     fn what_the_device_rejected_is_forgotten_and_what_it_took_is_kept() {
         let mut cache = Cache::default();
-        cache.get("good", Generation(1), |_| 1);
-        cache.get("bad", Generation(2), |_| 2);
-        cache.clean(Generation(1));
-        assert_eq!(cache.get("good", Generation(3), |_| 3), 1);
-        assert_eq!(cache.get("bad", Generation(3), |_| 4), 4);
+        cache.get("good", 1, |_| 1);
+        cache.get("bad", 2, |_| 2);
+        cache.clean(1);
+        assert_eq!(cache.get("good", 3, |_| 3), 1);
+        assert_eq!(cache.get("bad", 3, |_| 4), 4);
     }
 
     #[test]
     fn what_no_plan_uses_for_a_while_is_evicted() {
         let mut cache = Cache::default();
-        cache.get("a", Generation(1), |_| 1);
-        cache.clean(Generation(KEPT_PLANS));
+        cache.get("a", 1, |_| 1);
+        cache.clean(KEPT_PLANS);
         assert_eq!(cache.entries.len(), 1);
-        cache.clean(Generation(1 + KEPT_PLANS));
+        cache.clean(1 + KEPT_PLANS);
         assert_eq!(cache.entries.len(), 0);
     }
 }

@@ -9,7 +9,6 @@ use super::blocks::Place;
 use super::creation::Creation;
 use super::histories::Turn;
 use super::imports::ImportedView;
-use super::pool::Taken;
 use super::resources::{Buffer, Fallbacks, Resources, Viewed};
 use crate::compiler::Switches;
 use crate::pipeline::IndexRange;
@@ -80,7 +79,8 @@ impl Bound {
 }
 
 struct Made {
-    blocks: Option<u64>,
+    /// The buffer of blocks.
+    blocks: Option<wgpu::Buffer>,
     chosen: Vec<ResourceHandle>,
     imports: Vec<wgpu::TextureView>,
     /// By how many frames the histories had moved on.
@@ -90,10 +90,10 @@ struct Made {
 }
 
 impl Made {
-    fn fits(&self, blocks: Option<u64>, group: &Group, resources: &Resources) -> bool {
+    fn fits(&self, blocks: Option<&wgpu::Buffer>, group: &Group, resources: &Resources) -> bool {
         let imports = self.imports.iter().zip(&group.imports);
         let moved = self.moved.iter().zip(&group.histories);
-        self.blocks == blocks
+        self.blocks.as_ref() == blocks
             && self.chosen == group.chosen
             && imports.into_iter().all(|(made, wanted)| resources.imports.view(*wanted) == Some(made))
             && moved.into_iter().all(|(made, history)| resources.histories.moved(*history) == *made)
@@ -125,7 +125,7 @@ impl Group {
         &mut self,
         creation: &mut Creation<'_>,
         label: &str,
-        blocks: Option<&Taken>,
+        blocks: Option<&wgpu::Buffer>,
         resources: &Resources,
         switches: &Switches,
         record: u64,
@@ -134,8 +134,7 @@ impl Group {
         let chosen = self.entries.iter().filter_map(|(_, bound)| bound.choose(switches));
         self.chosen.extend(chosen.map(|(resource, _)| *resource));
         let blocks = blocks.filter(|_| self.has_blocks);
-        let id = blocks.map(|blocks| blocks.id);
-        let found = self.made.iter().position(|made| made.fits(id, self, resources));
+        let found = self.made.iter().position(|made| made.fits(blocks, self, resources));
         self.current = found.unwrap_or_else(|| {
             self.made.retain(|made| made.used + KEPT_RECORDS >= record);
             let made = self.make(creation, label, blocks, (resources, switches), record);
@@ -149,13 +148,13 @@ impl Group {
         &self,
         creation: &mut Creation<'_>,
         label: &str,
-        blocks: Option<&Taken>,
+        blocks: Option<&wgpu::Buffer>,
         (resources, switches): (&Resources, &Switches),
         record: u64,
     ) -> Made {
         let block = |place: &Place| {
             Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                buffer: &blocks?.buffer,
+                buffer: blocks?,
                 offset: place.offset,
                 size: wgpu::BufferSize::new(place.size),
             }))
@@ -184,7 +183,7 @@ impl Group {
         let imports = self.imports.iter().filter_map(|view| resources.imports.view(*view).cloned());
         let moved = self.histories.iter().map(|history| resources.histories.moved(*history));
         Made {
-            blocks: blocks.map(|blocks| blocks.id),
+            blocks: blocks.cloned(),
             chosen: self.chosen.clone(),
             imports: imports.collect(),
             moved: moved.collect(),

@@ -473,7 +473,7 @@ impl Executor {
             // Within the scopes of the creation, if there are any: on a device that is lost, a new buffer is none.
             let Instantiated { plan, cpu_passes, blocks: packed, .. } = &mut self.instantiated;
             for (offset, bytes) in packed.pack(plan, cpu_passes) {
-                self.queue.write_buffer(&blocks.buffer, offset, bytes);
+                self.queue.write_buffer(blocks, offset, bytes);
             }
         }
         let has_created = creation.has_created();

@@ -4,7 +4,7 @@
 //! pipelines as themselves, since wgpu compares its objects by identity. Labels are no part of a descriptor: an object
 //! that several passes share is labelled after the first.
 
-use super::cache::{Cache, Generation};
+use super::cache::Cache;
 use super::creation::Creation;
 use crate::shader::ShaderModule;
 use crate::work::{Filter, Sampler};
@@ -13,9 +13,9 @@ use crate::work::{Filter, Sampler};
 #[derive(Default)]
 pub(super) struct Objects {
     /// The generation of the attempt that is under way.
-    now: Generation,
+    now: u64,
     /// The last generation that the device took.
-    proven: Generation,
+    proven: u64,
     modules: Cache<[u8; 32], wgpu::ShaderModule>,
     samplers: Cache<Sampler, wgpu::Sampler>,
     group_layouts: Cache<Vec<wgpu::BindGroupLayoutEntry>, wgpu::BindGroupLayout>,
@@ -97,7 +97,7 @@ impl Objects {
     /// Begins an attempt to instantiate a plan. What an earlier one created in vain is forgotten.
     pub(super) fn begin(&mut self) {
         self.clean();
-        self.now = self.now.next();
+        self.now += 1;
     }
 
     /// Ends an attempt that the device took. What plans have not used for long is evicted.

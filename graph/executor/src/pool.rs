@@ -20,22 +20,12 @@ const KEPT_RECORDS: u64 = 256;
 #[derive(Default)]
 pub(super) struct Pool {
     buffers: Vec<Pooled>,
-    created: u64,
 }
 
 struct Pooled {
-    id: u64,
     buffer: wgpu::Buffer,
     busy: Arc<AtomicBool>,
     used: u64,
-}
-
-/// A buffer of the pool, for one record.
-#[derive(Clone)]
-pub(super) struct Taken {
-    /// Never used for another buffer.
-    pub(super) id: u64,
-    pub(super) buffer: wgpu::Buffer,
 }
 
 /// Gives a buffer of the pool back, whichever way the encoder ends.
@@ -55,7 +45,7 @@ impl Pool {
         encoder: &wgpu::CommandEncoder,
         size: u64,
         record: u64,
-    ) -> Taken {
+    ) -> wgpu::Buffer {
         self.buffers.retain(|pooled| pooled.used + KEPT_RECORDS >= record && pooled.buffer.size() >= size);
         let free = self.buffers.iter().position(|pooled| !pooled.busy.load(Ordering::Acquire));
         let at = free.unwrap_or_else(|| {
@@ -67,8 +57,7 @@ impl Pool {
                     | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             });
-            self.created += 1;
-            self.buffers.push(Pooled { id: self.created, buffer, busy: Arc::default(), used: record });
+            self.buffers.push(Pooled { buffer, busy: Arc::default(), used: record });
             self.buffers.len() - 1
         });
         let pooled = &mut self.buffers[at];
@@ -76,7 +65,7 @@ impl Pool {
         pooled.busy.store(true, Ordering::Release);
         let give_back = GiveBack(pooled.busy.clone());
         encoder.on_submitted_work_done(move || drop(give_back));
-        Taken { id: pooled.id, buffer: pooled.buffer.clone() }
+        pooled.buffer.clone()
     }
 
     /// Forgets all buffers, since some of them may have been rejected.

@@ -14,7 +14,6 @@ use super::gpu_times::GpuTimes;
 use super::groups;
 use super::host_groups::HostGroups;
 use super::instantiate::{Instantiated, InstantiatedPass, InstantiatedScene, InstantiatedWork};
-use super::pool::Taken;
 use super::redraw::{self, Kept, NOTHING};
 use super::resources::Resources;
 use super::scene::{Scene, common, covered};
@@ -65,7 +64,7 @@ pub(super) fn prepare(
     creation: &mut Creation<'_>,
     queue: &wgpu::Queue,
     frame: &Frame<'_>,
-    blocks: Option<&Taken>,
+    blocks: Option<&wgpu::Buffer>,
     record: u64,
 ) -> Result<(), Diagnostic> {
     let Resources { textures, histories, .. } = &mut instantiated.resources;
