@@ -1,10 +1,12 @@
 //! An allocator of runs of slots: layers of an array, cubes, descriptors, views.
 //!
-//! One bit for each slot. A run is the first one that is long enough, so that the same calls always give the same runs,
-//! and slots are few enough for a walk over 64 of them a step.
+//! A run is the first one that is long enough, so that the same calls always give the same runs. Runs are no more than
+//! lights, which are few enough for a walk over all of them.
 //!
 //! Limits: at most [`MAX_SLOTS`]; a request can fail although enough slots are free, since runs are never moved here
 //! (see [`super::placement`]).
+
+use std::collections::BTreeMap;
 
 /// The maximum number of slots of a row.
 pub const MAX_SLOTS: u32 = 1 << 16;
@@ -12,86 +14,63 @@ pub const MAX_SLOTS: u32 = 1 << 16;
 /// A row of slots.
 #[derive(Clone, Debug, Default)]
 pub struct SlotAllocator {
-    /// A set bit is a slot in use.
-    words: Vec<u64>,
+    /// The runs in use: the first slot of each, and the one behind its last.
+    runs: BTreeMap<u32, u32>,
     capacity: u32,
-    used: u32,
 }
 
 impl SlotAllocator {
     /// So many free slots.
     pub fn new(capacity: u32) -> Self {
-        let mut new = Self::default();
-        new.set_capacity(capacity);
-        new
+        Self { runs: BTreeMap::new(), capacity: capacity.min(MAX_SLOTS) }
     }
 
     /// Makes the row longer or shorter, up to [`MAX_SLOTS`]. Runs stay where they are; those beyond the end are
     /// forgotten.
     pub fn set_capacity(&mut self, capacity: u32) {
-        let capacity = capacity.min(MAX_SLOTS);
-        for at in capacity..self.capacity {
-            self.set(at, false);
-        }
-        self.capacity = capacity;
-        self.words.resize((capacity as usize).div_ceil(64), 0);
-    }
-
-    fn is_used(&self, at: u32) -> bool {
-        self.words[at as usize / 64] & (1 << (at % 64)) != 0
-    }
-
-    fn set(&mut self, at: u32, used: bool) {
-        if self.is_used(at) != used {
-            self.words[at as usize / 64] ^= 1 << (at % 64);
-            self.used = if used { self.used + 1 } else { self.used - 1 };
+        self.capacity = capacity.min(MAX_SLOTS);
+        drop(self.runs.split_off(&self.capacity));
+        for end in self.runs.values_mut() {
+            *end = self.capacity.min(*end);
         }
     }
 
     /// Takes `count` slots in a row and returns the first; `None` where there is no such run, or for no slots.
     #[must_use]
     pub fn allocate(&mut self, count: u32) -> Option<u32> {
-        if count == 0 || count > self.capacity - self.used {
-            return None;
-        }
-        let (mut first, mut at) = (0, 0);
-        while at < self.capacity {
-            if at % 64 == 0 && self.words[at as usize / 64] == u64::MAX {
-                at += 64;
-                first = at;
-                continue;
+        let mut first = 0;
+        for (start, end) in &self.runs {
+            if start - first >= count {
+                break;
             }
-            if self.is_used(at) {
-                first = at + 1;
-            } else if at + 1 - first == count {
-                (first..=at).for_each(|at| self.set(at, true));
-                return Some(first);
-            }
-            at += 1;
+            first = *end;
         }
-        None
+        let end = first.checked_add(count).filter(|end| count > 0 && *end <= self.capacity)?;
+        self.runs.insert(first, end);
+        Some(first)
     }
 
-    /// Gives a run back. False, with nothing changed, where not all of it is in use.
+    /// Gives a run back. False, with nothing changed, where there is no such run.
     pub fn release(&mut self, first: u32, count: u32) -> bool {
-        let end = first.saturating_add(count);
-        if end > self.capacity || !(first..end).all(|at| self.is_used(at)) {
-            return false;
-        }
-        (first..end).for_each(|at| self.set(at, false));
-        true
+        let is_run = self.runs.get(&first).is_some_and(|end| end - first == count);
+        is_run && self.runs.remove(&first).is_some()
     }
 
     /// Gives all slots back.
     pub fn clear(&mut self) {
-        self.words.fill(0);
-        self.used = 0;
+        self.runs.clear();
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl SlotAllocator {
+        fn used(&self) -> u32 {
+            self.runs.iter().map(|(first, end)| end - first).sum()
+        }
+    }
 
     #[test]
     fn runs_do_not_overlap_and_the_first_that_fits_is_taken() {
@@ -115,7 +94,7 @@ mod tests {
                     runs.push((first, count));
                 }
             }
-            assert_eq!(slots.used as usize, oracle.iter().filter(|used| **used).count());
+            assert_eq!(slots.used() as usize, oracle.iter().filter(|used| **used).count());
         }
     }
 
@@ -126,7 +105,7 @@ mod tests {
         assert!(!slots.release(0, 1) && !slots.release(2, u32::MAX) && !slots.release(3, 1));
         assert_eq!(slots.allocate(2), Some(0));
         slots.set_capacity(1);
-        assert_eq!((slots.used, slots.allocate(1)), (1, None));
+        assert_eq!((slots.used(), slots.allocate(1)), (1, None));
         slots.set_capacity(3);
         assert_eq!(slots.allocate(2), Some(1));
         assert_eq!(SlotAllocator::new(0).allocate(1), None);
