@@ -20,7 +20,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, DataShape, ValueType, View};
 use umbragraph_pipeline::diagnostic::codes;
-use umbragraph_pipeline::frame::Camera as FrameCamera;
+use umbragraph_pipeline::frame::{Camera as FrameCamera, Projection};
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
@@ -170,7 +170,7 @@ impl CpuNode for RunCamera {
         let before_from_view = before.view_from_world * lens.world_from_view;
         let from_clip = aside * before.clip_from_view * before_from_view * lens.view_from_clip;
         data.set_matrix("previous_clip_from_clip", &from_clip);
-        data.set_vec3("previous_position", before.position.as_vec3());
+        data.set_vec3("previous_position", before.camera.position.as_vec3());
         data.set_f32s("jitter", [jitter.x as f32, jitter.y as f32]);
         let time = context.frame.time as f32;
         data.set_f32("time", if time.is_finite() { time } else { 0.0 });
@@ -201,21 +201,14 @@ fn radical_inverse(mut number: u32, base: u32) -> f64 {
     inverse
 }
 
-/// A camera's matrices and numbers.
+/// A camera and its matrices.
 #[derive(Clone, Copy)]
 struct Lens {
+    camera: FrameCamera,
     clip_from_view: DMat4,
     view_from_clip: DMat4,
     view_from_world: DMat4,
     world_from_view: DMat4,
-    position: DVec3,
-    rotation: DQuat,
-    near: f64,
-    far: f64,
-    aspect: f64,
-    center: DVec2,
-    half_size: DVec2,
-    orthographic: bool,
 }
 
 impl Lens {
@@ -224,38 +217,23 @@ impl Lens {
             return None;
         }
         let clip_from_view = camera.clip(reverse);
-        let (near, far) = camera.projection.depth_range();
-        let (center, half_size) = camera.projection.picture(camera.aspect);
         Some(Self {
+            camera: *camera,
             clip_from_view,
             view_from_clip: clip_from_view.inverse(),
             view_from_world: camera.view(),
             world_from_view: DMat4::from_rotation_translation(camera.rotation, camera.position),
-            position: camera.position,
-            rotation: camera.rotation,
-            near,
-            far: far.min(NO_FAR_PLANE),
-            aspect: camera.aspect,
-            center,
-            half_size,
-            orthographic: camera.projection.is_orthographic(),
         })
     }
 
     fn identity() -> Self {
+        let unit = Projection::Orthographic { half_height: 1.0, near: 0.0, far: 1.0 };
         Self {
+            camera: FrameCamera::new(DVec3::ZERO, DQuat::IDENTITY, unit, 1.0),
             clip_from_view: DMat4::IDENTITY,
             view_from_clip: DMat4::IDENTITY,
             view_from_world: DMat4::IDENTITY,
             world_from_view: DMat4::IDENTITY,
-            position: DVec3::ZERO,
-            rotation: DQuat::IDENTITY,
-            near: 0.0,
-            far: 1.0,
-            aspect: 1.0,
-            center: DVec2::ZERO,
-            half_size: DVec2::ONE,
-            orthographic: true,
         }
     }
 
@@ -273,9 +251,16 @@ impl Lens {
         self.world_from_view * self.view_from_clip
     }
 
+    /// The distances of the near and the far plane.
+    fn planes(&self) -> [f64; 2] {
+        let (near, far) = self.camera.projection.depth_range();
+        [near, far.min(NO_FAR_PLANE)]
+    }
+
     /// The middle of what is seen and half its size.
     fn picture(&self) -> [[f32; 2]; 2] {
-        [self.center.as_vec2().to_array(), self.half_size.as_vec2().to_array()]
+        let (center, half_size) = self.camera.projection.picture(self.camera.aspect);
+        [center, half_size].map(|size| size.as_vec2().to_array())
     }
 
     /// Whether everything is finite once it is rounded to 32 bits.
@@ -283,46 +268,42 @@ impl Lens {
         let own = [self.clip_from_view, self.view_from_clip, self.view_from_world, self.world_from_view];
         let products = [self.clip_from_world(), self.world_from_clip()];
         own.iter().chain(&products).all(|matrix| matrix.as_mat4().is_finite())
-            && [self.near, self.far, self.aspect].iter().all(|number| (*number as f32).is_finite())
+            && self.planes().iter().chain(&[self.camera.aspect]).all(|number| (*number as f32).is_finite())
             && self.picture().iter().flatten().all(|number| number.is_finite())
     }
 
     fn publish(&self, reverse: bool, data: &mut BlackboardData) {
-        let direction = |axis: DVec3| -> Vec3 { (self.rotation * axis).as_vec3() };
+        let Self { camera, .. } = self;
+        let direction = |axis: DVec3| -> Vec3 { (camera.rotation * axis).as_vec3() };
         data.set_matrix("clip_from_world", &self.clip_from_world());
         data.set_matrix("clip_from_view", &self.clip_from_view);
         data.set_matrix("view_from_world", &self.view_from_world);
         data.set_matrix("world_from_clip", &self.world_from_clip());
         data.set_matrix("view_from_clip", &self.view_from_clip);
         data.set_matrix("world_from_view", &self.world_from_view);
-        data.set_vec3("position", self.position.as_vec3());
+        data.set_vec3("position", camera.position.as_vec3());
         data.set_vec3("forward", direction(DVec3::NEG_Z));
         data.set_vec3("right", direction(DVec3::X));
         data.set_vec3("up", direction(DVec3::Y));
-        data.set_f32("near", self.near as f32);
-        data.set_f32("far", self.far as f32);
-        data.set_f32("aspect", self.aspect as f32);
+        let [near, far] = self.planes();
+        data.set_f32("near", near as f32);
+        data.set_f32("far", far as f32);
+        data.set_f32("aspect", camera.aspect as f32);
         let [center, half_size] = self.picture();
         data.set_f32s("half_size", half_size);
         data.set_f32s("off_center", center);
-        data.set_u32("orthographic", u32::from(self.orthographic));
+        data.set_u32("orthographic", u32::from(camera.projection.is_orthographic()));
         data.set_u32("reverse", u32::from(reverse));
-        data.push_view(
-            View::new(
-                self.clip_from_world(),
-                self.view_from_world,
-                self.position,
-                self.rotation * DVec3::NEG_Z,
-            )
-            .reverse(reverse),
-        );
+        let forward = camera.rotation * DVec3::NEG_Z;
+        let view = View::new(self.clip_from_world(), self.view_from_world, camera.position, forward);
+        data.push_view(view.reverse(reverse));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use glam::{DVec4, Mat4};
-    use umbragraph_pipeline::frame::{FrameInput, Projection};
+    use umbragraph_pipeline::frame::FrameInput;
 
     use super::*;
 
