@@ -46,20 +46,12 @@ pub struct DescribedSettings {
 /// The settings of a node that describes lights which are live.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LiveShadows {
-    filter: Option<FilterSettings>,
-    light_size: Option<Expr>,
-    cadence: Option<Expr>,
+    pub(crate) filter: Option<FilterSettings>,
+    pub(crate) light_size: Option<Expr>,
+    pub(crate) cadence: Option<Expr>,
 }
 
 impl LiveShadows {
-    pub(crate) fn new(
-        filter: Option<&FilterSettings>,
-        light_size: Option<&Expr>,
-        cadence: Option<&Expr>,
-    ) -> Self {
-        Self { filter: filter.cloned(), light_size: light_size.cloned(), cadence: cadence.cloned() }
-    }
-
     /// The filter, the size of lights that say none, and the longest cadence.
     fn evaluate(&self, pass: &mut impl Evaluate) -> Option<(Option<Filter>, f64, u32)> {
         let filter = Filter::declare(self.filter.as_ref(), pass);
@@ -89,7 +81,8 @@ impl DescribedSettings {
         describe: impl FnOnce(T, bool) -> (DataShape, D),
     ) -> Option<Produced> {
         let reverse = pass.boolean_or(&self.reverse, "/reverse", false);
-        let live = LiveShadows::new(self.filter.as_ref(), self.light_size.as_ref(), self.cadence.as_ref());
+        let Self { filter, light_size, cadence, .. } = self.clone();
+        let live = LiveShadows { filter, light_size, cadence };
         let input = pass.data_with(&self.placement, "/placement", &placement::expected());
         let further = further.zip(reverse).map(|(further, reverse)| describe(further, reverse));
         node(pass, &self.to, input, further, live)
