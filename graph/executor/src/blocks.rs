@@ -87,25 +87,18 @@ impl Blocks {
             let diagnostic = Diagnostic::error(codes::DEVICE_LIMIT, DiagnosticPlace::Nowhere, message);
             return Err(diagnostic.help("let CPU passes publish fewer views or values"));
         }
-        let mut staging = vec![0; usize::try_from(size).unwrap_or(0)];
-        for (planned, places) in plan.passes.iter().zip(&places) {
-            let slots = slots(plan.pipeline.pass(planned.handle).work());
-            for (slot, place) in slots.iter().zip(places) {
-                if let (Some(place), Some(bytes)) = (place, constants(planned, slot))
-                    && let Some(block) = range(&mut staging, place.offset, place.size)
-                {
-                    block.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
-                }
-            }
-        }
-        Ok(Self {
+        let mut blocks = Self {
             size,
             layouts: layouts.collect(),
             places,
-            staging,
+            staging: vec![0; usize::try_from(size).unwrap_or(0)],
             used: Vec::new(),
             view: BlackboardData::new(View::shape()),
-        })
+        };
+        for (pass, planned) in plan.passes.iter().enumerate() {
+            planned.blocks.iter().for_each(|block| blocks.replace(plan, pass, block));
+        }
+        Ok(blocks)
     }
 
     /// The blocks of a pass by its slots.
@@ -199,12 +192,6 @@ fn max_views(plan: &Plan, work: &Work) -> u64 {
         Some(ResourceKind::Data(Some(shape))) => u64::from(shape.max_views).max(1),
         _ => 1,
     }
-}
-
-fn constants<'a>(planned: &'a PlannedPass, slot: &BoundSlot) -> Option<&'a [u8]> {
-    let block =
-        planned.blocks.iter().find(|block| (block.group, block.binding) == (slot.group, slot.binding))?;
-    Some(&block.bytes)
 }
 
 /// The bytes that are bound for a slot, if the module fills it.

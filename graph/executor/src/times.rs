@@ -7,11 +7,10 @@
 //!
 //! Limits: no clock on the web, where all times are zero.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// A point in time, where there is a clock.
-#[derive(Clone, Copy)]
-pub(super) struct Moment(#[cfg(not(target_family = "wasm"))] Option<std::time::Instant>);
+/// A point in time, where time is measured and there is a clock.
+pub(super) type Moment = Option<Instant>;
 
 /// Times of the passes of a plan by their positions.
 #[derive(Default)]
@@ -23,7 +22,7 @@ pub(super) struct Times {
     pub(super) passes: Vec<Duration>,
     /// When each pass began, from the reset on.
     pub(super) starts: Vec<Duration>,
-    began: Option<Moment>,
+    began: Moment,
 }
 
 impl Times {
@@ -42,38 +41,30 @@ impl Times {
         if self.is_on {
             self.passes.resize(passes, Duration::ZERO);
             self.starts.resize(passes, Duration::ZERO);
-            self.began = Some(self.now());
+            self.began = self.now();
         }
     }
 
     /// Now.
     pub(super) fn now(&self) -> Moment {
-        #[cfg(not(target_family = "wasm"))]
-        return Moment(self.is_on.then(std::time::Instant::now));
-        #[cfg(target_family = "wasm")]
-        return Moment();
+        (self.is_on && cfg!(not(target_family = "wasm"))).then(Instant::now)
     }
 
     /// Adds the time since a moment to a pass.
     pub(super) fn add(&mut self, pass: usize, since: Moment) {
         if let (Some(time), Some(start)) = (self.passes.get_mut(pass), self.starts.get_mut(pass)) {
-            let elapsed = since.elapsed();
+            let elapsed = time_since(since);
             *time += elapsed;
-            *start = self.began.map_or(Duration::ZERO, Moment::elapsed).saturating_sub(elapsed);
+            *start = time_since(self.began).saturating_sub(elapsed);
         }
     }
 
     /// Adds the time since a moment to the preparation.
     pub(super) fn add_preparation(&mut self, since: Moment) {
-        self.preparation += since.elapsed();
+        self.preparation += time_since(since);
     }
 }
 
-impl Moment {
-    fn elapsed(self) -> Duration {
-        #[cfg(not(target_family = "wasm"))]
-        return self.0.map_or(Duration::ZERO, |start| start.elapsed());
-        #[cfg(target_family = "wasm")]
-        return Duration::ZERO;
-    }
+fn time_since(moment: Moment) -> Duration {
+    moment.map_or(Duration::ZERO, |moment| moment.elapsed())
 }
