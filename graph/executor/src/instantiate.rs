@@ -80,7 +80,6 @@ impl Constants {
 }
 
 pub(super) enum InstantiatedWork {
-    Cpu,
     Transfer(Transfer),
     Compute {
         pipeline: wgpu::ComputePipeline,
@@ -97,7 +96,7 @@ pub(super) enum InstantiatedWork {
         scene: InstantiatedScene,
         attachments: Attachments,
     },
-    /// Something that the device does not have, which is an error that is reported elsewhere.
+    /// Nothing on the device: a CPU pass, or something that the device does not have, which is reported elsewhere.
     Nothing,
 }
 
@@ -130,16 +129,6 @@ fn is_placed(plan: &Plan, scene: &SceneDraw) -> bool {
     let views = scene.bindings.iter().filter(|slot| matches!(slot.source, SlotSource::View));
     let mut layouts = views.filter_map(|slot| plan.pipeline.block_layout(program, slot));
     layouts.any(|layout| layout.runs.iter().any(|run| Some(run.value as usize) == matrix))
-}
-
-impl InstantiatedPass {
-    /// What clears a view's texels, in a pass that keeps views.
-    pub(super) fn clear(&self) -> Option<&wgpu::RenderPipeline> {
-        match &self.work {
-            InstantiatedWork::Scene { scene, .. } => scene.clear.as_ref(),
-            _ => None,
-        }
-    }
 }
 
 impl Instantiated {
@@ -197,7 +186,6 @@ impl Instantiated {
         let pass = plan.pipeline.pass(planned.handle);
         creation.begin_pass(pass);
         let instantiated = match (pass.work(), pass.work().program()) {
-            (Work::Nothing | Work::Cpu(_), _) => Some((InstantiatedWork::Cpu, Vec::new())),
             (Work::Transfer(work), _) => {
                 let transfer = Transfer::new(&self.resources, &plan, planned, work);
                 transfer.map(|transfer| (InstantiatedWork::Transfer(transfer), Vec::new()))
@@ -396,13 +384,8 @@ fn join(leader: &mut InstantiatedPass, followers: &mut [InstantiatedPass]) {
 
 /// The position of the pass that keeps what it draws into a texture.
 fn keeper(plan: &Plan, texture: ResourceHandle) -> Option<usize> {
-    plan.passes.iter().position(|planned| match plan.pipeline.pass(planned.handle).work() {
-        Work::Render(render) => match (&render.draw, &render.depth) {
-            (Draw::Scene(scene), Some(depth)) => scene.redraw.is_some() && depth.to.resource == texture,
-            _ => false,
-        },
-        _ => false,
-    })
+    let mut works = plan.passes.iter().map(|planned| plan.pipeline.pass(planned.handle).work());
+    works.position(|work| redraw::kept(work).is_some_and(|(.., depth)| depth == texture))
 }
 
 /// The position of bind groups that are alike, added if there are none.

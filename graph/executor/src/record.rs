@@ -119,7 +119,7 @@ pub(super) fn record(
         }
         let start = times.now();
         match &pass.work {
-            InstantiatedWork::Cpu | InstantiatedWork::Nothing => continue,
+            InstantiatedWork::Nothing => continue,
             InstantiatedWork::Transfer(transfer) => {
                 let query = gpu_times.between(&planned.name, encoder);
                 // Passes of wgpu have labels; copies and clears have none.
@@ -156,7 +156,11 @@ pub(super) fn record(
                 let (name, label) = (&planned.name, &pass.label);
                 let mut recording =
                     Recording { instantiated, frame, scratch, attachments, gpu_times, name, label };
-                if let Some(clear) = pass.clear() {
+                let clear = match &pass.work {
+                    InstantiatedWork::Scene { scene, .. } => scene.clear.as_ref(),
+                    _ => None,
+                };
+                if let Some(clear) = clear {
                     let mut kept = std::mem::take(&mut all_kept[at]);
                     recording.changed(encoder, (at, pass), clear, (&mut kept, &all_kept), record);
                     all_kept[at] = kept;
@@ -372,12 +376,12 @@ impl Recording<'_> {
             groups: &pass.groups,
             materials: host_groups(instantiated.materials),
             objects: host_groups(instantiated.objects),
-            extent: self.attachments.extent,
+            attachments: self.attachments,
         };
         let bounds = self.frame.input.filter_bounds.iter().find(|(known, _)| *known == work.filter);
         let bounds = bounds.filter(|_| instantiated.is_placed);
         for (position, view) in (first..).zip(views) {
-            let texels = scene.texels(view);
+            let (_, texels) = self.attachments.texels(view);
             let texels = bounds.map_or(Some(texels), |(_, bounds)| covered(bounds, view, texels));
             let texels =
                 texels.and_then(|texels| within.map_or(Some(texels), |within| common(texels, within)));

@@ -21,7 +21,7 @@ use super::objects::{Objects, RenderKey};
 use super::scroll;
 use crate::compiler::Plan;
 use crate::data::View;
-use crate::work::{BoundSlot, Draw, ResourceHandle, SlotSource, Work};
+use crate::work::{BoundSlot, Redraw, ResourceHandle, SceneDraw, SlotSource, Work};
 use std::collections::HashMap;
 
 /// The key of this module in the cache of modules; all others are hashes.
@@ -103,6 +103,13 @@ impl Kept {
     }
 }
 
+/// The draws of a pass that keeps views, what it says of that, and the texture of its depth.
+pub(super) fn kept(work: &Work) -> Option<(&SceneDraw, &Redraw, ResourceHandle)> {
+    let Work::Render(render) = work else { return None };
+    let scene = work.scene()?;
+    Some((scene, scene.redraw.as_ref()?, render.depth.as_ref()?.to.resource))
+}
+
 /// For each pass of a plan those that keep views which are drawn with what it makes: the keeper itself, and what it reads,
 /// but for the views, which are compared, and the texels below them, which have records.
 pub(super) fn keepers(plan: &Plan) -> Vec<Vec<usize>> {
@@ -117,13 +124,11 @@ pub(super) fn keepers(plan: &Plan) -> Vec<Vec<usize>> {
     }
     let mut keepers = vec![Vec::new(); plan.passes.len()];
     for (keeper, planned) in plan.passes.iter().enumerate() {
-        let Work::Render(render) = pipeline.pass(planned.handle).work() else { continue };
-        let (Draw::Scene(scene), Some(depth)) = (&render.draw, &render.depth) else { continue };
-        let Some(redraw) = &scene.redraw else { continue };
+        let Some((scene, redraw, depth)) = kept(pipeline.pass(planned.handle).work()) else { continue };
         let below = redraw.over.as_ref().map(|over| over.resource);
         let is_view = |slot: &BoundSlot| !matches!(&slot.source, SlotSource::Data { data, .. } if data.resource == scene.views.resource);
         let views = Some(scene.views.resource).filter(|_| scene.bindings.iter().all(is_view));
-        let own = [Some(depth.to.resource), below, views];
+        let own = [Some(depth), below, views];
         let (mut seen, mut stack) = (vec![false; plan.passes.len()], vec![keeper]);
         while let Some(at) = stack.pop() {
             if std::mem::replace(&mut seen[at], true) {

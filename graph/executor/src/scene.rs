@@ -8,9 +8,10 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use super::groups::{self, Group};
 use glam::DVec2;
 
+use super::attachments::Attachments;
+use super::groups::{self, Group};
 use super::host_groups::HostGroups;
 use super::instantiate::InstantiatedScene;
 use super::statistics::PassCounts;
@@ -27,16 +28,10 @@ pub(super) struct Scene<'a> {
     pub(super) groups: &'a [Group],
     pub(super) materials: Option<&'a HostGroups>,
     pub(super) objects: Option<&'a HostGroups>,
-    /// Width and height of the attachments.
-    pub(super) extent: [u32; 2],
+    pub(super) attachments: &'a Attachments,
 }
 
 impl Scene<'_> {
-    /// The texels that a view is drawn into.
-    pub(super) fn texels(&self, view: &View) -> [u32; 4] {
-        view.viewport.unwrap_or([0, 0, self.extent[0], self.extent[1]])
-    }
-
     /// Lets the host draw one view of the pass, scissored to `texels`; returns how many draws and texels that was.
     ///
     /// # Errors
@@ -49,7 +44,7 @@ impl Scene<'_> {
         pass: &mut wgpu::RenderPass<'static>,
         offsets: &mut Vec<u32>,
     ) -> Result<PassCounts, String> {
-        let [x, y, width, height] = self.texels(view);
+        let (_, [x, y, width, height]) = self.attachments.texels(view);
         let pipeline = self.instantiated.pipelines.first().filter(|_| width > 0 && height > 0);
         let material = self.materials.map(|materials| materials.material(0));
         let object = self.objects.map(|objects| objects.object(0, offsets));
