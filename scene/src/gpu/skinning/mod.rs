@@ -29,20 +29,16 @@ use host::HostSkinning;
 
 /// What moves the skinned draws of a scene.
 pub(super) struct Skinning {
-    way: Way,
+    /// What moves skinned draws without morph targets, where the device can.
+    device: Option<DeviceSkinning>,
+    /// What moves the others.
+    host: HostSkinning,
     /// The joints of all skinned draws one after the other, as they were last written.
     joints: Vec<DMat4>,
     /// The same of the pose that is being written, kept to be used again.
     next: Vec<DMat4>,
-    /// The draws with morph targets.
-    morphing: HostSkinning,
-    /// Their weights, as they were last written; nothing before.
+    /// The weights of morph targets, as they were last written; nothing before.
     weights: Option<Vec<f32>>,
-}
-
-enum Way {
-    Device(Box<DeviceSkinning>),
-    Host(HostSkinning),
 }
 
 /// A skinned draw and where its vertices and joints are.
@@ -58,16 +54,16 @@ struct Skinned {
 
 impl Skinning {
     pub(super) fn new(device: &wgpu::Device, scene: &Scene, geometry: &Geometry) -> Self {
+        let moved = moved_draws(scene, geometry);
         let (morphing, draws): (Vec<Skinned>, Vec<Skinned>) =
-            moved_draws(scene, geometry).into_iter().partition(|moved| scene.morphs(moved.draw));
+            moved.iter().partition(|moved| scene.morphs(moved.draw));
         let fits = DeviceSkinning::fits(&device.limits(), scene, &draws, geometry.skinned_vertices);
-        let way = if fits && !draws.is_empty() {
-            Way::Device(Box::new(DeviceSkinning::new(device, scene, &draws, geometry)))
+        let (device, host) = if fits && !draws.is_empty() {
+            (Some(DeviceSkinning::new(device, scene, &draws, geometry)), morphing)
         } else {
-            Way::Host(HostSkinning::new(draws))
+            (None, moved)
         };
-        let morphing = HostSkinning::new(morphing);
-        Self { way, joints: Vec::new(), next: Vec::new(), morphing, weights: None }
+        Self { device, host: HostSkinning::new(host), joints: Vec::new(), next: Vec::new(), weights: None }
     }
 
     /// Moves the vertices of all skinned draws to where a pose has them.
@@ -76,20 +72,17 @@ impl Skinning {
         self.next.clear();
         self.next.extend(joints.flat_map(|draw| scene.joint_transforms(draw.node, pose)));
         let joints_are_there = self.next == self.joints;
-        let weights = || self.morphing.nodes().flat_map(|node| pose.weights(node)).copied();
+        let weights = || self.host.nodes().flat_map(|node| pose.weights(node)).copied();
         let weights_are_there =
             self.weights.as_ref().is_some_and(|known| weights().eq(known.iter().copied()));
-        if !(joints_are_there && weights_are_there) {
-            self.weights = Some(weights().collect());
-            self.morphing.write(queue, geometry, scene, pose, &self.next);
-        }
-        if joints_are_there {
+        if joints_are_there && weights_are_there {
             return;
         }
+        self.weights = Some(weights().collect());
         std::mem::swap(&mut self.next, &mut self.joints);
-        match &mut self.way {
-            Way::Device(skinning) => skinning.write(queue, &self.joints),
-            Way::Host(skinning) => skinning.write(queue, geometry, scene, pose, &self.joints),
+        self.host.write(queue, geometry, scene, pose, &self.joints);
+        if let Some(device) = self.device.as_mut().filter(|_| !joints_are_there) {
+            device.write(queue, &self.joints);
         }
     }
 }

@@ -21,7 +21,7 @@ impl Streams {
     }
 
     fn is_on_device(&self) -> bool {
-        matches!(self.skinning.way, Way::Device(_))
+        self.skinning.device.is_some()
     }
 
     /// All positions and normals in a pose.
