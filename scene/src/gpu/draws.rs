@@ -3,7 +3,6 @@
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 use umbragraph_executor::DrawPass;
-use umbragraph_pipeline::data::View;
 use umbragraph_pipeline::draw::PropertySet;
 use umbragraph_pipeline::frame::Bounds;
 use umbragraph_pipeline::work::DrawOrder;
@@ -86,6 +85,8 @@ pub(super) fn record(
             && item.draw.detail == pass.detail().min(item.draw.last_detail)
             && may_be_visible(&item.bounds, &view.clip_from_world)
     };
+    // How far the middle of a draw lies along the view.
+    let distance = |item: &Item| (item.bounds.center() - view.position).dot(view.forward);
     // Opaque draws come first in the list.
     let first_blended = items.partition_point(|item| !item.is_blended);
     let mut sorted = sorted.lock().unwrap_or_else(PoisonError::into_inner);
@@ -98,28 +99,25 @@ pub(super) fn record(
             }
         }
         DrawOrder::FrontToBack => {
-            measure(items, 0..first_blended, &view, |item| wanted(item, pass), &mut sorted);
-            sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            sort(items, 0..first_blended, |item| wanted(item, pass).then(|| distance(item)), &mut sorted);
             sorted.iter().for_each(|(_, at)| state.issue(&items[*at as usize], pass));
         }
     }
-    measure(items, first_blended..items.len(), &view, |item| wanted(item, pass), &mut sorted);
-    sorted.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let blended = first_blended..items.len();
+    sort(items, blended, |item| wanted(item, pass).then(|| -distance(item)), &mut sorted);
     sorted.iter().for_each(|(_, at)| state.issue(&items[*at as usize], pass));
 }
 
-/// The wanted draws of a range, each with how far its middle lies along the view.
-fn measure(
+/// The draws of a range that have a key, by their keys.
+fn sort(
     items: &[Item],
     range: Range<usize>,
-    view: &View,
-    wanted: impl Fn(&Item) -> bool,
-    measured: &mut Vec<(f64, u32)>,
+    key: impl Fn(&Item) -> Option<f64>,
+    sorted: &mut Vec<(f64, u32)>,
 ) {
-    let distance = |item: &Item| (item.bounds.center() - view.position).dot(view.forward);
-    let wanted = range.filter(|at| wanted(&items[*at]));
-    measured.clear();
-    measured.extend(wanted.map(|at| (distance(&items[at]), at as u32)));
+    sorted.clear();
+    sorted.extend(range.filter_map(|at| Some((key(&items[at])?, at as u32))));
+    sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
 }
 
 /// What is bound already.

@@ -13,14 +13,13 @@ use super::report::Report;
 use crate::codes;
 
 /// A component as decoded.
-pub(super) trait Component: Copy + Default {
+pub(super) trait Component: Copy + Default + Into<f64> {
     /// The component types of the file that can become this one, in words.
     const ACCEPTED: &'static str;
     /// Whether the component type of the file can become this one.
     fn accepts(kind: ComponentType) -> bool;
     /// The component at the start of `bytes`, which are enough.
     fn decode(kind: ComponentType, normalized: bool, bytes: &[u8]) -> Self;
-    fn is_finite(self) -> bool;
 }
 
 impl Component for f32 {
@@ -41,10 +40,6 @@ impl Component for f32 {
             _ => 0.0,
         }
     }
-
-    fn is_finite(self) -> bool {
-        self.is_finite()
-    }
 }
 
 impl Component for u32 {
@@ -61,10 +56,6 @@ impl Component for u32 {
             (ComponentType::U32, [a, b, c, d, ..]) => u32::from_le_bytes([*a, *b, *c, *d]),
             _ => 0,
         }
-    }
-
-    fn is_finite(self) -> bool {
-        true
     }
 }
 

@@ -184,7 +184,7 @@ impl Reader<'_> {
         };
         let at = format!("{}/attributes/{}", self.at, semantic.to_string());
         let values = self.accessors.read::<T, N>(accessor.value(), &at, report)?;
-        let broken = |value: &[T; N]| !value.iter().all(|part| part.is_finite());
+        let broken = |value: &[T; N]| !value.map(Into::into).iter().all(|part| part.is_finite());
         if let Some(first) = values.iter().position(broken) {
             let count = values.iter().filter(|value| broken(value)).count();
             let message =
