@@ -47,10 +47,11 @@ pub(super) fn decide(candidates: &mut [Candidate], side: Option<u8>, capacity: &
     if area <= room {
         return;
     }
-    'waves: loop {
+    // Where all are at their smallest it is not too much, as the first step has made sure.
+    while area > room {
         for candidate in candidates.iter_mut().rev() {
             if area <= room {
-                break 'waves;
+                break;
             }
             if let Ok(class) = candidate.verdict
                 && class > candidate.need.min
@@ -59,10 +60,6 @@ pub(super) fn decide(candidates: &mut [Candidate], side: Option<u8>, capacity: &
                 area -= candidate.area(class) - candidate.area(class - 1);
                 candidate.verdict = Ok(class - 1);
             }
-        }
-        // A wave ends here too where all are at their smallest, which step 1 has made sure is not too much.
-        if area <= room {
-            break;
         }
     }
     for candidate in candidates.iter_mut() {

@@ -74,8 +74,6 @@ pub struct Placement {
     pub(super) atlas: TileAllocator,
     pools: [SlotAllocator; POOLS],
     entries: Vec<Entry>,
-    /// The tiles of each entry.
-    tiles: Vec<[Tile; MAX_TILES]>,
     vacant: Vec<u32>,
     by_key: HashMap<Key, u32>,
     /// The entry of each request.
@@ -116,7 +114,8 @@ struct Entry {
     /// What counts; see `settle`.
     settled: Option<Settled>,
     fate: Fate,
-    /// The class and the number of the tiles that it has.
+    /// The tiles that it has, their class, and their number.
+    tiles: [Tile; MAX_TILES],
     held_class: u8,
     held_tiles: u8,
     /// The number of slots that it has of each pool, and the first.
@@ -146,7 +145,6 @@ impl Placement {
             atlas,
             pools: Default::default(),
             entries: Vec::new(),
-            tiles: Vec::new(),
             vacant: Vec::new(),
             by_key: HashMap::new(),
             asked: Vec::new(),
@@ -187,7 +185,7 @@ impl Placement {
         let entry = &self.entries[at];
         Some(Grant {
             fate: entry.fate,
-            tiles: &self.tiles[at][..usize::from(entry.held_tiles)],
+            tiles: &entry.tiles[..usize::from(entry.held_tiles)],
             first_slots: entry.first_slots,
         })
     }
@@ -243,6 +241,7 @@ impl Placement {
             asked: *request,
             settled: None,
             fate: Fate::Granted,
+            tiles: [Tile::NONE; MAX_TILES],
             held_class: 0,
             held_tiles: 0,
             held_slots: [0; POOLS],
@@ -251,7 +250,6 @@ impl Placement {
         let at = self.vacant.pop().unwrap_or(self.entries.len() as u32);
         if at as usize == self.entries.len() {
             self.entries.push(entry);
-            self.tiles.push([Tile::NONE; MAX_TILES]);
         } else {
             self.entries[at as usize] = entry;
         }

@@ -26,7 +26,7 @@ impl Placement {
                 self.entries[at].held_class = class;
             }
             for position in 0..count {
-                let tile = &mut self.tiles[at][usize::from(position)];
+                let tile = &mut self.entries[at].tiles[usize::from(position)];
                 if tile.size != 0 && tile.x.max(tile.y) >= side {
                     self.atlas.release(std::mem::replace(tile, Tile::NONE));
                 }
@@ -64,7 +64,7 @@ impl Placement {
                 self.atlas.allocate(size)
             });
             match tile {
-                Some(tile) => self.tiles[at][position] = tile,
+                Some(tile) => self.entries[at].tiles[position] = tile,
                 // The areas that were decided on fit, so that this is for safety only.
                 None => {
                     debug_assert!(false, "a tile of {size} texels does not fit");
@@ -86,7 +86,7 @@ impl Placement {
             if entry.seen == 0 || held >= class {
                 continue;
             }
-            for (position, tile) in self.tiles[at][..usize::from(entry.held_tiles)].iter().enumerate() {
+            for (position, tile) in entry.tiles[..usize::from(entry.held_tiles)].iter().enumerate() {
                 if tile.size != 0 {
                     let number = tile.number();
                     movable.push((
@@ -104,7 +104,7 @@ impl Placement {
         for part in movable.chunk_by(|a, b| a.0 == b.0) {
             let area = part
                 .iter()
-                .map(|(_, _, at, position)| self.tiles[*at as usize][usize::from(*position)].area());
+                .map(|(_, _, at, position)| self.entries[*at as usize].tiles[usize::from(*position)].area());
             blocks.push((area.sum(), part[0].0, start, start + part.len()));
             start += part.len();
         }
@@ -116,14 +116,14 @@ impl Placement {
         let Some((_, _, start, end)) = scratch.blocks.get(block).copied() else { return };
         for (_, _, entry, position) in &scratch.movable[start..end] {
             let at = *entry as usize;
-            let tile = &mut self.tiles[at][usize::from(*position)];
+            let tile = &mut self.entries[at].tiles[usize::from(*position)];
             self.atlas.release(std::mem::replace(tile, Tile::NONE));
             scratch.pending[usize::from(self.entries[at].held_class)].push((*entry, *position));
         }
     }
 
     pub(super) fn release_tiles(&mut self, at: usize) {
-        for tile in &mut self.tiles[at] {
+        for tile in &mut self.entries[at].tiles {
             self.atlas.release(std::mem::replace(tile, Tile::NONE));
         }
         self.entries[at].held_tiles = 0;
