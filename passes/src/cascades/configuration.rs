@@ -3,13 +3,13 @@
 //! [`Configuration::fit_light`] is a pure function of the frame: no state is kept from frame to frame, so two hosts, or two
 //! machines, that see the same frame fit the same cascades.
 //!
-//! Whatever the frame holds, what comes out is finite. A camera or light that [`Camera::check`] or
+//! Whatever the frame holds, what comes out is finite. A camera or light that [`umbragraph_pipeline::frame::Camera::check`] or
 //! [`umbragraph_pipeline::frame::Light::check`] finds unusable, or numbers so large that a matrix does not fit 32 bits,
 //! end in fewer cascades, none in the worst case, and then everything is lit.
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
 use umbragraph_pipeline::data::View;
-use umbragraph_pipeline::frame::{Bounds, Camera, FrameInput, Light};
+use umbragraph_pipeline::frame::{FrameInput, Light};
 
 use super::depth::{self, NearPull};
 use super::fit::{self, FitShape};
@@ -113,7 +113,10 @@ impl Configuration {
     /// One cascade; `None` if its numbers are beyond measure.
     fn cascade(&self, at: usize, slice: Slice, frame: &FrameInput, light: &DMat3) -> Option<Cascade> {
         let FrameInput { camera, scene_bounds, .. } = frame;
-        let extent = self.extent(camera, &slice, scene_bounds, light);
+        let mut extent = fit::extent(camera, &slice, light, self.shape);
+        if self.clip_to_scene {
+            extent = fit::within_scene(extent, scene_bounds, light);
+        }
         let resolution = self.layout.tiles.get(at)?.resolution;
         let rectangle = snap::rectangle(
             &extent,
@@ -153,11 +156,6 @@ impl Configuration {
             depth_range: near - far,
         };
         cascade.is_finite().then_some(cascade)
-    }
-
-    fn extent(&self, camera: &Camera, slice: &Slice, scene: &Bounds, light: &DMat3) -> fit::Extent {
-        let extent = fit::extent(camera, slice, light, self.shape);
-        if self.clip_to_scene { fit::within_scene(extent, scene, light) } else { extent }
     }
 }
 

@@ -68,14 +68,14 @@ impl DescribeShadows for Placed {
             output.cadence = importance::cadence(ratio, output.longest);
             output.view(cascade.view.layer(layer));
             let size = descriptor::light_size(light, output.light_size, f64::INFINITY);
-            output.descriptor(self.descriptor(at, layer, size, cascade));
+            output.descriptors.push(self.descriptor(at, layer, size, cascade));
             let place = output
                 .filter
                 .and_then(|filter| filter.in_cascade(at, cascade.texel_size, cascade.depth_range, size));
-            output.bounded(entry.light, place);
+            output.bounded.add(entry.light, place);
         }
         for _ in set.count()..count as usize {
-            output.descriptor(Descriptor::default());
+            output.descriptors.push(Descriptor::default());
         }
     }
 }

@@ -68,7 +68,7 @@ impl DescribeShadows for Cubes {
         let border = BORDER / f64::from(self.side);
         let cube = light.and_then(|light| Some((light, CubeViews::new(light, border, self.reverse)?)));
         let Some((light, cube)) = cube else {
-            output.descriptor(Descriptor::default());
+            output.descriptors.push(Descriptor::default());
             return;
         };
         for face in Face::ALL {
@@ -80,7 +80,7 @@ impl DescribeShadows for Cubes {
         output.bounded_in_perspective(entry.light, cube.position, [cube.near, cube.far], texel, size);
         let depth = depth_coefficients(cube.near, cube.far, self.reverse);
         let scale = half_side / cube.half_width;
-        output.descriptor(Descriptor {
+        output.descriptors.push(Descriptor {
             axes: descriptor::rows(&DMat4::from_translation(-cube.position)),
             texels: DVec4::new(scale, scale, half_side, half_side),
             bounds: descriptor::square(0, 0, self.side),

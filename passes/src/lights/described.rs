@@ -17,7 +17,7 @@ use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuil
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Subresource, Work};
 
 use super::descriptor::{self, Descriptor};
-use super::filter::{Bounded, Filter, FilterSettings, Where, receivers};
+use super::filter::{Bounded, Filter, FilterSettings, receivers};
 use super::placement::{self, Entry};
 use super::word;
 use crate::importance::Eye;
@@ -111,7 +111,10 @@ pub(crate) struct ShadowOutput<'a> {
     pub(crate) cadence: u32,
     pub(crate) longest: u32,
     data: &'a mut BlackboardData,
-    memory: &'a mut Memory,
+    /// One descriptor after another; the default one shadows nothing.
+    pub(crate) descriptors: &'a mut Vec<Descriptor>,
+    /// Where the bounds of the filter bite.
+    pub(crate) bounded: &'a mut Bounded,
 }
 
 impl ShadowOutput<'_> {
@@ -120,17 +123,7 @@ impl ShadowOutput<'_> {
         self.data.push_view_every(view, self.cadence);
     }
 
-    /// The next descriptor; the default one shadows nothing.
-    pub(crate) fn descriptor(&mut self, descriptor: Descriptor) {
-        self.memory.descriptors.push(descriptor);
-    }
-
-    /// Where the bounds of the filter bite for the frame's light of an index.
-    pub(crate) fn bounded(&mut self, light: u32, places: impl IntoIterator<Item = Where>) {
-        self.memory.bounded.add(light, places);
-    }
-
-    /// The same of a light at a position whose maps are perspectives between two distances, with texels of a width at a
+    /// Notes where the bounds of the filter bite for a light at a position whose maps are perspectives between two distances, with texels of a width at a
     /// distance of one metre; `size` is the radius of the light.
     pub(crate) fn bounded_in_perspective(
         &mut self,
@@ -142,7 +135,8 @@ impl ShadowOutput<'_> {
     ) {
         let Some(filter) = self.filter else { return };
         let (nearest, farthest) = receivers(position, range[0], range[1], &self.frame.scene_bounds);
-        self.bounded(light, filter.in_perspective(texel, [nearest, farthest], size).into_iter().flatten());
+        self.bounded
+            .add(light, filter.in_perspective(texel, [nearest, farthest], size).into_iter().flatten());
     }
 }
 
@@ -181,8 +175,9 @@ impl<D: DescribeShadows> CpuNode for Run<D> {
     type State = Memory;
 
     fn run(&self, memory: &mut Memory, context: &CpuContext<'_>, data: &mut BlackboardData) {
-        memory.descriptors.clear();
-        memory.bounded.clear();
+        let Memory { descriptors, bounded } = memory;
+        descriptors.clear();
+        bounded.clear();
         let Some(placement) = context.inputs.first() else { return };
         let mut output = ShadowOutput {
             frame: context.frame,
@@ -192,7 +187,8 @@ impl<D: DescribeShadows> CpuNode for Run<D> {
             cadence: 1,
             longest: self.cadence,
             data,
-            memory,
+            descriptors,
+            bounded,
         };
         let eye = Eye::new(&context.frame.camera).filter(|_| self.cadence > 1);
         for entry in placement::entries(placement) {
@@ -201,8 +197,8 @@ impl<D: DescribeShadows> CpuNode for Run<D> {
             output.cadence = importance.map_or(1, |importance| importance.cadence(self.cadence));
             self.describe.describe(&entry, &mut output);
         }
-        descriptor::publish(data, &memory.descriptors);
-        memory.bounded.report(self.filter, context.frame, data);
+        descriptor::publish(data, descriptors);
+        bounded.report(self.filter, context.frame, data);
     }
 
     fn update(&mut self, settings: &mut LiveSettings<'_>) -> Option<()> {

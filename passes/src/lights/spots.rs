@@ -62,7 +62,7 @@ impl DescribeShadows for Tiles {
         let Some((light, spot)) =
             light.and_then(|light| Some((light, SpotView::new(light, border, self.reverse)?)))
         else {
-            output.descriptor(Descriptor::default());
+            output.descriptors.push(Descriptor::default());
             return;
         };
         let half_side = 0.5 * f64::from(side);
@@ -73,7 +73,7 @@ impl DescribeShadows for Tiles {
         output.view(spot.view(0, (!whole).then(|| tile.viewport())));
         let scale = half_side / spot.half_width();
         let depth = depth_coefficients(spot.near, spot.far, self.reverse);
-        output.descriptor(Descriptor {
+        output.descriptors.push(Descriptor {
             axes: descriptor::rows(&spot.view_from_world),
             texels: DVec4::new(scale, -scale, f64::from(x) + half_side, f64::from(y) + half_side),
             bounds: descriptor::square(x, y, side),
