@@ -159,12 +159,9 @@ impl DeviceCheck<'_> {
             limits.max_compute_workgroup_size_z,
         ];
         let invocations = x.saturating_mul(y).saturating_mul(z);
-        if x > sides[0]
-            || y > sides[1]
-            || z > sides[2]
-            || invocations > limits.max_compute_invocations_per_workgroup
-        {
-            let allowed = limits.max_compute_invocations_per_workgroup;
+        let allowed = limits.max_compute_invocations_per_workgroup;
+        let is_beyond = [x, y, z].iter().zip(&sides).any(|(size, allowed)| size > allowed);
+        if is_beyond || invocations > allowed {
             let message = format!(
                 "the workgroups of {} are {x} by {y} by {z}; the device allows {sides:?} and {allowed} invocations",
                 program.template
