@@ -31,13 +31,8 @@ impl<K, V> Default for Cache<K, V> {
 impl<K: Hash + Eq, V: Clone> Cache<K, V> {
     /// The object of a descriptor, created if there is none.
     pub(super) fn get(&mut self, key: K, now: u64, create: impl FnOnce(&K) -> V) -> V {
-        let entry = match self.entries.entry(key) {
-            std::collections::hash_map::Entry::Occupied(entry) => entry.into_mut(),
-            std::collections::hash_map::Entry::Vacant(entry) => {
-                let value = create(entry.key());
-                entry.insert(Entry { value, created: now, used: now })
-            }
-        };
+        let create = |key: &K| Entry { value: create(key), created: now, used: now };
+        let entry = self.entries.entry(key).or_insert_with_key(create);
         entry.used = now;
         entry.value.clone()
     }

@@ -58,11 +58,9 @@ impl Scroll {
         attached: AttachmentTarget,
         from: AttachmentTarget,
     ) -> Option<Self> {
-        let planned = [attached, from].map(|target| plan.resource(target.resource));
-        let [(attached, _), (format, size)] =
-            [planned[0]?, planned[1]?].map(|planned| (planned.format, planned.size));
-        let (attached, format, size) = (attached?, format?, size?);
-        if size.samples > 1 || planned[0]?.size?.samples > 1 {
+        let (attached, planned) = (plan.resource(attached.resource)?, plan.resource(from.resource)?);
+        let (format, size) = (planned.format?, planned.size?);
+        if size.samples > 1 || attached.size?.samples > 1 {
             return None;
         }
         let [width, height] =
@@ -101,7 +99,7 @@ impl Scroll {
         let group = creation.bind_group(&descriptor);
         let layout = objects.pipeline_layout(creation, label, vec![Some(layout)]);
         let module = objects.built_in(creation, label, KEY, WGSL);
-        let key = RenderKey::depth_alone(layout, module, ("cover", Some("moved")), attached, 1);
+        let key = RenderKey::depth_alone(layout, module, ("cover", Some("moved")), attached.format?, 1);
         let pipeline = objects.render_pipeline(creation, label, key);
         let texture = resources.texture(plan, from.resource)?;
         Some(Self { pipeline, group, copy, texture, mip: from.mip, layer: from.layer })
