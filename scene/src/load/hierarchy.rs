@@ -88,9 +88,8 @@ fn walk(root: &Root, mut starts: Vec<usize>) -> Vec<usize> {
 
 /// Names the members of every cycle: going up from an unreached node ends in one, or where an earlier trail went.
 fn report_cycle(nodes: &[Node], reached: &[usize], report: &mut Report) {
-    let mut is_reached = vec![false; nodes.len()];
-    reached.iter().for_each(|index| is_reached[*index] = true);
-    let mut done = is_reached;
+    let mut done = vec![false; nodes.len()];
+    reached.iter().for_each(|index| done[*index] = true);
     for start in 0..nodes.len() {
         if done[start] {
             continue;
