@@ -1,6 +1,6 @@
 //! Views whose texels are kept from frame to frame.
 //!
-//! A pass that draws changed views ([`Redraw`](crate::work::Redraw)) notes each view that it drew, with the host's
+//! A pass that draws changed views ([`Redraw`]) notes each view that it drew, with the host's
 //! revision of what its filter lets through. A later view is left out while it is equal to the one that is noted where
 //! it lies, matrices included, and the revision is the same. Where the revision alone differs it is drawn in its turn,
 //! at the latest as many frames after it was drawn last as the cadence says; turns are staggered by the views'
