@@ -67,6 +67,21 @@ pub(crate) struct Light<'a> {
     pub(crate) size: Option<(&'a str, f64)>,
 }
 
+impl Light<'_> {
+    /// The sun, as wide as it is seen from the earth.
+    pub(crate) fn sun(color: [f64; 3], intensity: f64) -> Self {
+        Self {
+            name: "sun",
+            kind: "directional",
+            color,
+            intensity,
+            range: None,
+            cone: None,
+            size: Some(("angular_diameter_deg", 0.53)),
+        }
+    }
+}
+
 /// A glTF document under construction.
 #[derive(Default)]
 pub(crate) struct Document {
@@ -124,32 +139,40 @@ impl Document {
         MaterialId(self.materials.len() - 1)
     }
 
+    /// Adds a surface of one color.
+    pub(crate) fn plain(&mut self, name: &str, color: [f64; 3]) -> MaterialId {
+        self.material(Material { name, color, ..Material::default() })
+    }
+
+    /// Adds a surface whose texture is cut out by its alpha, and seen from both sides.
+    pub(crate) fn cut_out(&mut self, name: &str, texture: Vec<u8>) -> MaterialId {
+        self.material(Material {
+            name,
+            texture: Some(texture),
+            alpha_cutoff: Some(0.5),
+            double_sided: true,
+            ..Material::default()
+        })
+    }
+
     /// Adds a mesh of shapes with their materials.
     pub(crate) fn mesh(&mut self, name: &str, parts: &[(MaterialId, &Shape)]) -> MeshId {
-        let primitives = parts
-            .iter()
-            .map(|(material, shape)| {
-                self.streams.primitive(material.0, self.is_textured[material.0], shape, None)
-            })
-            .collect::<Vec<_>>();
-        self.finish_mesh(name, primitives, parts.iter().map(|(_, shape)| shape.triangles.len()).sum())
+        let parts: Vec<_> = parts.iter().map(|(material, shape)| (*material, *shape, None)).collect();
+        self.weighted_mesh(name, &parts)
     }
 
-    /// Adds a mesh whose vertices follow joints.
-    pub(crate) fn skinned_mesh(&mut self, name: &str, parts: &[(MaterialId, &Shape, &[Weight])]) -> MeshId {
-        let primitives = parts
-            .iter()
-            .map(|(material, shape, weights)| {
-                self.streams.primitive(material.0, self.is_textured[material.0], shape, Some(weights))
-            })
-            .collect::<Vec<_>>();
-        self.finish_mesh(name, primitives, parts.iter().map(|(_, shape, _)| shape.triangles.len()).sum())
-    }
-
-    fn finish_mesh(&mut self, name: &str, primitives: Vec<String>, triangles: usize) -> MeshId {
+    /// Adds a mesh whose vertices follow joints where they have weights.
+    pub(crate) fn weighted_mesh(
+        &mut self,
+        name: &str,
+        parts: &[(MaterialId, &Shape, Option<&[Weight]>)],
+    ) -> MeshId {
+        let primitives = parts.iter().map(|(material, shape, weights)| {
+            self.streams.primitive(material.0, self.is_textured[material.0], shape, *weights)
+        });
         let mesh = Object::default().with("name", string(name)).with("primitives", array(primitives));
         self.meshes.push(mesh.json());
-        self.triangles_of_meshes.push(triangles);
+        self.triangles_of_meshes.push(parts.iter().map(|(_, shape, _)| shape.triangles.len()).sum());
         MeshId(self.meshes.len() - 1)
     }
 
@@ -179,6 +202,18 @@ impl Document {
     ) -> NodeId {
         self.drawn_triangles += self.triangles_of_meshes[mesh.0];
         self.node(parent, placed(name, placement).with("mesh", mesh.0))
+    }
+
+    /// Adds a mesh and places it, both by one name.
+    pub(crate) fn put(
+        &mut self,
+        name: &str,
+        parent: Option<NodeId>,
+        parts: &[(MaterialId, &Shape)],
+        placement: Placement,
+    ) -> NodeId {
+        let mesh = self.mesh(name, parts);
+        self.place(name, parent, mesh, placement)
     }
 
     /// Adds a perspective camera: vertical field of view in degrees, near and far in metres.

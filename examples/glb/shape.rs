@@ -68,6 +68,14 @@ impl Shape {
         }
     }
 
+    /// A grid of smooth quads, so many rows and columns of them, from the place and the normal of each corner.
+    pub(crate) fn surface(rows: u32, columns: u32, corner: impl Fn(u32, u32) -> (Vec3, Vec3)) -> Self {
+        let row = |row: u32| (0..=columns).map(|column| corner(row, column)).collect();
+        let mut shape = Self::new();
+        shape.grid(&(0..=rows).map(row).collect::<Vec<_>>());
+        shape
+    }
+
     /// Adds another shape where a placement puts it.
     pub(crate) fn add(&mut self, other: &Shape, placement: &Placement) {
         let first = self.vertices.len() as u32;
@@ -82,11 +90,22 @@ impl Shape {
         }));
     }
 
-    /// This shape and another one.
+    /// Adds another shape where it is.
+    pub(crate) fn join(&mut self, other: &Shape) {
+        self.add(other, &Placement::IDENTITY);
+    }
+
+    /// This shape and another one where a placement puts it.
     #[must_use]
     pub(crate) fn and(mut self, other: &Shape, placement: &Placement) -> Self {
         self.add(other, placement);
         self
+    }
+
+    /// This shape and another one where it is.
+    #[must_use]
+    pub(crate) fn joined(self, other: &Shape) -> Self {
+        self.and(other, &Placement::IDENTITY)
     }
 
     /// With texture coordinates that project the texture along the axis nearest to each normal, `size` metres for one
@@ -108,7 +127,7 @@ impl Shape {
         self
     }
 
-    /// The same surface seen from the other side as well, for thin things that are lit from both.
+    /// The same shape where a placement puts it.
     #[must_use]
     pub(crate) fn placed(&self, placement: &Placement) -> Self {
         Self::new().and(self, placement)

@@ -35,8 +35,8 @@ pub(crate) fn column() -> Shape {
         18,
     );
     Shape::new()
-        .and(&standing(0.84, 0.16, 0.84), &Placement::IDENTITY)
-        .and(&shaft, &Placement::IDENTITY)
+        .joined(&standing(0.84, 0.16, 0.84))
+        .joined(&shaft)
         .and(&standing(0.78, 0.18, 0.78), &Placement::at(0.0, 2.72, 0.0))
 }
 
@@ -128,10 +128,7 @@ pub(crate) fn steps(width: f64, count: u32, rise: f64, tread: f64) -> Shape {
     for step in 0..count {
         let (y, z) = (f64::from(step) * rise, -f64::from(step) * tread);
         let nosing = if step == 0 { 0.0 } else { 0.03 };
-        shape.add(
-            &block(vec3(-0.5 * width, y, -depth), vec3(0.5 * width, y + rise, z + nosing)),
-            &Placement::IDENTITY,
-        );
+        shape.join(&block(vec3(-0.5 * width, y, -depth), vec3(0.5 * width, y + rise, z + nosing)));
     }
     shape
 }
@@ -181,10 +178,10 @@ pub(crate) fn tower_body(width: f64, height: f64) -> Shape {
 /// A frame that stands out of the wall around a slit of a window.
 fn slit_frame() -> Shape {
     Shape::new()
-        .and(&block(vec3(-0.34, 0.0, 0.0), vec3(-0.16, 1.7, 0.14)), &Placement::IDENTITY)
-        .and(&block(vec3(0.16, 0.0, 0.0), vec3(0.34, 1.7, 0.14)), &Placement::IDENTITY)
-        .and(&block(vec3(-0.46, 1.7, 0.0), vec3(0.46, 1.95, 0.22)), &Placement::IDENTITY)
-        .and(&block(vec3(-0.46, -0.2, 0.0), vec3(0.46, 0.0, 0.22)), &Placement::IDENTITY)
+        .joined(&block(vec3(-0.34, 0.0, 0.0), vec3(-0.16, 1.7, 0.14)))
+        .joined(&block(vec3(0.16, 0.0, 0.0), vec3(0.34, 1.7, 0.14)))
+        .joined(&block(vec3(-0.46, 1.7, 0.0), vec3(0.46, 1.95, 0.22)))
+        .joined(&block(vec3(-0.46, -0.2, 0.0), vec3(0.46, 0.0, 0.22)))
 }
 
 /// One bay of the far aqueduct: a tall pier to the left of the bay, the lower arch, and three small arches on top.

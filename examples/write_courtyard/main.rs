@@ -36,15 +36,7 @@ fn courtyard() -> Document {
     let surfaces = surfaces::add(&mut document);
     let eye = vec3(1.9, 4.0, 16.2);
     document.camera("camera", Placement::looking_at(eye, vec3(-0.5, 2.1, -12.0)), 43.0, 0.1, 240.0);
-    let sun = Light {
-        name: "sun",
-        kind: "directional",
-        color: [1.0, 0.80, 0.56],
-        intensity: 3.6,
-        range: None,
-        cone: None,
-        size: Some(("angular_diameter_deg", 0.53)),
-    };
+    let sun = Light::sun([1.0, 0.80, 0.56], 3.6);
     document.light(None, Placement::looking_at(vec3(40.0, 20.0, 12.0), Vec3::ZERO), &sun);
     ground(&mut document, &surfaces);
     buildings::arcade(&mut document, &surfaces);
@@ -60,13 +52,13 @@ fn courtyard() -> Document {
 fn ground(document: &mut Document, surfaces: &Surfaces) {
     let group = document.group("ground", None, Placement::IDENTITY);
     let mut floor = block(vec3(-13.0, -0.5, END - 2.0), vec3(13.0, 0.0, 22.0));
-    floor.add(&block(vec3(-2.6, -0.5, -108.0), vec3(2.6, -0.01, END - 2.0)), &Placement::IDENTITY);
-    let floor = document.mesh("pavement", &[(surfaces.pavement, &floor.box_mapped(PAVEMENT_SIZE))]);
-    document.place("pavement", Some(group), floor, Placement::IDENTITY);
-    let near = document.mesh("meadow", &[(surfaces.meadow, &nature::land(40.0, -110.0, 150.0, 30, 16))]);
-    document.place("meadow", Some(group), near, Placement::at(0.0, -0.04, 0.0));
-    let far = document.mesh("hills", &[(surfaces.hills, &nature::land(-110.0, -300.0, 260.0, 44, 18))]);
-    document.place("hills", Some(group), far, Placement::at(0.0, -0.04, 0.0));
+    floor.join(&block(vec3(-2.6, -0.5, -108.0), vec3(2.6, -0.01, END - 2.0)));
+    let floor = floor.box_mapped(PAVEMENT_SIZE);
+    document.put("pavement", Some(group), &[(surfaces.pavement, &floor)], Placement::IDENTITY);
+    let (below, near) = (Placement::at(0.0, -0.04, 0.0), nature::land(40.0, -110.0, 150.0, 30, 16));
+    document.put("meadow", Some(group), &[(surfaces.meadow, &near)], below);
+    let far = nature::land(-110.0, -300.0, 260.0, 44, 18);
+    document.put("hills", Some(group), &[(surfaces.hills, &far)], below);
 }
 
 /// The road behind the gate: poles with ropes, cypresses, and the aqueduct across.
@@ -83,23 +75,15 @@ fn road(document: &mut Document, surfaces: &Surfaces) {
             let place = Placement::at(side * 3.0, 0.0, z).turned_y(if side > 0.0 { 180.0 } else { 0.0 });
             document.place(&format!("{name} lantern pole {at}"), Some(group), pole, place);
             if at < 6 {
-                document.place(
-                    &format!("{name} rope {at}"),
-                    Some(group),
-                    span,
-                    Placement::at(side * 3.0, 4.9, z),
-                );
+                let place = Placement::at(side * 3.0, 4.9, z);
+                document.place(&format!("{name} rope {at}"), Some(group), span, place);
             }
         }
     }
     let cypress = document.mesh("cypress", &[(surfaces.cypress, &nature::cypress())]);
     let mut plant = |name: String, x: f64, z: f64, height: f64| {
-        document.place(
-            &name,
-            Some(group),
-            cypress,
-            Placement::at(x, 0.0, z).turned_y(height * 50.0).scaled(height, height, height),
-        );
+        let place = Placement::at(x, 0.0, z).turned_y(height * 50.0).scaled(height, height, height);
+        document.place(&name, Some(group), cypress, place);
     };
     for at in 0..16_i64 {
         let side = if at % 2 == 0 { -1.0 } else { 1.0 };
@@ -127,11 +111,7 @@ fn road(document: &mut Document, surfaces: &Surfaces) {
     );
     for at in 0..19 {
         let x = 8.0 * (f64::from(at) - 9.0);
-        document.place(
-            &format!("aqueduct bay {at}"),
-            Some(group),
-            bay,
-            Placement::at(x, -1.0, -104.0 - 0.10 * x),
-        );
+        let place = Placement::at(x, -1.0, -104.0 - 0.10 * x);
+        document.place(&format!("aqueduct bay {at}"), Some(group), bay, place);
     }
 }

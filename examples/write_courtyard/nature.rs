@@ -57,21 +57,13 @@ pub(crate) fn cypress() -> Shape {
             bulge * ragged * cos,
         )
     };
-    let mut tree = Shape::new();
-    let rows: Vec<Vec<(Vec3, Vec3)>> = (0..=RINGS)
-        .map(|ring| {
-            (0..=SEGMENTS)
-                .map(|segment| {
-                    let around = point(ring.clamp(1, RINGS - 1), segment + 1)
-                        - point(ring.clamp(1, RINGS - 1), segment + SEGMENTS - 1);
-                    let up = point((ring + 1).min(RINGS), segment) - point(ring.saturating_sub(1), segment);
-                    (point(ring, segment), around.cross(up).normalize_or(Vec3::Y))
-                })
-                .collect()
-        })
-        .collect();
-    tree.grid(&rows);
-    tree.and(&rod(vec3(0.0, -0.05, 0.0), vec3(0.0, 0.12, 0.0), 0.015, 7), &Placement::IDENTITY)
+    let crown = Shape::surface(RINGS, SEGMENTS, |ring, segment| {
+        let around = point(ring.clamp(1, RINGS - 1), segment + 1)
+            - point(ring.clamp(1, RINGS - 1), segment + SEGMENTS - 1);
+        let up = point((ring + 1).min(RINGS), segment) - point(ring.saturating_sub(1), segment);
+        (point(ring, segment), around.cross(up).normalize_or(Vec3::Y))
+    });
+    crown.joined(&rod(vec3(0.0, -0.05, 0.0), vec3(0.0, 0.12, 0.0), 0.015, 7))
 }
 
 /// A hanging cloth one metre wide and three high, its upper edge around the origin, waving a little out of the XY plane.
@@ -82,20 +74,12 @@ pub(crate) fn hanging_banner() -> Shape {
         let (u, v) = (f64::from(column) / f64::from(COLUMNS), f64::from(row) / f64::from(ROWS));
         vec3(u - 0.5, -3.0 * v, v * (0.10 * sin(u * 7.0 + v * 4.0) + 0.06 * sin(v * 9.0)))
     };
-    let mut shape = Shape::new();
-    let rows: Vec<Vec<(Vec3, Vec3)>> = (0..=ROWS)
-        .rev()
-        .map(|row| {
-            (0..=COLUMNS)
-                .map(|column| {
-                    let across = height(column + 1, row) - height(column, row);
-                    let up = height(column, row) - height(column, row + 1);
-                    (height(column, row), across.cross(up).normalize_or(Vec3::Y))
-                })
-                .collect()
-        })
-        .collect();
-    shape.grid(&rows);
+    let mut shape = Shape::surface(ROWS, COLUMNS, |row, column| {
+        let row = ROWS - row;
+        let across = height(column + 1, row) - height(column, row);
+        let up = height(column, row) - height(column, row + 1);
+        (height(column, row), across.cross(up).normalize_or(Vec3::Y))
+    });
     for (at, vertex) in shape.vertices.iter_mut().enumerate() {
         let (row, column) = (at as u32 / (COLUMNS + 1), at as u32 % (COLUMNS + 1));
         vertex.texcoord = [f64::from(column) / f64::from(COLUMNS), 1.0 - f64::from(row) / f64::from(ROWS)];
@@ -112,22 +96,15 @@ pub(crate) fn pennant() -> Shape {
 
 /// A long flag at the top of a pole, streaming along +X from the origin.
 pub(crate) fn streamer() -> Shape {
-    let mut shape = Shape::new();
     let edge = |t: f64, upper: bool| {
         let half = 0.34 * (1.0 - 0.75 * t);
         vec3(2.2 * t, if upper { half } else { -half } - 0.25 * t * t, 0.16 * sin(t * 6.0))
     };
-    let row = |upper: bool| -> Vec<(Vec3, Vec3)> {
-        (0..=8)
-            .map(|step| {
-                let t = f64::from(step) / 8.0;
-                let along = edge(t + 0.01, upper) - edge(t - 0.01, upper);
-                (edge(t, upper), along.cross(vec3(0.0, 1.0, 0.0)).normalize_or(Vec3::Y))
-            })
-            .collect()
-    };
-    shape.grid(&[row(false), row(true)]);
-    shape
+    Shape::surface(1, 8, |row, step| {
+        let (upper, t) = (row == 1, f64::from(step) / 8.0);
+        let along = edge(t + 0.01, upper) - edge(t - 0.01, upper);
+        (edge(t, upper), along.cross(vec3(0.0, 1.0, 0.0)).normalize_or(Vec3::Y))
+    })
 }
 
 /// How high the land lies: level around the square and the road, hills far away.
@@ -144,21 +121,10 @@ fn height(x: f64, z: f64) -> f64 {
 pub(crate) fn land(near: f64, far: f64, half_width: f64, columns: u32, rows: u32) -> Shape {
     let x = |column: u32| -half_width + 2.0 * half_width * f64::from(column) / f64::from(columns);
     let z = |row: u32| near + (far - near) * f64::from(row) / f64::from(rows);
-    let mut shape = Shape::new();
-    let rows: Vec<Vec<(Vec3, Vec3)>> = (0..=rows)
-        .map(|row| {
-            (0..=columns)
-                .map(|column| {
-                    let (x, z) = (x(column), z(row));
-                    let slope = |dx: f64, dz: f64| height(x + dx, z + dz) - height(x - dx, z - dz);
-                    (
-                        vec3(x, height(x, z), z),
-                        vec3(-slope(2.0, 0.0), 4.0, -slope(0.0, 2.0)).normalize_or(Vec3::Y),
-                    )
-                })
-                .collect()
-        })
-        .collect();
-    shape.grid(&rows);
-    shape
+    Shape::surface(rows, columns, |row, column| {
+        let (x, z) = (x(column), z(row));
+        let slope = |dx: f64, dz: f64| height(x + dx, z + dz) - height(x - dx, z - dz);
+        let normal = vec3(-slope(2.0, 0.0), 4.0, -slope(0.0, 2.0));
+        (vec3(x, height(x, z), z), normal.normalize_or(Vec3::Y))
+    })
 }

@@ -11,9 +11,8 @@ use crate::{END, nature, statue, things};
 /// The statue in its basin, with a fence around.
 pub(crate) fn fountain(document: &mut Document, surfaces: &Surfaces) {
     let group = document.group("fountain", None, Placement::at(1.6, 0.0, -10.5));
-    let pedestal = document
-        .mesh("pedestal", &[(surfaces.limestone, &statue::pedestal()), (surfaces.water, &statue::water())]);
-    document.place("pedestal", Some(group), pedestal, Placement::IDENTITY);
+    let pedestal = [(surfaces.limestone, &statue::pedestal()), (surfaces.water, &statue::water())];
+    document.put("pedestal", Some(group), &pedestal, Placement::IDENTITY);
     let figure =
         document.mesh("figure", &[(surfaces.marble, &statue::figure()), (surfaces.iron, &statue::staff())]);
     let place = Placement::at(0.0, statue::PEDESTAL_HEIGHT, 0.0).turned_y(-12.0).scaled(1.35, 1.35, 1.35);
@@ -66,12 +65,8 @@ pub(crate) fn standing_things(document: &mut Document, surfaces: &Surfaces) {
     let wheel = document.mesh("wheel", &[(surfaces.wood, &things::wheel())]);
     document.place("left wheel", Some(cart), wheel, Placement::at(0.0, 0.62, 0.55));
     document.place("right wheel", Some(cart), wheel, Placement::at(0.0, 0.62, -0.55).turned_z(11.0));
-    document.place(
-        "spare wheel",
-        Some(group),
-        wheel,
-        Placement::at(4.15, 0.6, 2.85).turned_y(10.0).turned_x(-16.0),
-    );
+    let place = Placement::at(4.15, 0.6, 2.85).turned_y(10.0).turned_x(-16.0);
+    document.place("spare wheel", Some(group), wheel, place);
     for (at, (x, z, lean)) in [(0.45, -0.2, 4.0), (-0.35, 0.15, -5.0)].into_iter().enumerate() {
         let place = Placement::at(x, 0.78, z).turned_z(lean).scaled(0.8, 0.8, 0.8);
         document.place(&format!("amphora on the cart {at}"), Some(cart), amphora, place);
@@ -86,8 +81,7 @@ pub(crate) fn standing_things(document: &mut Document, surfaces: &Surfaces) {
             Placement::at(0.0, 0.045 + 0.075 * f64::from(turn), 0.0).turned_x(90.0 + 2.0 * f64::from(turn));
         shape.and(&ring(0.34 - 0.03 * f64::from(turn), 0.045, 26, 6), &place)
     });
-    let coil = document.mesh("coil of rope", &[(surfaces.rope, &coil)]);
-    document.place("coil of rope", Some(group), coil, Placement::at(-1.9, 0.0, 4.6));
+    document.put("coil of rope", Some(group), &[(surfaces.rope, &coil)], Placement::at(-1.9, 0.0, 4.6));
     let plant = nature::foliage(34, vec3(-0.32, 0.5, -0.32), vec3(0.32, 1.25, 0.32), 0.5, 90);
     let plant =
         document.mesh("potted plant", &[(surfaces.terracotta, &things::pot()), (surfaces.leaves, &plant)]);

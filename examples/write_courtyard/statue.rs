@@ -31,7 +31,7 @@ pub(crate) fn figure() -> Shape {
         (0.17, 1.08, 0.10),
         (0.20, 1.00, -0.04),
     ];
-    figure.add(&tube(&limb(&sash, &[0.04, 0.05, 0.05, 0.05, 0.03]), 8, false), &Placement::IDENTITY);
+    figure.join(&tube(&limb(&sash, &[0.04, 0.05, 0.05, 0.05, 0.03]), 8, false));
     // Head, hair with a bun, and a hint of a face.
     figure.add(&ball(12, 16), &Placement::at(0.0, 1.80, 0.015).scaled(0.098, 0.132, 0.112));
     figure.add(&ball(8, 14), &Placement::at(0.0, 1.835, -0.025).scaled(0.108, 0.115, 0.112));
@@ -45,13 +45,13 @@ pub(crate) fn figure() -> Shape {
         (-0.46, 1.92, 0.17),
         (-0.46, 2.02, 0.19),
     ];
-    figure.add(&tube(&limb(&raised, &[0.075, 0.065, 0.052, 0.038, 0.035]), 10, false), &Placement::IDENTITY);
+    figure.join(&tube(&limb(&raised, &[0.075, 0.065, 0.052, 0.038, 0.035]), 10, false));
     figure.add(&ball(6, 8), &Placement::at(-0.46, 2.04, 0.195).scaled(0.042, 0.05, 0.042));
     let lamp = lathe(&[(0.0, 0.0), (0.05, 0.01), (0.02, 0.05), (0.11, 0.12), (0.12, 0.15), (0.0, 0.14)], 12);
     figure.add(&lamp, &Placement::at(-0.46, 2.07, 0.2));
     let resting =
         [(0.2, 1.47, 0.0), (0.31, 1.38, 0.03), (0.37, 1.20, 0.10), (0.40, 1.17, 0.26), (0.40, 1.18, 0.30)];
-    figure.add(&tube(&limb(&resting, &[0.075, 0.066, 0.052, 0.038, 0.034]), 10, false), &Placement::IDENTITY);
+    figure.join(&tube(&limb(&resting, &[0.075, 0.066, 0.052, 0.038, 0.034]), 10, false));
     figure.add(&ball(6, 8), &Placement::at(0.40, 1.18, 0.31).scaled(0.045, 0.05, 0.05));
     // A sleeve hangs from each shoulder.
     for side in [-1.0, 1.0] {
@@ -88,20 +88,12 @@ fn robe() -> Shape {
         vec3(radius * sin, height, radius * cos * 0.82)
     };
     let last = profile.len() - 1;
-    let rows: Vec<Vec<(Vec3, Vec3)>> = (0..=last)
-        .map(|row| {
-            (0..=SEGMENTS)
-                .map(|segment| {
-                    let along = point(row, segment + 1) - point(row, segment + SEGMENTS - 1);
-                    let up = point((row + 1).min(last), segment) - point(row.saturating_sub(1), segment);
-                    (point(row, segment), along.cross(up).normalize_or(Vec3::Y))
-                })
-                .collect()
-        })
-        .collect();
-    let mut robe = Shape::new();
-    robe.grid(&rows);
-    robe
+    Shape::surface(last as u32, SEGMENTS, |row, segment| {
+        let row = row as usize;
+        let along = point(row, segment + 1) - point(row, segment + SEGMENTS - 1);
+        let up = point((row + 1).min(last), segment) - point(row.saturating_sub(1), segment);
+        (point(row, segment), along.cross(up).normalize_or(Vec3::Y))
+    })
 }
 
 /// Three round steps, a basin rim and a moulded pedestal, 1.5 metres high, around the Y axis.
@@ -125,7 +117,7 @@ pub(crate) fn pedestal() -> Shape {
         .and(&standing(1.02, 0.7, 1.02), &Placement::at(0.0, 0.92, 0.0))
         .and(&standing(1.22, 0.12, 1.22), &Placement::at(0.0, 1.62, 0.0))
         .and(&standing(1.1, 0.06, 1.1), &Placement::at(0.0, 1.74, 0.0));
-    steps.and(&basin, &Placement::IDENTITY).and(&block, &Placement::IDENTITY)
+    steps.joined(&basin).joined(&block)
 }
 
 /// The height at which the figure stands.

@@ -33,60 +33,33 @@ pub(crate) const MASONRY_SIZE: f64 = 2.4;
 
 /// Adds all materials.
 pub(crate) fn add(document: &mut Document) -> Surfaces {
-    let mut plain =
-        |name: &str, color: [f64; 3]| document.material(Material { name, color, ..Material::default() });
-    let limestone = plain("limestone", [0.66, 0.56, 0.43]);
-    let marble = plain("marble", [0.80, 0.78, 0.73]);
-    let terracotta = plain("terracotta", [0.56, 0.24, 0.13]);
-    let wood = plain("wood", [0.26, 0.16, 0.09]);
-    let iron = plain("iron", [0.045, 0.05, 0.06]);
-    let rope = plain("rope", [0.42, 0.33, 0.2]);
-    let cypress = plain("cypress", [0.045, 0.10, 0.04]);
-    let meadow = plain("meadow", [0.24, 0.25, 0.10]);
-    let hills = plain("hills", [0.22, 0.25, 0.17]);
-    let water = plain("water", [0.03, 0.11, 0.14]);
-    let mut cloth = |name: &str, color: [f64; 3]| {
+    let cloth = |document: &mut Document, name: &str, color: [f64; 3]| {
         document.material(Material { name, color, double_sided: true, ..Material::default() })
     };
-    let pennants = [
-        cloth("red pennant", [0.55, 0.05, 0.04]),
-        cloth("ochre pennant", [0.72, 0.42, 0.06]),
-        cloth("blue pennant", [0.06, 0.16, 0.38]),
-    ];
-    let mut textured = |name: &str, texture: Vec<u8>| {
+    let textured = |document: &mut Document, name: &str, texture: Vec<u8>| {
         document.material(Material { name, texture: Some(texture), ..Material::default() })
     };
-    let pavement = textured("pavement", pavement());
-    let masonry = textured("masonry", masonry());
-    let tiles = textured("tiles", tiles());
-    let mut masked = |name: &str, texture: Vec<u8>| {
-        document.material(Material {
-            name,
-            texture: Some(texture),
-            alpha_cutoff: Some(0.5),
-            double_sided: true,
-            ..Material::default()
-        })
-    };
-    let leaves = masked("vine leaves", leaves());
-    let banner = masked("banner", banner());
     Surfaces {
-        pavement,
-        masonry,
-        limestone,
-        marble,
-        terracotta,
-        tiles,
-        wood,
-        iron,
-        rope,
-        leaves,
-        cypress,
-        banner,
-        pennants,
-        meadow,
-        hills,
-        water,
+        limestone: document.plain("limestone", [0.66, 0.56, 0.43]),
+        marble: document.plain("marble", [0.80, 0.78, 0.73]),
+        terracotta: document.plain("terracotta", [0.56, 0.24, 0.13]),
+        wood: document.plain("wood", [0.26, 0.16, 0.09]),
+        iron: document.plain("iron", [0.045, 0.05, 0.06]),
+        rope: document.plain("rope", [0.42, 0.33, 0.2]),
+        cypress: document.plain("cypress", [0.045, 0.10, 0.04]),
+        meadow: document.plain("meadow", [0.24, 0.25, 0.10]),
+        hills: document.plain("hills", [0.22, 0.25, 0.17]),
+        water: document.plain("water", [0.03, 0.11, 0.14]),
+        pennants: [
+            cloth(document, "red pennant", [0.55, 0.05, 0.04]),
+            cloth(document, "ochre pennant", [0.72, 0.42, 0.06]),
+            cloth(document, "blue pennant", [0.06, 0.16, 0.38]),
+        ],
+        pavement: textured(document, "pavement", pavement()),
+        masonry: textured(document, "masonry", masonry()),
+        tiles: textured(document, "tiles", tiles()),
+        leaves: document.cut_out("vine leaves", leaves()),
+        banner: document.cut_out("banner", banner()),
     }
 }
 

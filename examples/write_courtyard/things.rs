@@ -32,7 +32,7 @@ pub(crate) fn amphora() -> Shape {
     for side in [-1.0, 1.0] {
         let path = [(0.085, 0.92), (0.17, 0.955), (0.235, 0.91), (0.25, 0.82), (0.225, 0.69)];
         let path: Vec<(Vec3, f64)> = path.iter().map(|(x, y)| (vec3(side * x, *y, 0.0), 0.022)).collect();
-        jar.add(&tube(&path, 7, false), &Placement::IDENTITY);
+        jar.join(&tube(&path, 7, false));
     }
     jar
 }
@@ -69,7 +69,7 @@ pub(crate) fn crate_of_slats() -> Shape {
     }
     for slat in 0..5 {
         let x = -0.5 + 0.2 * f64::from(slat) + 0.01;
-        shape.add(&block(vec3(x, 0.97, -0.49), vec3(x + 0.18, 1.0, 0.49)), &Placement::IDENTITY);
+        shape.join(&block(vec3(x, 0.97, -0.49), vec3(x + 0.18, 1.0, 0.49)));
     }
     shape
 }
@@ -87,13 +87,10 @@ pub(crate) fn bench() -> Shape {
 pub(crate) fn wheel() -> Shape {
     let mut wheel = ring(0.59, 0.035, 32, 8).placed(&Placement::IDENTITY.scaled(1.0, 1.0, 1.3));
     let hub = rod(vec3(0.0, 0.0, -0.13), vec3(0.0, 0.0, 0.13), 0.085, 12);
-    wheel.add(&hub, &Placement::IDENTITY);
+    wheel.join(&hub);
     for spoke in 0..12 {
         let (sin, cos) = sin_cos(TAU * f64::from(spoke) / 12.0);
-        wheel.add(
-            &rod(vec3(0.06 * cos, 0.06 * sin, 0.0), vec3(0.58 * cos, 0.58 * sin, 0.0), 0.02, 6),
-            &Placement::IDENTITY,
-        );
+        wheel.join(&rod(vec3(0.06 * cos, 0.06 * sin, 0.0), vec3(0.58 * cos, 0.58 * sin, 0.0), 0.02, 6));
     }
     wheel
 }
@@ -102,25 +99,22 @@ pub(crate) fn wheel() -> Shape {
 pub(crate) fn cart_body() -> Shape {
     let mut cart = Shape::new();
     for z in [-0.36, 0.36] {
-        cart.add(&beam(vec3(-0.95, 0.7, z), vec3(1.75, 0.7, z), 0.08), &Placement::IDENTITY);
-        cart.add(&beam(vec3(0.95, 0.0, z), vec3(0.95, 0.7, z), 0.06), &Placement::IDENTITY);
+        cart.join(&beam(vec3(-0.95, 0.7, z), vec3(1.75, 0.7, z), 0.08));
+        cart.join(&beam(vec3(0.95, 0.0, z), vec3(0.95, 0.7, z), 0.06));
     }
     for plank in 0..9 {
         let x = -0.95 + 0.2 * f64::from(plank);
-        cart.add(&block(vec3(x, 0.74, -0.44), vec3(x + 0.17, 0.78, 0.44)), &Placement::IDENTITY);
+        cart.join(&block(vec3(x, 0.74, -0.44), vec3(x + 0.17, 0.78, 0.44)));
     }
     for z in [-0.45, 0.45] {
         for x in [-0.93, -0.3, 0.3, 0.8] {
-            cart.add(&beam(vec3(x, 0.72, z), vec3(x, 1.22, z), 0.045), &Placement::IDENTITY);
+            cart.join(&beam(vec3(x, 0.72, z), vec3(x, 1.22, z), 0.045));
         }
         for y in [0.86, 1.02, 1.18] {
-            cart.add(
-                &block(vec3(-0.97, y, z - 0.015), vec3(0.84, y + 0.09, z + 0.015)),
-                &Placement::IDENTITY,
-            );
+            cart.join(&block(vec3(-0.97, y, z - 0.015), vec3(0.84, y + 0.09, z + 0.015)));
         }
     }
-    cart.and(&rod(vec3(0.0, 0.62, -0.6), vec3(0.0, 0.62, 0.6), 0.035, 8), &Placement::IDENTITY)
+    cart.joined(&rod(vec3(0.0, 0.62, -0.6), vec3(0.0, 0.62, 0.6), 0.035, 8))
 }
 
 /// A pergola of a length along −Z, open at its front, over x from 0 to `width`: posts along x = `width`, a beam on
@@ -133,28 +127,22 @@ pub(crate) fn pergola(width: f64, length: f64, height: f64) -> Shape {
         shape.add(&standing(0.17, height, 0.17), &Placement::at(width, 0.0, z));
         shape.add(&standing(0.34, 0.22, 0.34), &Placement::at(width, 0.0, z));
         for end in [-0.75, 0.75] {
-            shape.add(
-                &beam(vec3(width, height - 0.75, z), vec3(width, height, z + end), 0.08),
-                &Placement::IDENTITY,
-            );
+            shape.join(&beam(vec3(width, height - 0.75, z), vec3(width, height, z + end), 0.08));
         }
     }
-    shape.add(
-        &block(vec3(width - 0.09, height, -length - 0.5), vec3(width + 0.09, height + 0.2, 0.5)),
-        &Placement::IDENTITY,
-    );
-    shape.add(&block(vec3(0.02, height, -length - 0.5), vec3(0.14, height + 0.2, 0.5)), &Placement::IDENTITY);
+    shape.join(&block(vec3(width - 0.09, height, -length - 0.5), vec3(width + 0.09, height + 0.2, 0.5)));
+    shape.join(&block(vec3(0.02, height, -length - 0.5), vec3(0.14, height + 0.2, 0.5)));
     let rafters = (length / 0.8).round() as u32;
     for rafter in 0..=rafters {
         let z = -length * f64::from(rafter) / f64::from(rafters);
         let low = vec3(0.0, height + 0.2, z - 0.04);
-        shape.add(&block(low, vec3(width + 0.55, height + 0.36, z + 0.04)), &Placement::IDENTITY);
+        shape.join(&block(low, vec3(width + 0.55, height + 0.36, z + 0.04)));
     }
     let laths = (width / 0.42).round() as u32;
     for lath in 0..=laths {
         let x = 0.2 + (width + 0.1) * f64::from(lath) / f64::from(laths);
         let low = vec3(x - 0.02, height + 0.36, -length - 0.4);
-        shape.add(&block(low, vec3(x + 0.02, height + 0.39, 0.4)), &Placement::IDENTITY);
+        shape.join(&block(low, vec3(x + 0.02, height + 0.39, 0.4)));
     }
     shape
 }
@@ -164,20 +152,17 @@ pub(crate) fn railing(from: Vec3, to: Vec3, height: f64) -> Shape {
     let mut shape = Shape::new();
     let up = |height: f64| vec3(0.0, height, 0.0);
     for y in [0.12, height] {
-        shape.add(
-            &rod(from + up(y), to + up(y), if y > 0.5 { 0.026 } else { 0.016 }, 6),
-            &Placement::IDENTITY,
-        );
+        shape.join(&rod(from + up(y), to + up(y), if y > 0.5 { 0.026 } else { 0.016 }, 6));
     }
     for end in [from, to] {
-        shape.add(&rod(end, end + up(height + 0.06), 0.03, 8), &Placement::IDENTITY);
+        shape.join(&rod(end, end + up(height + 0.06), 0.03, 8));
         let knob = end + up(height + 0.1);
         shape.add(&ball(6, 8), &Placement::at(knob.x, knob.y, knob.z).scaled(0.06, 0.06, 0.06));
     }
     let bars = ((to - from).length() / 0.14).round() as u32;
     for bar in 1..bars {
         let foot = from + (to - from) * (f64::from(bar) / f64::from(bars));
-        shape.add(&rod(foot + up(0.12), foot + up(height), 0.009, 4), &Placement::IDENTITY);
+        shape.join(&rod(foot + up(0.12), foot + up(height), 0.009, 4));
     }
     shape
 }
@@ -206,8 +191,8 @@ pub(crate) fn lantern_pole() -> Shape {
         .iter()
         .map(|(x, y)| (vec3(*x, *y, 0.0), 0.014))
         .collect();
-    pole.and(&rod(vec3(0.0, 4.75, 0.0), vec3(0.85, 4.75, 0.0), 0.02, 6), &Placement::IDENTITY)
-        .and(&tube(&brace, 5, false), &Placement::IDENTITY)
-        .and(&rod(vec3(0.8, 4.52, 0.0), vec3(0.8, 4.75, 0.0), 0.012, 5), &Placement::IDENTITY)
+    pole.joined(&rod(vec3(0.0, 4.75, 0.0), vec3(0.85, 4.75, 0.0), 0.02, 6))
+        .joined(&tube(&brace, 5, false))
+        .joined(&rod(vec3(0.8, 4.52, 0.0), vec3(0.8, 4.75, 0.0), 0.012, 5))
         .and(&lantern, &Placement::at(0.8, 4.02, 0.0))
 }

@@ -49,7 +49,7 @@ pub(crate) fn add(document: &mut Document, material: MaterialId, placement: Plac
         nodes.push(document.group(joint.name, Some(parent), Placement::at(offset.x, offset.y, offset.z)));
     }
     let (shape, weights) = mesh(&joints);
-    let mesh = document.skinned_mesh("figure", &[(material, &shape, &weights)]);
+    let mesh = document.weighted_mesh("figure", &[(material, &shape, Some(&weights))]);
     let node = document.place("figure mesh", Some(root), mesh, Placement::IDENTITY);
     let bones: Vec<(NodeId, Vec3)> = nodes.iter().copied().zip(joints.iter().map(|joint| joint.at)).collect();
     document.skin(node, &bones);
@@ -77,7 +77,7 @@ fn mesh(joints: &[Joint]) -> (Shape, Vec<Weight>) {
         profile.extend((1..CAP).map(cap).map(|(sin, cos)| (far * cos, length + far * sin)));
         profile.push((0.0, length + far));
         let limb = crate::glb::solids::lathe(&profile, SIDES).placed(&Placement::pointing(joint.at, end));
-        shape.add(&limb, &Placement::IDENTITY);
+        shape.join(&limb);
         let parent = joint.parent.unwrap_or(number) as u8;
         let axis = (end - joint.at).normalize_or(Vec3::Y);
         for vertex in &limb.vertices {
@@ -88,7 +88,7 @@ fn mesh(joints: &[Joint]) -> (Shape, Vec<Weight>) {
     }
     for (number, at, size) in [(8, vec3(-0.13, 0.04, 0.06), 0.05), (10, vec3(0.13, 0.04, 0.06), 0.05)] {
         let foot = ball(8, 12).placed(&Placement::at(at.x, at.y, at.z).scaled(0.055, size, 0.13));
-        shape.add(&foot, &Placement::IDENTITY);
+        shape.join(&foot);
         weights.extend(foot.vertices.iter().map(|_| (number, number, 1.0)));
     }
     (shape, weights)

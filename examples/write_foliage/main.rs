@@ -25,57 +25,25 @@ fn foliage() -> Document {
     let mut document = Document::new("foliage");
     let eye = vec3(0.4, 1.9, 7.4);
     document.camera("camera", Placement::looking_at(eye, vec3(-0.2, 1.15, 0.0)), 48.0, 0.05, 60.0);
-    let sun = Light {
-        name: "sun",
-        kind: "directional",
-        color: [1.0, 0.90, 0.74],
-        intensity: 4.2,
-        range: None,
-        cone: None,
-        size: Some(("angular_diameter_deg", 0.53)),
-    };
+    let sun = Light::sun([1.0, 0.90, 0.74], 4.2);
     document.light(None, Placement::looking_at(vec3(6.0, 8.0, 1.5), Vec3::ZERO), &sun);
-    let plain = |document: &mut Document, name, color| {
-        document.material(Material { name, color, ..Material::default() })
-    };
-    let soil = plain(&mut document, "lawn", [0.20, 0.24, 0.08]);
-    let stone = plain(&mut document, "stone", [0.50, 0.47, 0.42]);
-    let bark = plain(&mut document, "bark", [0.20, 0.13, 0.08]);
-    let wood = plain(&mut document, "trellis", [0.48, 0.36, 0.22]);
-    let cut_out = |document: &mut Document, name, texture| {
-        document.material(Material {
-            name,
-            texture: Some(texture),
-            alpha_cutoff: Some(0.5),
-            double_sided: true,
-            ..Material::default()
-        })
-    };
-    let leaf = cut_out(&mut document, "leaves", plants::leaf_texture());
-    let blade = cut_out(&mut document, "grass", plants::grass_texture());
-    let put = |document: &mut Document, name: &str, parts: &[(MaterialId, &Shape)], placement| {
-        let mesh = document.mesh(name, parts);
-        document.place(name, None, mesh, placement);
-    };
-    put(&mut document, "ground", &[(soil, &ground())], Placement::IDENTITY);
-    put(&mut document, "path", &[(stone, &path())], Placement::IDENTITY);
+    let soil = document.plain("lawn", [0.20, 0.24, 0.08]);
+    let stone = document.plain("stone", [0.50, 0.47, 0.42]);
+    let bark = document.plain("bark", [0.20, 0.13, 0.08]);
+    let wood = document.plain("trellis", [0.48, 0.36, 0.22]);
+    let leaf = document.cut_out("leaves", plants::leaf_texture());
+    let blade = document.cut_out("grass", plants::grass_texture());
+    document.put("ground", None, &[(soil, &ground())], Placement::IDENTITY);
+    document.put("path", None, &[(stone, &path())], Placement::IDENTITY);
     for (at, (x, z, height)) in [(-2.3, -1.6, 3.4), (1.7, -2.9, 4.2), (3.3, 0.2, 2.8)].into_iter().enumerate()
     {
         let (trunk, crown) = plants::tree(height, at as i64);
-        put(
-            &mut document,
-            &format!("tree {at}"),
-            &[(bark, &trunk), (leaf, &crown)],
-            Placement::at(x, 0.0, z),
-        );
+        let place = Placement::at(x, 0.0, z);
+        document.put(&format!("tree {at}"), None, &[(bark, &trunk), (leaf, &crown)], place);
     }
     for (at, (x, z)) in [(-0.6, -0.9), (0.9, 0.4), (-3.2, 1.1)].into_iter().enumerate() {
-        put(
-            &mut document,
-            &format!("fern {at}"),
-            &[(leaf, &plants::fern(at as i64))],
-            Placement::at(x, 0.0, z),
-        );
+        let (fern, place) = (plants::fern(at as i64), Placement::at(x, 0.0, z));
+        document.put(&format!("fern {at}"), None, &[(leaf, &fern)], place);
     }
     grass(&mut document, blade);
     trellis(&mut document, wood, leaf);
@@ -117,13 +85,13 @@ fn trellis(document: &mut Document, wood: MaterialId, leaf: MaterialId) {
     let mut lattice = Shape::new();
     for at in 0..9 {
         let x = -1.0 + 0.25 * f64::from(at);
-        lattice.add(&beam(vec3(x, 0.0, 0.0), vec3(x, 2.0, 0.0), 0.022), &Placement::IDENTITY);
+        lattice.join(&beam(vec3(x, 0.0, 0.0), vec3(x, 2.0, 0.0), 0.022));
         let y = 0.2 + 0.22 * f64::from(at);
-        lattice.add(&beam(vec3(-1.0, y, 0.022), vec3(1.0, y, 0.022), 0.022), &Placement::IDENTITY);
+        lattice.join(&beam(vec3(-1.0, y, 0.022), vec3(1.0, y, 0.022), 0.022));
     }
     let climber = plants::cards(70, vec3(-1.0, 0.1, 0.05), vec3(0.5, 1.9, 0.16), 0.3, 91);
-    let mesh = document.mesh("trellis", &[(wood, &lattice), (leaf, &climber)]);
-    document.place("trellis", None, mesh, Placement::at(-0.7, 0.0, -2.5).turned_y(12.0));
+    let place = Placement::at(-0.7, 0.0, -2.5).turned_y(12.0);
+    document.put("trellis", None, &[(wood, &lattice), (leaf, &climber)], place);
 }
 
 fn pool(document: &mut Document, stone: MaterialId) {
@@ -134,14 +102,13 @@ fn pool(document: &mut Document, stone: MaterialId) {
         (vec3(-3.1, 0.0, 2.25), vec3(-2.95, 0.16, 3.95)),
         (vec3(-0.85, 0.0, 2.25), vec3(-0.7, 0.16, 3.95)),
     ] {
-        rim.add(&block(low, high), &Placement::IDENTITY);
+        rim.join(&block(low, high));
     }
     // A reed stands in the water, so that a shadow falls on it.
     for (x, z, lean) in [(-2.2, 3.2, 0.12), (-2.1, 3.3, -0.1), (-2.3, 3.35, 0.03)] {
-        rim.add(&rod(vec3(x, 0.0, z), vec3(x + lean, 0.9, z), 0.012, 6), &Placement::IDENTITY);
+        rim.join(&rod(vec3(x, 0.0, z), vec3(x + lean, 0.9, z), 0.012, 6));
     }
-    let mesh = document.mesh("pool rim", &[(stone, &rim)]);
-    document.place("pool rim", None, mesh, Placement::IDENTITY);
+    document.put("pool rim", None, &[(stone, &rim)], Placement::IDENTITY);
     let water = document.material(Material {
         name: "water",
         color: [0.10, 0.30, 0.34],
@@ -155,6 +122,5 @@ fn pool(document: &mut Document, stone: MaterialId) {
         vec3(-0.85, 0.11, 2.25),
         vec3(-2.95, 0.11, 2.25),
     ]);
-    let mesh = document.mesh("water", &[(water, &surface)]);
-    document.place("water", None, mesh, Placement::IDENTITY);
+    document.put("water", None, &[(water, &surface)], Placement::IDENTITY);
 }

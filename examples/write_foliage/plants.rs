@@ -103,14 +103,14 @@ pub(crate) fn tree(height: f64, seed: i64) -> (Shape, Shape) {
         let reach = 0.30 * height * (1.05 - 0.5 * t);
         let tip = from + vec3(reach * cos(angle), 0.14 * height, reach * sin(angle));
         let middle = from + (tip - from) * 0.5 + vec3(0.0, -0.02 * height, 0.0);
-        trunk.add(&tube(&[(from, 0.05), (middle, 0.036), (tip, 0.012)], 6, false), &Placement::IDENTITY);
+        trunk.join(&tube(&[(from, 0.05), (middle, 0.036), (tip, 0.012)], 6, false));
         let around = 0.17 * height;
         let (low, high) = (tip - vec3(around, 0.6 * around, around), tip + vec3(around, around, around));
-        crown.add(&cards(26, low, high, 0.42, 100 + 10 * seed + bough), &Placement::IDENTITY);
+        crown.join(&cards(26, low, high, 0.42, 100 + 10 * seed + bough));
     }
     let top = bend(0.9);
     let around = vec3(0.16 * height, 0.14 * height, 0.16 * height);
-    crown.add(&cards(34, top - around, top + around, 0.42, 190 + seed), &Placement::IDENTITY);
+    crown.join(&cards(34, top - around, top + around, 0.42, 190 + seed));
     (trunk, crown)
 }
 

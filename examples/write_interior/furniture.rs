@@ -8,7 +8,7 @@ use crate::glb::{Placement, Shape, vec3};
 pub(crate) fn table() -> Shape {
     let mut shape = block(vec3(-0.9, 0.71, -0.45), vec3(0.9, 0.75, 0.45));
     for (x, z) in [(-0.84, -0.39), (0.84, -0.39), (-0.84, 0.39), (0.84, 0.39)] {
-        shape.add(&beam(vec3(0.95 * x, 0.71, 0.95 * z), vec3(x, 0.0, z), 0.05), &Placement::IDENTITY);
+        shape.join(&beam(vec3(0.95 * x, 0.71, 0.95 * z), vec3(x, 0.0, z), 0.05));
     }
     shape
 }
@@ -19,10 +19,10 @@ pub(crate) fn chair() -> Shape {
     for (x, z, height) in [(-0.19, -0.19, 0.9), (0.19, -0.19, 0.9), (-0.19, 0.19, 0.44), (0.19, 0.19, 0.44)] {
         shape.add(&standing(0.03, height, 0.03), &Placement::at(x, 0.0, z));
     }
-    shape.add(&block(vec3(-0.19, 0.84, -0.205), vec3(0.19, 0.9, -0.18)), &Placement::IDENTITY);
+    shape.join(&block(vec3(-0.19, 0.84, -0.205), vec3(0.19, 0.9, -0.18)));
     for bar in -2..=2 {
         let x = 0.075 * f64::from(bar);
-        shape.add(&rod(vec3(x, 0.46, -0.192), vec3(x, 0.85, -0.192), 0.008, 6), &Placement::IDENTITY);
+        shape.join(&rod(vec3(x, 0.46, -0.192), vec3(x, 0.85, -0.192), 0.008, 6));
     }
     shape
 }
@@ -31,11 +31,11 @@ pub(crate) fn chair() -> Shape {
 pub(crate) fn shelf() -> Shape {
     let mut shape = Shape::new();
     for x in [-0.8, -0.02, 0.77] {
-        shape.add(&block(vec3(x, 0.0, -0.15), vec3(x + 0.03, 2.0, 0.15)), &Placement::IDENTITY);
+        shape.join(&block(vec3(x, 0.0, -0.15), vec3(x + 0.03, 2.0, 0.15)));
     }
     for board in 0..6 {
         let y = 0.39 * f64::from(board);
-        shape.add(&block(vec3(-0.8, y, -0.15), vec3(0.8, y + 0.03, 0.15)), &Placement::IDENTITY);
+        shape.join(&block(vec3(-0.8, y, -0.15), vec3(0.8, y + 0.03, 0.15)));
     }
     for board in 0..5_i64 {
         let mut x = -0.74;
@@ -51,10 +51,7 @@ pub(crate) fn shelf() -> Shape {
                 let (height, depth) =
                     (between(0.2, 0.33, book, 60 + board), between(0.0, 0.1, book, 70 + board));
                 let y = 0.39 * board as f64 + 0.03;
-                shape.add(
-                    &block(vec3(x, y, -0.13), vec3(x + 0.92 * width, y + height, depth)),
-                    &Placement::IDENTITY,
-                );
+                shape.join(&block(vec3(x, y, -0.13), vec3(x + 0.92 * width, y + height, depth)));
             }
             x += width;
         }
@@ -70,7 +67,7 @@ pub(crate) fn ladder() -> Shape {
     }
     for rung in 1..9 {
         let y = 0.26 * f64::from(rung);
-        shape.add(&rod(vec3(-0.22, y, 0.0), vec3(0.22, y, 0.0), 0.014, 8), &Placement::IDENTITY);
+        shape.join(&rod(vec3(-0.22, y, 0.0), vec3(0.22, y, 0.0), 0.014, 8));
     }
     shape
 }
@@ -81,11 +78,11 @@ pub(crate) fn rail(length: f64) -> Shape {
     let bars = (length / 0.12).round() as i32;
     let end = 0.5 * length;
     for (y, width) in [(0.95, 0.05), (0.08, 0.03)] {
-        shape.add(&beam(vec3(-end, y, 0.0), vec3(end, y, 0.0), width), &Placement::IDENTITY);
+        shape.join(&beam(vec3(-end, y, 0.0), vec3(end, y, 0.0), width));
     }
     for bar in 0..=bars {
         let x = -end + length * f64::from(bar) / f64::from(bars);
-        shape.add(&rod(vec3(x, 0.0, 0.0), vec3(x, 0.95, 0.0), 0.008, 6), &Placement::IDENTITY);
+        shape.join(&rod(vec3(x, 0.0, 0.0), vec3(x, 0.95, 0.0), 0.008, 6));
     }
     shape
 }
@@ -98,7 +95,7 @@ pub(crate) fn sofa() -> Shape {
         (vec3(-1.05, 0.08, -0.4), vec3(-0.9, 0.6, 0.42)),
         (vec3(0.9, 0.08, -0.4), vec3(1.05, 0.6, 0.42)),
     ] {
-        shape.add(&block(low, high), &Placement::IDENTITY);
+        shape.join(&block(low, high));
     }
     for (x, z) in [(-0.98, -0.33), (0.98, -0.33), (-0.98, 0.35), (0.98, 0.35)] {
         shape.add(&standing(0.05, 0.1, 0.05), &Placement::at(x, 0.0, z));
@@ -115,7 +112,7 @@ pub(crate) fn frame(width: f64, height: f64) -> Shape {
         (vec3(-x - bar, -y, -0.005), vec3(-x, y, 0.025)),
         (vec3(x, -y, -0.005), vec3(x + bar, y, 0.025)),
     ] {
-        shape.add(&block(low, high), &Placement::IDENTITY);
+        shape.join(&block(low, high));
     }
     shape
 }

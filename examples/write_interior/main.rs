@@ -24,26 +24,26 @@ fn interior() -> Document {
     let eye = vec3(3.55, 1.75, 3.1);
     document.camera("camera", Placement::looking_at(eye, vec3(-1.2, 0.95, -1.2)), 58.0, 0.05, 30.0);
     room(&mut document);
-    let wood = plain(&mut document, "oak", [0.42, 0.25, 0.12]);
-    let dark = plain(&mut document, "walnut", [0.16, 0.09, 0.05]);
-    let metal = plain(&mut document, "steel", [0.30, 0.31, 0.33]);
-    let cloth = plain(&mut document, "linen", [0.55, 0.50, 0.42]);
-    let put = |document: &mut Document, name: &str, material, shape: &Shape, placement| {
-        let mesh = document.mesh(name, &[(material, shape)]);
-        document.place(name, None, mesh, placement);
-    };
-    put(&mut document, "table", wood, &furniture::table(), Placement::at(-0.3, 0.0, -0.6));
+    let wood = document.plain("oak", [0.42, 0.25, 0.12]);
+    let dark = document.plain("walnut", [0.16, 0.09, 0.05]);
+    let metal = document.plain("steel", [0.30, 0.31, 0.33]);
+    let cloth = document.plain("linen", [0.55, 0.50, 0.42]);
+    document.put("table", None, &[(wood, &furniture::table())], Placement::at(-0.3, 0.0, -0.6));
     for (at, (x, z, turn)) in [(-0.9, -1.3, 10.0), (0.35, -1.3, -8.0), (-0.9, 0.15, 172.0), (0.5, 0.2, 205.0)]
         .into_iter()
         .enumerate()
     {
         let place = Placement::at(x, 0.0, z).turned_y(turn);
-        put(&mut document, &format!("chair {at}"), dark, &furniture::chair(), place);
+        document.put(&format!("chair {at}"), None, &[(dark, &furniture::chair())], place);
     }
-    put(&mut document, "shelf", wood, &furniture::shelf(), Placement::at(-3.55, 0.0, -1.9).turned_y(90.0));
-    put(&mut document, "ladder", metal, &furniture::ladder(), Placement::at(1.9, 0.0, -2.55).turned_x(-14.0));
-    put(&mut document, "rail", metal, &furniture::rail(2.6), Placement::at(2.4, 0.0, 0.35));
-    put(&mut document, "sofa", cloth, &furniture::sofa(), Placement::at(-2.4, 0.0, 2.0).turned_y(152.0));
+    for (name, material, shape, place) in [
+        ("shelf", wood, furniture::shelf(), Placement::at(-3.55, 0.0, -1.9).turned_y(90.0)),
+        ("ladder", metal, furniture::ladder(), Placement::at(1.9, 0.0, -2.55).turned_x(-14.0)),
+        ("rail", metal, furniture::rail(2.6), Placement::at(2.4, 0.0, 0.35)),
+        ("sofa", cloth, furniture::sofa(), Placement::at(-2.4, 0.0, 2.0).turned_y(152.0)),
+    ] {
+        document.put(name, None, &[(material, &shape)], place);
+    }
     bowl_and_bottles(&mut document);
     pictures(&mut document, dark);
     pane(&mut document, metal);
@@ -51,15 +51,11 @@ fn interior() -> Document {
     document
 }
 
-fn plain(document: &mut Document, name: &str, color: [f64; 3]) -> glb::document::MaterialId {
-    document.material(Material { name, color, ..Material::default() })
-}
-
 /// Four walls, floor and ceiling, each as thick as it would be, so that no light comes through.
 fn room(document: &mut Document) {
-    let plaster = plain(document, "plaster", [0.72, 0.69, 0.64]);
-    let boards = plain(document, "boards", [0.34, 0.22, 0.13]);
-    let white = plain(document, "ceiling", [0.80, 0.79, 0.77]);
+    let plaster = document.plain("plaster", [0.72, 0.69, 0.64]);
+    let boards = document.plain("boards", [0.34, 0.22, 0.13]);
+    let white = document.plain("ceiling", [0.80, 0.79, 0.77]);
     let (x, y, z, thick) = (4.0, 2.9, 3.4, 0.2);
     let mut walls = block(vec3(-x - thick, 0.0, -z - thick), vec3(-x, y, z + thick));
     for (low, high) in [
@@ -67,22 +63,21 @@ fn room(document: &mut Document) {
         (vec3(-x, 0.0, -z - thick), vec3(x, y, -z)),
         (vec3(-x, 0.0, z), vec3(x, y, z + thick)),
     ] {
-        walls.add(&block(low, high), &Placement::IDENTITY);
+        walls.join(&block(low, high));
     }
     for (name, material, shape) in [
         ("walls", plaster, walls),
         ("floor", boards, block(vec3(-x - thick, -thick, -z - thick), vec3(x + thick, 0.0, z + thick))),
         ("lid", white, block(vec3(-x - thick, y, -z - thick), vec3(x + thick, y + thick, z + thick))),
     ] {
-        let mesh = document.mesh(name, &[(material, &shape)]);
-        document.place(name, None, mesh, Placement::IDENTITY);
+        document.put(name, None, &[(material, &shape)], Placement::IDENTITY);
     }
 }
 
 fn bowl_and_bottles(document: &mut Document) {
-    let clay = plain(document, "clay", [0.55, 0.24, 0.12]);
-    let fruit = plain(document, "fruit", [0.62, 0.38, 0.05]);
-    let green = plain(document, "bottle", [0.05, 0.22, 0.10]);
+    let clay = document.plain("clay", [0.55, 0.24, 0.12]);
+    let fruit = document.plain("fruit", [0.62, 0.38, 0.05]);
+    let green = document.plain("bottle", [0.05, 0.22, 0.10]);
     let bowl = lathe(
         &[(0.0, 0.0), (0.07, 0.0), (0.07, 0.015), (0.16, 0.09), (0.15, 0.095), (0.06, 0.03), (0.0, 0.028)],
         24,
@@ -94,8 +89,7 @@ fn bowl_and_bottles(document: &mut Document) {
     for (x, y, z) in [(0.05, 0.075, 0.0), (-0.045, 0.075, 0.03), (-0.01, 0.075, -0.05), (0.0, 0.13, 0.0)] {
         apples.add(&ball(8, 12), &Placement::at(x, y, z).scaled(0.042, 0.04, 0.042));
     }
-    let bowl = document.mesh("bowl", &[(clay, &bowl), (fruit, &apples)]);
-    document.place("bowl", None, bowl, Placement::at(-0.35, top, -0.55));
+    document.put("bowl", None, &[(clay, &bowl), (fruit, &apples)], Placement::at(-0.35, top, -0.55));
     let bottle = document.mesh("bottle", &[(green, &bottle)]);
     for (at, (x, z)) in [(0.15, -0.75), (0.24, -0.62), (-0.75, -0.4)].into_iter().enumerate() {
         document.place(&format!("bottle {at}"), None, bottle, Placement::at(x, top, z));
@@ -104,7 +98,7 @@ fn bowl_and_bottles(document: &mut Document) {
 
 /// Three frames on the far wall, each with a spot of its own.
 fn pictures(document: &mut Document, frame: glb::document::MaterialId) {
-    let canvas = plain(document, "canvas", [0.25, 0.30, 0.42]);
+    let canvas = document.plain("canvas", [0.25, 0.30, 0.42]);
     let border = furniture::frame(0.9, 0.65);
     let inside = block(vec3(-0.46, -0.335, 0.0), vec3(0.46, 0.335, 0.012));
     let mesh = document.mesh("picture", &[(frame, &border), (canvas, &inside)]);
@@ -139,8 +133,7 @@ fn pane(document: &mut Document, metal: glb::document::MaterialId) {
     document.place("pane frame", None, mesh, place);
     // Its edges lie inside the frame, so that no two faces coincide.
     let sheet = block(vec3(-0.66, -0.86, 0.004), vec3(0.66, 0.86, 0.012));
-    let mesh = document.mesh("pane", &[(glass, &sheet)]);
-    document.place("pane", None, mesh, place);
+    document.put("pane", None, &[(glass, &sheet)], place);
 }
 
 fn lamps(document: &mut Document, metal: glb::document::MaterialId) {
@@ -181,21 +174,20 @@ fn lamps(document: &mut Document, metal: glb::document::MaterialId) {
     document.light(None, Placement::looking_at(vec3(-3.3, 2.2, 2.9), vec3(-2.3, 0.4, 1.7)), &reading);
     // The lamps themselves: open shades around the bulbs, which cast no shadow of their own on all there is.
     let mut stand = rod(vec3(0.0, 0.0, 0.0), vec3(0.0, 1.32, 0.0), 0.012, 8);
-    stand.add(&lathe(&[(0.0, 0.0), (0.15, 0.0), (0.15, 0.02), (0.0, 0.03)], 20), &Placement::IDENTITY);
+    stand.join(&lathe(&[(0.0, 0.0), (0.15, 0.0), (0.15, 0.02), (0.0, 0.03)], 20));
     for turn in 0..6 {
         let place = Placement::IDENTITY.turned_y(60.0 * f64::from(turn));
         stand.add(&rod(vec3(0.0, 1.3, 0.0), vec3(0.13, 1.42, 0.0), 0.006, 5), &place);
         stand.add(&rod(vec3(0.13, 1.42, 0.0), vec3(0.10, 1.62, 0.0), 0.006, 5), &place);
     }
     let mut hanger = rod(vec3(0.0, 1.9, 0.0), vec3(0.0, 2.9, 0.0), 0.006, 6);
-    hanger.add(&lathe(&[(0.24, 1.80), (0.06, 1.93), (0.0, 1.94)], 24), &Placement::IDENTITY);
-    hanger.add(&lathe(&[(0.0, 1.93), (0.055, 1.92), (0.235, 1.79)], 24), &Placement::IDENTITY);
+    hanger.join(&lathe(&[(0.24, 1.80), (0.06, 1.93), (0.0, 1.94)], 24));
+    hanger.join(&lathe(&[(0.0, 1.93), (0.055, 1.92), (0.235, 1.79)], 24));
     let bulb = ball(6, 10).placed(&Placement::IDENTITY.scaled(0.028, 0.028, 0.028));
     for (name, shape, x, z, height) in
         [("floor lamp stand", stand, -1.75, 0.75, 1.37), ("pendant shade", hanger, -0.3, -0.6, 1.86)]
     {
         let bulb = bulb.placed(&Placement::at(0.0, height, 0.0));
-        let mesh = document.mesh(name, &[(metal, &shape), (glow, &bulb)]);
-        document.place(name, None, mesh, Placement::at(x, 0.0, z));
+        document.put(name, None, &[(metal, &shape), (glow, &bulb)], Placement::at(x, 0.0, z));
     }
 }
