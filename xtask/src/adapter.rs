@@ -45,26 +45,20 @@ fn ensure_on_linux() -> bool {
         return false;
     }
     let distribution = this_distribution();
-    match installation_rights(distribution) {
-        Ok(prefix) => match install(&prefix, &DEBIAN_PACKAGES) {
-            Ok(()) => match search() {
-                SearchResult::Driver(manifest) => {
-                    println!("Vulkan driver, now installed: {}", manifest.display());
-                    true
-                }
-                other => {
-                    eprintln!("the packages were installed, and still: {}", explain(&other));
-                    false
-                }
-            },
-            Err(reason) => {
-                eprintln!("{reason}\nto have a software driver, as root: {}", distribution.advice());
-                false
-            }
-        },
-        Err(reason) => {
-            eprintln!("it cannot be installed from here: {reason}");
-            eprintln!("to have a software driver, as root: {}", distribution.advice());
+    let installed = installation_rights(distribution)
+        .map_err(|reason| format!("it cannot be installed from here: {reason}"))
+        .and_then(|prefix| install(&prefix, &DEBIAN_PACKAGES));
+    if let Err(reason) = installed {
+        eprintln!("{reason}\nto have a software driver, as root: {}", distribution.advice());
+        return false;
+    }
+    match search() {
+        SearchResult::Driver(manifest) => {
+            println!("Vulkan driver, now installed: {}", manifest.display());
+            true
+        }
+        other => {
+            eprintln!("the packages were installed, and still: {}", explain(&other));
             false
         }
     }

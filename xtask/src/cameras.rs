@@ -5,8 +5,6 @@
 //! the least intersection over union with hard masks, of the frames in which a hundredth of the pixels is shadowed. The
 //! status is 1 where the error of one of the five is less than the flagship's: what is soft is no hard mask, however right.
 
-use std::process::ExitCode;
-
 use crate::{adapter, process};
 
 /// The five systems, and last the flagship.
@@ -16,28 +14,9 @@ const PIPELINES: [&str; 6] = ["mantis", "awsm", "nebula", "caracal", "lore", "um
 const SIZE: &str = "512x288";
 const FRAMES: &str = "20";
 
-/// Runs the command.
-pub(crate) fn run(seed: u64) -> ExitCode {
+/// Runs the command: prints the table; whether the flagship's worst error is the least everywhere.
+pub(crate) fn run(seed: u64) -> Result<bool, String> {
     adapter::ensure_if_possible();
-    match table(seed) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(1),
-        Err(message) => {
-            eprintln!("{message}");
-            ExitCode::from(1)
-        }
-    }
-}
-
-/// The worst of some frames.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Worst {
-    error: f64,
-    iou: f64,
-}
-
-/// Prints the table; whether the flagship's worst error is the least everywhere.
-fn table(seed: u64) -> Result<bool, String> {
     let mut fine = true;
     println!("| scene | {} |\n|---|{}", PIPELINES.join(" | "), "---|".repeat(PIPELINES.len()));
     for (name, scene) in scenes() {
@@ -53,6 +32,13 @@ fn table(seed: u64) -> Result<bool, String> {
         fine &= others.iter().flatten().all(is_better);
     }
     Ok(fine)
+}
+
+/// The worst of some frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Worst {
+    error: f64,
+    iou: f64,
 }
 
 /// The project's own scenes, and those with ray-traced masks where they are at hand; by name, with their paths.

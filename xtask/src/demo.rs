@@ -1,7 +1,5 @@
 //! `cargo xtask demo`: one picture, from a fresh clone.
 
-use std::process::ExitCode;
-
 use crate::{adapter, process};
 
 /// Where the picture comes to lie, from the root of the workspace.
@@ -12,19 +10,13 @@ const ARGUMENTS: &str = "run --release --package umbragraph-cli --bin umbragraph
                          --scene examples/scenes/courtyard.glb --size 1280x720 --out";
 
 /// Runs the command.
-pub(crate) fn run() -> ExitCode {
+pub(crate) fn run() -> Result<bool, String> {
     adapter::ensure_if_possible();
     let picture = process::workspace_root().join(PICTURE);
-    match prepare(&picture).and_then(|()| render()).and_then(|()| confirm(&picture)) {
-        Ok(()) => {
-            println!("the picture is at {}", picture.display());
-            ExitCode::SUCCESS
-        }
-        Err(reason) => {
-            eprintln!("there is no picture: {reason}");
-            ExitCode::from(1)
-        }
-    }
+    let made = prepare(&picture).and_then(|()| render()).and_then(|()| confirm(&picture));
+    made.map_err(|reason| format!("there is no picture: {reason}"))?;
+    println!("the picture is at {}", picture.display());
+    Ok(true)
 }
 
 /// Makes room for the picture; one from an earlier run must not pass for the new one.

@@ -31,15 +31,11 @@ impl Distribution {
                 .unwrap_or_default()
         };
         let names = format!("{} {}", value("ID"), value("ID_LIKE"));
-        names
-            .split_whitespace()
-            .map(Self::from_name)
-            .find(|distribution| *distribution != Self::Unknown)
-            .unwrap_or(Self::Unknown)
+        names.split_whitespace().find_map(Self::from_name).unwrap_or(Self::Unknown)
     }
 
-    fn from_name(name: &str) -> Self {
-        match name {
+    fn from_name(name: &str) -> Option<Self> {
+        Some(match name {
             "debian" | "ubuntu" => Self::Debian,
             "fedora" | "rhel" | "centos" => Self::Fedora,
             "arch" => Self::Arch,
@@ -48,35 +44,33 @@ impl Distribution {
             "void" => Self::Void,
             "gentoo" => Self::Gentoo,
             "nixos" => Self::Nix,
-            _ => Self::Unknown,
-        }
+            _ => return None,
+        })
     }
 
     /// What to do, as root, to have a software Vulkan driver.
     pub(crate) fn advice(self) -> String {
-        match self {
+        let advice = match self {
             Self::Debian => {
-                format!("apt-get update && apt-get install --yes {}", DEBIAN_PACKAGES.join(" "))
+                return format!("apt-get update && apt-get install --yes {}", DEBIAN_PACKAGES.join(" "));
             }
-            Self::Fedora => "dnf install mesa-vulkan-drivers vulkan-loader".to_owned(),
-            Self::Arch => "pacman -S vulkan-swrast vulkan-icd-loader".to_owned(),
-            Self::Alpine => "apk add mesa-vulkan-swrast vulkan-loader".to_owned(),
-            Self::Suse => "zypper install libvulkan_lvp libvulkan1".to_owned(),
-            Self::Void => "xbps-install mesa-vulkan-lavapipe vulkan-loader".to_owned(),
+            Self::Fedora => "dnf install mesa-vulkan-drivers vulkan-loader",
+            Self::Arch => "pacman -S vulkan-swrast vulkan-icd-loader",
+            Self::Alpine => "apk add mesa-vulkan-swrast vulkan-loader",
+            Self::Suse => "zypper install libvulkan_lvp libvulkan1",
+            Self::Void => "xbps-install mesa-vulkan-lavapipe vulkan-loader",
             Self::Gentoo => {
                 "VIDEO_CARDS=\"lavapipe\" USE=\"vulkan\" emerge media-libs/mesa media-libs/vulkan-loader"
-                    .to_owned()
             }
             Self::Nix => {
                 "set `hardware.graphics.enable = true;`, and have `vulkan-loader` in LD_LIBRARY_PATH"
-                    .to_owned()
             }
             Self::Unknown => {
                 "install Mesa's software Vulkan driver (lavapipe; often called mesa-vulkan-drivers or \
                  vulkan-swrast) and the Vulkan loader (libvulkan.so.1)"
-                    .to_owned()
             }
-        }
+        };
+        advice.to_owned()
     }
 }
 

@@ -31,14 +31,14 @@ pub(crate) enum SearchResult {
 }
 
 const RESTRICTIONS: [&str; 2] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
-const FIXED_FOLDERS: [&str; 5] = [
+const FIXED_FOLDERS: [&str; 6] = [
     "/usr/share/vulkan",
     "/etc/vulkan",
     "/usr/local/share/vulkan",
     "/usr/local/etc/vulkan",
     "/etc/xdg/vulkan",
+    "/run/opengl-driver/share/vulkan",
 ];
-const NIX_FOLDER: &str = "/run/opengl-driver/share/vulkan";
 const LIBRARY_FOLDERS: [&str; 8] = [
     "/usr/lib",
     "/usr/lib64",
@@ -84,9 +84,14 @@ impl Machine<'_> {
         self.root.join(path.strip_prefix("/").unwrap_or(path))
     }
 
+    /// The names of what is in a folder; none where it is not there.
+    fn names_in(&self, folder: &Path) -> impl Iterator<Item = OsString> + use<> {
+        let entries = std::fs::read_dir(self.at(folder)).into_iter().flatten().flatten();
+        entries.map(|entry| entry.file_name())
+    }
+
     fn manifest_folders(&self) -> Vec<PathBuf> {
         let mut folders: Vec<PathBuf> = FIXED_FOLDERS.iter().map(PathBuf::from).collect();
-        folders.push(NIX_FOLDER.into());
         for name in ["XDG_CONFIG_HOME", "XDG_CONFIG_DIRS", "XDG_DATA_HOME", "XDG_DATA_DIRS"] {
             if let Some(value) = (self.variable)(name) {
                 folders.extend(std::env::split_paths(&value).map(|folder| folder.join("vulkan")));
@@ -107,12 +112,8 @@ impl Machine<'_> {
                 manifests.push(place);
                 continue;
             }
-            let entries = std::fs::read_dir(self.at(&place)).into_iter().flatten().flatten();
-            manifests.extend(
-                entries
-                    .map(|entry| place.join(entry.file_name()))
-                    .filter(|path| path.extension().is_some_and(|extension| extension == "json")),
-            );
+            let inside = self.names_in(&place).map(|name| place.join(name));
+            manifests.extend(inside.filter(|path| path.extension().is_some_and(|one| one == "json")));
         }
         manifests.sort();
         manifests.dedup();
@@ -158,25 +159,18 @@ impl Machine<'_> {
         }
         // Debian and its descendants keep libraries in a folder for each architecture.
         for parent in ["/usr/lib", "/lib"] {
-            let entries = std::fs::read_dir(self.at(parent)).into_iter().flatten().flatten();
-            folders.extend(
-                entries
-                    .map(|entry| entry.file_name())
-                    .filter(|name| name.to_string_lossy().contains("-linux-"))
-                    .map(|name| Path::new(parent).join(name)),
-            );
+            let of_architectures =
+                self.names_in(Path::new(parent)).filter(|name| name.to_string_lossy().contains("-linux-"));
+            folders.extend(of_architectures.map(|name| Path::new(parent).join(name)));
         }
         folders
     }
 
     fn has_graphics_processor(&self) -> bool {
         let fixed = ["/dev/nvidia0", "/dev/dxg", "/dev/kgsl-3d0", "/dev/mali0"];
-        let render_node = std::fs::read_dir(self.at("/dev/dri"))
-            .into_iter()
-            .flatten()
-            .flatten()
-            .any(|entry| entry.file_name().to_string_lossy().starts_with("renderD"));
-        render_node || fixed.iter().any(|node| self.at(node).exists())
+        let is_render_node = |name: OsString| name.to_string_lossy().starts_with("renderD");
+        self.names_in(Path::new("/dev/dri")).any(is_render_node)
+            || fixed.iter().any(|node| self.at(node).exists())
     }
 }
 

@@ -8,7 +8,7 @@
 //! it is not, the test of the window says that it is skipped.
 
 use std::path::Path;
-use std::process::{Command, ExitCode};
+use std::process::Command;
 
 use crate::{adapter, process};
 
@@ -34,7 +34,7 @@ pub(crate) fn names() -> impl Iterator<Item = &'static str> {
 }
 
 /// Runs the command for one package, or for all.
-pub(crate) fn run(only: Option<&str>) -> ExitCode {
+pub(crate) fn run(only: Option<&str>) -> Result<bool, String> {
     if !adapter::ensure() {
         eprintln!("tests that need a graphics adapter will fail");
     }
@@ -47,8 +47,7 @@ pub(crate) fn run(only: Option<&str>) -> ExitCode {
         let tested = process::run(&mut test(integration, &folder), "cargo");
         failed.extend(tested.err().map(|reason| format!("{}: {reason}", integration.name)));
     }
-    failed.iter().for_each(|line| eprintln!("{line}"));
-    if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) }
+    if failed.is_empty() { Ok(true) } else { Err(failed.join("\n")) }
 }
 
 fn test(integration: &Integration, folder: &Path) -> Command {

@@ -78,22 +78,37 @@ enum Command {
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    match parse(&arguments) {
-        Ok(Command::Demo) => demo::run(),
-        Ok(Command::Test) => test::run(),
-        Ok(Command::Scenes { check }) => scenes::run(check),
-        Ok(Command::Gallery) => gallery::run(),
-        Ok(Command::Cameras { seed }) => cameras::run(seed),
-        Ok(Command::Integrations { only }) => integrations::run(only.as_deref()),
-        Ok(Command::Soak(options)) => soak::run(&options),
-        Ok(Command::Mutants(options)) => mutants::run(&options),
-        Ok(Command::Help) => {
-            print!("{HELP}");
-            ExitCode::SUCCESS
-        }
+    let command = match parse(&arguments) {
+        Ok(command) => command,
         Err(message) => {
             eprintln!("xtask: {message}\n\n{HELP}");
-            ExitCode::from(2)
+            return ExitCode::from(2);
+        }
+    };
+    let fine = run(command).unwrap_or_else(|message| {
+        eprintln!("{message}");
+        false
+    });
+    if fine { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Runs a command; whether all is well, where the command itself has said what is not.
+///
+/// # Errors
+/// What is still to be said of what is not well.
+fn run(command: Command) -> Result<bool, String> {
+    match command {
+        Command::Demo => demo::run(),
+        Command::Test => test::run(),
+        Command::Scenes { check } => scenes::run(check),
+        Command::Gallery => gallery::run(),
+        Command::Cameras { seed } => cameras::run(seed),
+        Command::Integrations { only } => integrations::run(only.as_deref()),
+        Command::Soak(options) => soak::run(&options),
+        Command::Mutants(options) => mutants::run(&options),
+        Command::Help => {
+            print!("{HELP}");
+            Ok(true)
         }
     }
 }

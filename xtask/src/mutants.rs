@@ -4,8 +4,6 @@
 //! table of reference pictures with planted text and builds nothing again. In Rust, `cargo-mutants` does, over the node
 //! kinds, scenes, and the engine's plan and executor.
 
-use std::process::ExitCode;
-
 use crate::{process, toolchain};
 
 /// What faults are planted in for `--rust`.
@@ -51,11 +49,11 @@ pub(crate) struct Options {
 }
 
 /// Runs the command.
-pub(crate) fn run(options: &Options) -> ExitCode {
+pub(crate) fn run(options: &Options) -> Result<bool, String> {
     if options.rust { rust(options) } else { templates(options) }
 }
 
-fn templates(options: &Options) -> ExitCode {
+fn templates(options: &Options) -> Result<bool, String> {
     let mut command = process::program("cargo");
     command.args(["test", "--quiet", "--release", "--package", "umbragraph", "--test", "mutants", "--"]);
     command.args(["nine_of_ten_faults_in_templates_show_in_a_picture", "--ignored", "--nocapture"]);
@@ -66,13 +64,13 @@ fn templates(options: &Options) -> ExitCode {
     command.envs(options.jobs.map(|jobs| ("UMBRAGRAPH_MUTANTS_JOBS", jobs.to_string())));
     command.envs(options.seed.map(|seed| ("UMBRAGRAPH_SEED", seed.to_string())));
     command.envs(options.within.as_ref().map(|name| ("UMBRAGRAPH_MUTANTS_IN", name)));
-    finish(command.status())
+    process::cargo(&mut command)
 }
 
-fn rust(options: &Options) -> ExitCode {
+fn rust(options: &Options) -> Result<bool, String> {
     if !process::succeeds("cargo", &["mutants", "--version"]) {
-        eprintln!("cargo-mutants is not installed; to install it: cargo install --locked cargo-mutants");
-        return ExitCode::from(1);
+        let help = "cargo-mutants is not installed; to install it: cargo install --locked cargo-mutants";
+        return Err(help.to_owned());
     }
     // What is left out, and why, stands in .cargo/mutants.toml.
     let mut selection = vec!["--workspace"];
@@ -89,9 +87,8 @@ fn rust(options: &Options) -> ExitCode {
         &["test", "--release"]
     });
     without.args(PACKAGES.split(',').flat_map(|package| ["--package", package])).args(FEATURES).args(&tests);
-    match without.status() {
-        Ok(status) if status.success() => {}
-        status => return finish(status),
+    if !process::cargo(&mut without)? {
+        return Ok(false);
     }
     let mut command = process::program("cargo");
     command.args(["mutants", "--in-place", "--shuffle", "--baseline", "skip", "--timeout", "900"]);
@@ -100,25 +97,12 @@ fn rust(options: &Options) -> ExitCode {
     command.args(&selection).args(["--test-package", PACKAGES]).args(FEATURES);
     if let Some(sample) = options.sample {
         let listed = process::program("cargo").args(["mutants", "--list"]).args(&selection).output();
-        let Ok(listed) = listed.map(|output| String::from_utf8_lossy(&output.stdout).lines().count()) else {
-            eprintln!("cargo could not be started");
-            return ExitCode::from(1);
-        };
+        let listed = listed.map_err(|_| "cargo could not be started")?;
+        let listed = String::from_utf8_lossy(&listed.stdout).lines().count();
         // Every so manieth fault of the list.
         let shards = (listed / sample.max(1) as usize).max(1) as u64;
         let shard = options.seed.unwrap_or(1) % shards;
         command.args(["--sharding", "round-robin", "--shard", &format!("{shard}/{shards}")]);
     }
-    finish(command.arg("--").args(tests).status())
-}
-
-fn finish(status: std::io::Result<std::process::ExitStatus>) -> ExitCode {
-    match status {
-        Ok(status) if status.success() => ExitCode::SUCCESS,
-        Ok(_) => ExitCode::from(1),
-        Err(error) => {
-            eprintln!("cargo could not be started: {error}");
-            ExitCode::from(1)
-        }
-    }
+    process::cargo(command.arg("--").args(tests))
 }

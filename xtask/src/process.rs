@@ -46,6 +46,15 @@ pub(crate) fn run(command: &mut Command, shown: &str) -> Result<(), String> {
     }
 }
 
+/// Runs a command of cargo, which says itself what is wrong; whether it succeeds.
+///
+/// # Errors
+/// It could not be started.
+pub(crate) fn cargo(command: &mut Command) -> Result<bool, String> {
+    let status = command.status().map_err(|error| format!("cargo could not be started: {error}"))?;
+    Ok(status.success())
+}
+
 /// What a program prints, if it succeeds.
 pub(crate) fn output(name: &str, arguments: &[&str]) -> Option<String> {
     let output = program(name).args(arguments).output().ok()?;

@@ -6,7 +6,6 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use crate::process;
 
@@ -20,20 +19,14 @@ const COMPARED: &str = "scenes";
 const MAX_BYTES: u64 = 1_000_000;
 
 /// Runs the command.
-pub(crate) fn run(check: bool) -> ExitCode {
+pub(crate) fn run(check: bool) -> Result<bool, String> {
     let root = process::workspace_root();
     let in_tree = root.join(SCENES);
     let folder = if check { process::target_folder().join(COMPARED) } else { in_tree.clone() };
-    let written = names(&root).and_then(|names| write(&names, &folder).map(|()| names));
-    let faults = match written {
-        Ok(names) if check => compare(&names, &folder, &in_tree),
-        Ok(names) => too_large(&names, &folder),
-        Err(reason) => vec![reason],
-    };
-    for fault in &faults {
-        eprintln!("{fault}");
-    }
-    if faults.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) }
+    let names = names(&root)?;
+    write(&names, &folder)?;
+    let faults = if check { compare(&names, &folder, &in_tree) } else { too_large(&names, &folder) };
+    if faults.is_empty() { Ok(true) } else { Err(faults.join("\n")) }
 }
 
 /// The names of the scenes that have a program, sorted.

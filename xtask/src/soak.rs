@@ -6,7 +6,6 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::process::ExitCode;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crate::process;
@@ -26,7 +25,7 @@ pub(crate) struct Options {
 }
 
 /// Runs the command.
-pub(crate) fn run(options: &Options) -> ExitCode {
+pub(crate) fn run(options: &Options) -> Result<bool, String> {
     let mut tests = BTreeSet::new();
     collect(&process::workspace_root(), &mut tests);
     println!("{} tests", tests.len());
@@ -39,23 +38,15 @@ pub(crate) fn run(options: &Options) -> ExitCode {
         let mut command = process::program("cargo");
         command.args(["test", "--quiet", "--workspace", "--lib", "--tests", "--no-fail-fast", "--"]);
         command.args(&tests).env("UMBRAGRAPH_SEED", seed.to_string()).env("UMBRAGRAPH_TIMES", &times);
-        match command.status() {
-            Ok(status) if status.success() => {}
-            Ok(_) => {
-                eprintln!(
-                    "to repeat: UMBRAGRAPH_SEED={seed} UMBRAGRAPH_TIMES={times} cargo test --workspace NAME"
-                );
-                eprintln!("keep what failed as a test of its own, by name");
-                return ExitCode::from(1);
-            }
-            Err(error) => {
-                eprintln!("cargo could not be started: {error}");
-                return ExitCode::from(1);
-            }
+        if !process::cargo(&mut command)? {
+            return Err(format!(
+                "to repeat: UMBRAGRAPH_SEED={seed} UMBRAGRAPH_TIMES={times} cargo test --workspace NAME\n\
+                 keep what failed as a test of its own, by name"
+            ));
         }
         let goes_on = options.seconds.is_some_and(|seconds| start.elapsed() < Duration::from_secs(seconds));
         if !goes_on {
-            return ExitCode::SUCCESS;
+            return Ok(true);
         }
         seed = seed.wrapping_add(1);
     }
