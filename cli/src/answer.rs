@@ -15,22 +15,22 @@ pub(crate) trait Answer {
     fn json(&self) -> serde_json::Value;
 }
 
-/// Prints what work comes to, and what is to be said of it; whether there were no errors.
+/// Prints what work comes to, and what is to be said of it; whether there were no errors. Work that found errors and
+/// gave them to the session ends with no further ones.
 pub(crate) fn answer<A: Answer>(
     choices: &Choices,
     format: AnswerFormat,
-    work: impl FnOnce(&mut Session, &mut Progress) -> Result<Option<A>, Diagnostics>,
+    work: impl FnOnce(&mut Session, &mut Progress) -> Result<A, Diagnostics>,
 ) -> bool {
     let mut session = Session::new(&choices.files);
     let mut progress = Progress::new();
     let result = work(&mut session, &mut progress);
     progress.finish();
     match result {
-        Ok(Some(found)) => match format {
+        Ok(found) => match format {
             AnswerFormat::Human => print(&format!("{}{}\n", found.text(), progress.summary())),
             AnswerFormat::Json => print_json(&format!("{:#}\n", found.json())),
         },
-        Ok(None) => {}
         Err(diagnostics) => session.diagnostics.extend(diagnostics),
     }
     session.report()

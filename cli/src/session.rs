@@ -146,10 +146,14 @@ impl Session {
         Ok(scene)
     }
 
-    /// Whether there is a plan, and nothing wrong.
+    /// Goes on where there is a plan, and nothing wrong.
+    ///
+    /// # Errors
+    /// No further ones than the session has.
     #[cfg(feature = "gpu")]
-    pub(crate) fn is_fine(&self, checked: &CheckReport) -> bool {
-        checked.plan.is_some() && !self.diagnostics.has_errors()
+    pub(crate) fn fine(&self, checked: &CheckReport) -> Result<(), Diagnostics> {
+        let is_fine = checked.plan.is_some() && !self.diagnostics.has_errors();
+        is_fine.then_some(()).ok_or_else(Diagnostics::new)
     }
 
     /// The place of a text that is on the command line.

@@ -35,37 +35,29 @@ pub(crate) fn run(arguments: &RenderArguments) -> bool {
     let mut progress = Progress::new();
     let result = render(arguments, &mut session, &mut progress);
     progress.finish();
-    let said = match result {
-        Ok(said) => said,
-        Err(diagnostics) => {
-            session.diagnostics.extend(diagnostics);
-            None
-        }
-    };
+    let said = result.map_err(|diagnostics| session.diagnostics.extend(diagnostics));
     let fine = session.report();
-    if let Some(said) = said.filter(|_| fine) {
-        print(&format!("{said}{}\n", progress.summary()));
-        return true;
-    }
-    false
+    let said = said.ok().filter(|_| fine);
+    said.inspect(|said| print(&format!("{said}{}\n", progress.summary()))).is_some()
 }
 
-/// What is to be said of what was rendered, or `None` if the diagnostics are in the session.
+/// What is to be said of what was rendered.
+///
+/// # Errors
+/// Those that the session does not have already.
 fn render(
     arguments: &RenderArguments,
     session: &mut Session,
     progress: &mut Progress,
-) -> Result<Option<String>, Diagnostics> {
+) -> Result<String, Diagnostics> {
     let output = Output::of(arguments)?;
     let path = CameraPath::of(arguments.film.camera.as_ref())?;
     let choices = &arguments.choices;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, choices));
     let scene = progress.stage("load scene", || session.scene(&arguments.scene))?;
-    let Some(plan) = &checked.plan else { return Ok(None) };
+    let plan = checked.plan.as_ref().ok_or_else(Diagnostics::new)?;
     session.diagnostics.extend(umbragraph::scene::filter::left_out(&scene, plan));
-    if session.diagnostics.has_errors() {
-        return Ok(None);
-    }
+    session.fine(&checked)?;
     let (captures, document) = capture::captures(plan, &arguments.capture, arguments.capture_all.as_deref())?;
     let graphics = progress.stage("open device", device::open)?;
     let checked = if document.imports.is_empty() {
@@ -75,9 +67,7 @@ fn render(
         progress.stage("check captures", || session.check(&arguments.pipeline, choices))
     };
     let checked = session.check_on(&graphics, checked, &arguments.pipeline, choices);
-    if !session.is_fine(&checked) {
-        return Ok(None);
-    }
+    session.fine(&checked)?;
     let options = Session::options(&arguments.choices);
     let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, document.imports.clone())?;
     drawing.toggles = &arguments.toggles;
@@ -130,7 +120,7 @@ fn render(
     }
     let notices: Vec<Diagnostic> = drawing.notices();
     session.diagnostics.extend(notices);
-    Ok(Some(said))
+    Ok(said)
 }
 
 /// What is written, as the arguments say it.

@@ -50,25 +50,22 @@ fn score(
     arguments: &ScoreArguments,
     session: &mut Session,
     progress: &mut Progress,
-) -> Result<Option<Scored>, Diagnostics> {
+) -> Result<Scored, Diagnostics> {
     let limits = arguments.limits.as_deref().map(read_limits).transpose()?;
     if let Some(out) = &arguments.out {
         files::check("--out", out, &[(".png", Format::Png)])?;
     }
     let path = CameraPath::of(arguments.shots.film.camera.as_ref())?;
     let choices = shadow_term::choices(&arguments.choices);
-    let Some(document) = session.open(&arguments.pipeline, &choices.files.extension) else { return Ok(None) };
+    let document =
+        session.open(&arguments.pipeline, &choices.files.extension).ok_or_else(Diagnostics::new)?;
     shadow_term::required(&document.root)?;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, &choices));
     let scene = progress.stage("load scene", || session.scene(&arguments.scene))?;
-    if !session.is_fine(&checked) {
-        return Ok(None);
-    }
+    session.fine(&checked)?;
     let graphics = progress.stage("open device", device::open)?;
     let checked = session.check_on(&graphics, checked, &arguments.pipeline, &choices);
-    if !session.is_fine(&checked) {
-        return Ok(None);
-    }
+    session.fine(&checked)?;
     let options = Session::options(&choices);
     let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, Vec::new())?;
     let mut lights: Vec<(String, Scores)> = Vec::new();
@@ -138,7 +135,7 @@ fn score(
     if let (Some(limits), Some(path)) = (&limits, &arguments.limits) {
         session.diagnostics.extend(broken(limits, path, &together));
     }
-    Ok(Some(Scored { adapter: graphics.name.clone(), triangles, bytes, lights, frames, together }))
+    Ok(Scored { adapter: graphics.name.clone(), triangles, bytes, lights, frames, together })
 }
 
 pub(crate) fn nothing(message: &str, help: &str) -> Diagnostic {

@@ -58,12 +58,13 @@ fn tune(
     arguments: &TuneArguments,
     session: &mut Session,
     progress: &mut Progress,
-) -> Result<Option<Found>, Diagnostics> {
+) -> Result<Found, Diagnostics> {
     files::check_folder(&arguments.out)?;
     let is_stopped = stopped_by_the_user();
     let path = CameraPath::of(arguments.shots.film.camera.as_ref())?;
     let choices = shadow_term::choices(&arguments.choices);
-    let Some(document) = session.open(&arguments.pipeline, &choices.files.extension) else { return Ok(None) };
+    let document =
+        session.open(&arguments.pipeline, &choices.files.extension).ok_or_else(Diagnostics::new)?;
     shadow_term::required(&document.root)?;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, &choices));
     let mut tuned = Vec::new();
@@ -79,14 +80,10 @@ fn tune(
     for file in &arguments.scene {
         scenes.push(progress.stage("load scene", || session.scene(file))?);
     }
-    if !session.is_fine(&checked) {
-        return Ok(None);
-    }
+    session.fine(&checked)?;
     let graphics = progress.stage("open device", device::open)?;
     let checked = session.check_on(&graphics, checked, &arguments.pipeline, &choices);
-    if !session.is_fine(&checked) {
-        return Ok(None);
-    }
+    session.fine(&checked)?;
     let mut drawings = Vec::new();
     let mut shots = Vec::new();
     for (at, scene) in scenes.iter().enumerate() {
@@ -144,14 +141,14 @@ fn tune(
     let findings = search.findings();
     search.trials.session.diagnostics.extend(findings);
     if search.trials.session.diagnostics.has_errors() {
-        return Ok(None);
+        return Err(Diagnostics::new());
     }
     let names = search.tuned.iter().map(|one| one.name.clone()).collect();
     let found = Found::new(arguments, &graphics.name, names, search.tried, search.refused);
-    let Some(found) = found else { return Ok(None) };
+    let found = found.ok_or_else(Diagnostics::new)?;
     let text = file::text(&found, arguments, session, &document)?;
     replace(&arguments.out, text)?;
-    Ok(Some(found))
+    Ok(found)
 }
 
 /// Set when the user interrupts; the second time the process ends at once.
