@@ -7,7 +7,7 @@ use wgpu_types::{BufferUsages, TextureUsages};
 
 use super::regions::extents;
 use super::{ViolationKind as Kind, Violations};
-use crate::compiler::{Physical, PhysicalBuffer, Plan, PlanOptions, PlannedResource};
+use crate::compiler::{Physical, PhysicalBuffer, PhysicalTexture, Plan, PlanOptions, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::{IndexRange, ResourceKind, SubresourceRange, Usage};
 use crate::work::ResourceHandle;
@@ -21,6 +21,19 @@ struct Used {
     highest_mip: u32,
     highest_layer: u32,
     highest_byte: u64,
+}
+
+/// The places of a plan while they are checked.
+struct Memory<'a> {
+    plan: &'a Plan,
+    options: &'a PlanOptions,
+    /// The places of earlier frames that no pass reads, which are there all the same.
+    spare: &'a BTreeSet<Physical>,
+    /// The transient resources that a toggle can leave unwritten.
+    conditional: HashSet<ResourceHandle>,
+    /// By place the resources that stand there, from the first to the last pass that uses them.
+    aliases: BTreeMap<Physical, Vec<(usize, usize, &'a str)>>,
+    violations: &'a mut Violations,
 }
 
 /// Checks places, spans, usages and sums.
@@ -41,38 +54,269 @@ pub(super) fn check(
             violations.add(Kind::ResourceMissing, format!("\"{name}\" is used but not planned"));
         }
     }
-    let mut aliases: BTreeMap<Physical, Vec<(usize, usize, &str)>> = BTreeMap::new();
+    let (conditional, aliases) = (conditional(plan), BTreeMap::new());
+    let mut memory = Memory { plan, options, spare, conditional, aliases, violations };
     for (name, planned) in &plan.resources {
         let known =
             plan.pipeline.resources.get(planned.handle.index()).filter(|resource| resource.name == *name);
         let (Some(resource), Some(used)) = (known, used.get(&planned.handle)) else {
-            violations.add(Kind::ResourceUnused, format!("\"{name}\" is planned, but no pass uses it"));
+            memory
+                .violations
+                .add(Kind::ResourceUnused, format!("\"{name}\" is planned, but no pass uses it"));
             continue;
         };
         if resource.lifetime() != planned.lifetime {
-            violations.add(Kind::NameWrong, format!("\"{name}\" has another lifetime than the plan says"));
+            memory
+                .violations
+                .add(Kind::NameWrong, format!("\"{name}\" has another lifetime than the plan says"));
         }
         if (planned.first, planned.last) != (used.first, used.last) {
             let message = format!(
                 "\"{name}\" is used from {} to {}, not from {} to {}",
                 used.first, used.last, planned.first, planned.last
             );
-            violations.add(Kind::SpanWrong, message);
+            memory.violations.add(Kind::SpanWrong, message);
         }
-        check_place(plan, options, name, planned, used, violations);
+        memory.check_place(name, planned, used);
         if matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_)) {
-            aliases.entry(planned.physical).or_default().push((used.first, used.last, name));
+            memory.aliases.entry(planned.physical).or_default().push((used.first, used.last, name));
         }
     }
-    let conditional = conditional(plan);
     for (name, planned) in &plan.resources {
-        if planned.conditional != conditional.contains(&planned.handle) {
+        if planned.conditional != memory.conditional.contains(&planned.handle) {
             let message = format!("the plan is wrong about whether a toggle leaves \"{name}\" unwritten");
-            violations.add(Kind::ToggleWrong, message);
+            memory.violations.add(Kind::ToggleWrong, message);
         }
     }
-    let bound = check_sharing(plan, options, &conditional, &mut aliases, spare, violations);
-    check_sums(plan, options, spare, bound, violations);
+    let bound = memory.check_sharing();
+    memory.check_sums(bound);
+}
+
+impl Memory<'_> {
+    fn check_place(&mut self, name: &str, planned: &PlannedResource, used: &Used) {
+        let kind = &self.plan.pipeline.resource(planned.handle).kind;
+        let right = match (kind, planned.lifetime, planned.physical) {
+            (ResourceKind::Data(_), _, Physical::Host) => true,
+            (ResourceKind::Data(_), ..) => false,
+            (_, Lifetime::Imported, physical) => physical == Physical::Imported,
+            (ResourceKind::Texture(_), _, Physical::Texture(_))
+            | (ResourceKind::Buffer(_), _, Physical::Buffer(_)) => true,
+            _ => false,
+        };
+        if !right {
+            self.violations
+                .add(Kind::PlaceWrong, format!("\"{name}\" cannot stand at {:?}", planned.physical));
+            return;
+        }
+        let volume = matches!(kind, ResourceKind::Texture(texture) if texture.view == Some(TextureShape::D3));
+        if let Some(size) = planned.size
+            && (used.highest_mip >= size.mips || (!volume && used.highest_layer >= size.layers))
+        {
+            self.violations
+                .add(Kind::SubresourceMissing, format!("\"{name}\" is used beyond its mips or layers"));
+        }
+        if matches!(kind, ResourceKind::Buffer(_)) && used.highest_byte > planned.bytes {
+            self.violations.add(Kind::SubresourceMissing, format!("\"{name}\" is used beyond its bytes"));
+        }
+        // The place, and whether it is of the class and has the usages.
+        let (place, found) = match planned.physical {
+            Physical::Texture(index) => {
+                let judge = |texture: &PhysicalTexture| {
+                    let is_alike = planned.format == Some(texture.format)
+                        && planned.size == Some(texture.size)
+                        && texture.volume == volume;
+                    (is_alike, texture.usages.contains(used.textures))
+                };
+                (format!("texture {index}"), self.plan.textures.get(index).map(judge))
+            }
+            Physical::Buffer(index) => {
+                let judge = |buffer: &PhysicalBuffer| {
+                    let is_alike =
+                        planned.bytes <= buffer.bytes && class(planned.bytes) == class(buffer.bytes);
+                    (is_alike, buffer.usages.contains(used.buffers))
+                };
+                (format!("buffer {index}"), self.plan.buffers.get(index).map(judge))
+            }
+            Physical::Imported => {
+                let allowed = self.options.import_usages.get(name).copied().unwrap_or(TextureUsages::all());
+                let differs = self.options.imports.get(name).is_some_and(|told| {
+                    planned.format != Some(told.format) || planned.size != Some(told.size)
+                });
+                if !allowed.contains(used.textures) || differs {
+                    let message = format!("\"{name}\" is used otherwise than the host's texture allows");
+                    self.violations.add(Kind::ImportMisused, message);
+                }
+                return;
+            }
+            Physical::Host => return,
+        };
+        let Some((is_alike, has_usages)) = found else {
+            let message = format!("\"{name}\" stands at {place}, which is not there");
+            return self.violations.add(Kind::PlaceMissing, message);
+        };
+        if !is_alike {
+            let larger = if matches!(planned.physical, Physical::Buffer(_)) { ", or larger" } else { "" };
+            let message = format!("\"{name}\" is not of the class of {place}{larger}");
+            self.violations.add(Kind::CompatibilityMismatch, message);
+        }
+        if !has_usages {
+            self.violations.add(Kind::UsageMissing, format!("{place} lacks a usage that \"{name}\" needs"));
+        }
+    }
+
+    /// Returns the bytes that no sharing can go below.
+    fn check_sharing(&mut self) -> u64 {
+        let plan = self.plan;
+        for list in self.aliases.values_mut() {
+            list.sort_unstable();
+            for pair in list.windows(2) {
+                let ((_, end, first), (start, _, second)) = (pair[0], pair[1]);
+                if start <= end {
+                    self.violations.add(
+                        Kind::Overlap,
+                        format!("\"{first}\" and \"{second}\" share memory while both are alive"),
+                    );
+                }
+            }
+            let lasting = list.iter().find(|(.., name)| {
+                plan.resources[*name].lifetime != Lifetime::Transient || !self.options.aliasing
+            });
+            if let (true, Some((.., name))) = (list.len() > 1, lasting) {
+                self.violations
+                    .add(Kind::SharedThoughLasting, format!("\"{name}\" shares memory, though it may not"));
+            }
+        }
+        for list in self.aliases.values().filter(|list| list.len() > 1) {
+            let first =
+                list.iter().find(|(.., name)| self.conditional.contains(&plan.resources[*name].handle));
+            if let Some((.., name)) = first {
+                self.violations.add(
+                    Kind::SharedThoughConditional,
+                    format!("\"{name}\" shares memory, though a toggle can leave it unwritten"),
+                );
+            }
+        }
+        let textures = (0..plan.textures.len()).map(Physical::Texture);
+        for place in textures.chain((0..plan.buffers.len()).map(Physical::Buffer)) {
+            if !self.aliases.contains_key(&place) && !self.spare.contains(&place) {
+                self.violations.add(Kind::PhysicalUnused, format!("{place:?} stands for nothing"));
+            }
+        }
+        self.check_buffer_bytes();
+        self.check_minimal()
+    }
+
+    /// A buffer is as large as the largest resource that it stands for.
+    fn check_buffer_bytes(&mut self) {
+        for (place, list) in &self.aliases {
+            let Physical::Buffer(index) = place else { continue };
+            let Some(buffer) = self.plan.buffers.get(*index) else { continue };
+            let max = list.iter().map(|(.., name)| self.plan.resources[*name].bytes).max().unwrap_or(0);
+            if buffer.bytes != max {
+                let message = format!(
+                    "buffer {index} has {} bytes, and the largest that it stands for {max}",
+                    buffer.bytes
+                );
+                self.violations.add(Kind::CompatibilityMismatch, message);
+            }
+        }
+    }
+
+    /// In each class as many physical resources as are alive at once; the bytes that cannot be less.
+    fn check_minimal(&mut self) -> u64 {
+        let plan = self.plan;
+        // Classes by what wgpu would be told at creation.
+        let mut classes: BTreeMap<String, CompatibilityClass> = BTreeMap::new();
+        let mut bound = 0u64;
+        for (place, list) in &self.aliases {
+            let class = match place {
+                Physical::Texture(index) => plan.textures.get(*index).map(|one| {
+                    let like = format!("{:?} {:?} {:?}", one.format, one.size, one.view_format);
+                    (like, one.volume, one.usages.bits())
+                }),
+                Physical::Buffer(index) => {
+                    let like = |one: &PhysicalBuffer| format!("up to 2^{} bytes", class(one.bytes));
+                    plan.buffers.get(*index).map(|one| (like(one), false, one.usages.bits()))
+                }
+                _ => None,
+            };
+            let transient = list.iter().all(|(.., name)| {
+                let planned = &plan.resources[*name];
+                planned.lifetime == Lifetime::Transient && !self.conditional.contains(&planned.handle)
+            });
+            let bytes = |name: &str| plan.resources[name].bytes;
+            let Some(class) = class.filter(|_| transient && self.options.aliasing) else {
+                // What shares no memory takes its bytes whatever else there is.
+                bound = list.iter().fold(bound, |bound, (.., name)| bound.saturating_add(bytes(name)));
+                continue;
+            };
+            let class = classes.entry(format!("{class:?}")).or_default();
+            class.created += 1;
+            for (first, last, name) in list {
+                class.add(*first, *last, bytes(name));
+            }
+        }
+        for (name, mut class) in classes {
+            let (peak, bytes) = class.peaks();
+            bound = bound.saturating_add(bytes);
+            if class.created > peak {
+                let created = class.created;
+                self.violations.add(
+                    Kind::NotMinimal,
+                    format!("{created} resources of the class {name} are created, {peak} are alive at once"),
+                );
+            }
+        }
+        bound
+    }
+
+    fn check_sums(&mut self, bound: u64) {
+        let plan = self.plan;
+        let created: u64 =
+            plan.textures.iter().map(|one| one.bytes).chain(plan.buffers.iter().map(|one| one.bytes)).sum();
+        let own = |planned: &&PlannedResource| {
+            matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_))
+        };
+        let kept = self.spare.iter().filter_map(|place| match place {
+            Physical::Texture(at) => plan.textures.get(*at).map(|texture| texture.bytes),
+            Physical::Buffer(at) => plan.buffers.get(*at).map(|buffer| buffer.bytes),
+            Physical::Imported | Physical::Host => None,
+        });
+        let kept: u64 = kept.sum();
+        let apart: u64 = kept + plan.resources.values().filter(own).map(|planned| planned.bytes).sum::<u64>();
+        for (what, stated, right) in [
+            ("bytes", plan.bytes, created),
+            ("bytes_without_aliasing", plan.bytes_without_aliasing, apart),
+            ("bytes_bound", plan.bytes_bound, bound.saturating_add(kept)),
+        ] {
+            if stated != right {
+                self.violations.add(Kind::BytesWrong, format!("{what} is {stated}, but should be {right}"));
+            }
+        }
+        let mut all = CompatibilityClass::default();
+        for planned in plan.resources.values().filter(own) {
+            let lasts = planned.lifetime != Lifetime::Transient || !self.options.aliasing;
+            let (first, last) =
+                if lasts { (0, plan.passes.len().saturating_sub(1)) } else { (planned.first, planned.last) };
+            all.add(first, last, planned.bytes);
+        }
+        let peak = all.peaks().1.saturating_add(kept);
+        if plan.bytes_peak != peak {
+            self.violations
+                .add(Kind::BytesWrong, format!("bytes_peak is {}, but should be {peak}", plan.bytes_peak));
+        }
+        // Sharing never costs bytes, and nothing goes below its bound.
+        if created > apart || plan.bytes_bound > created || plan.bytes_bound < peak {
+            let message = format!(
+                "{created} bytes are created: not between the bound, {}, and what nothing shares, {apart}",
+                plan.bytes_bound
+            );
+            self.violations.add(Kind::BytesWrong, message);
+        }
+        for texture in plan.textures.iter().filter(|texture| texture.bytes == 0) {
+            self.violations.add(Kind::BytesWrong, format!("the texture \"{}\" has no bytes", texture.label));
+        }
+    }
 }
 
 /// The last mip or layer of a range.
@@ -127,92 +371,6 @@ fn needed(usage: Usage) -> (TextureUsages, BufferUsages) {
     }
 }
 
-fn check_place(
-    plan: &Plan,
-    options: &PlanOptions,
-    name: &str,
-    planned: &PlannedResource,
-    used: &Used,
-    violations: &mut Violations,
-) {
-    let kind = &plan.pipeline.resource(planned.handle).kind;
-    let right = match (kind, planned.lifetime, planned.physical) {
-        (ResourceKind::Data(_), _, Physical::Host) => true,
-        (ResourceKind::Data(_), ..) => false,
-        (_, Lifetime::Imported, physical) => physical == Physical::Imported,
-        (ResourceKind::Texture(_), _, Physical::Texture(_))
-        | (ResourceKind::Buffer(_), _, Physical::Buffer(_)) => true,
-        _ => false,
-    };
-    if !right {
-        violations.add(Kind::PlaceWrong, format!("\"{name}\" cannot stand at {:?}", planned.physical));
-        return;
-    }
-    let volume = matches!(kind, ResourceKind::Texture(texture) if texture.view == Some(TextureShape::D3));
-    if let Some(size) = planned.size
-        && (used.highest_mip >= size.mips || (!volume && used.highest_layer >= size.layers))
-    {
-        violations.add(Kind::SubresourceMissing, format!("\"{name}\" is used beyond its mips or layers"));
-    }
-    if matches!(kind, ResourceKind::Buffer(_)) && used.highest_byte > planned.bytes {
-        violations.add(Kind::SubresourceMissing, format!("\"{name}\" is used beyond its bytes"));
-    }
-    match planned.physical {
-        Physical::Texture(index) => match plan.textures.get(index) {
-            None => violations
-                .add(Kind::PlaceMissing, format!("\"{name}\" stands at texture {index}, which is not there")),
-            Some(texture) => {
-                if planned.format != Some(texture.format)
-                    || planned.size != Some(texture.size)
-                    || texture.volume != volume
-                {
-                    violations.add(
-                        Kind::CompatibilityMismatch,
-                        format!("\"{name}\" is not of the class of texture {index}"),
-                    );
-                }
-                if !texture.usages.contains(used.textures) {
-                    violations.add(
-                        Kind::UsageMissing,
-                        format!("texture {index} lacks a usage that \"{name}\" needs"),
-                    );
-                }
-            }
-        },
-        Physical::Buffer(index) => match plan.buffers.get(index) {
-            None => violations
-                .add(Kind::PlaceMissing, format!("\"{name}\" stands at buffer {index}, which is not there")),
-            Some(buffer) => {
-                if planned.bytes > buffer.bytes || class(planned.bytes) != class(buffer.bytes) {
-                    violations.add(
-                        Kind::CompatibilityMismatch,
-                        format!("\"{name}\" is not of the class of buffer {index}, or larger"),
-                    );
-                }
-                if !buffer.usages.contains(used.buffers) {
-                    violations.add(
-                        Kind::UsageMissing,
-                        format!("buffer {index} lacks a usage that \"{name}\" needs"),
-                    );
-                }
-            }
-        },
-        Physical::Imported => {
-            let allowed = options.import_usages.get(name).copied().unwrap_or(TextureUsages::all());
-            let told = options.imports.get(name);
-            let differs = told
-                .is_some_and(|told| planned.format != Some(told.format) || planned.size != Some(told.size));
-            if !allowed.contains(used.textures) || differs {
-                violations.add(
-                    Kind::ImportMisused,
-                    format!("\"{name}\" is used otherwise than the host's texture allows"),
-                );
-            }
-        }
-        Physical::Host => {}
-    }
-}
-
 /// The transient resources of which some subresource range is first written by a pass that can be off.
 fn conditional(plan: &Plan) -> HashSet<ResourceHandle> {
     let mut always: HashMap<ResourceHandle, Vec<SubresourceRange>> = HashMap::new();
@@ -241,75 +399,9 @@ fn conditional(plan: &Plan) -> HashSet<ResourceHandle> {
     conditional
 }
 
-/// Returns the bytes that no sharing can go below.
-fn check_sharing(
-    plan: &Plan,
-    options: &PlanOptions,
-    conditional: &HashSet<ResourceHandle>,
-    aliases: &mut BTreeMap<Physical, Vec<(usize, usize, &str)>>,
-    spare: &BTreeSet<Physical>,
-    violations: &mut Violations,
-) -> u64 {
-    for list in aliases.values_mut() {
-        list.sort_unstable();
-        for pair in list.windows(2) {
-            let ((_, end, first), (start, _, second)) = (pair[0], pair[1]);
-            if start <= end {
-                violations.add(
-                    Kind::Overlap,
-                    format!("\"{first}\" and \"{second}\" share memory while both are alive"),
-                );
-            }
-        }
-        let lasting = list
-            .iter()
-            .find(|(.., name)| plan.resources[*name].lifetime != Lifetime::Transient || !options.aliasing);
-        if let (true, Some((.., name))) = (list.len() > 1, lasting) {
-            violations.add(Kind::SharedThoughLasting, format!("\"{name}\" shares memory, though it may not"));
-        }
-    }
-    for list in aliases.values().filter(|list| list.len() > 1) {
-        let first = list.iter().find(|(.., name)| conditional.contains(&plan.resources[*name].handle));
-        if let Some((.., name)) = first {
-            violations.add(
-                Kind::SharedThoughConditional,
-                format!("\"{name}\" shares memory, though a toggle can leave it unwritten"),
-            );
-        }
-    }
-    let textures = (0..plan.textures.len()).map(Physical::Texture);
-    for place in textures.chain((0..plan.buffers.len()).map(Physical::Buffer)) {
-        if !aliases.contains_key(&place) && !spare.contains(&place) {
-            violations.add(Kind::PhysicalUnused, format!("{place:?} stands for nothing"));
-        }
-    }
-    check_buffer_bytes(plan, aliases, violations);
-    check_minimal(plan, options, conditional, aliases, violations)
-}
-
 /// The power of two up to which a buffer is of a class.
 fn class(bytes: u64) -> u32 {
     u64::BITS - bytes.saturating_sub(1).leading_zeros()
-}
-
-/// A buffer is as large as the largest resource that it stands for.
-fn check_buffer_bytes(
-    plan: &Plan,
-    aliases: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
-    violations: &mut Violations,
-) {
-    for (place, list) in aliases {
-        let Physical::Buffer(index) = place else { continue };
-        let Some(buffer) = plan.buffers.get(*index) else { continue };
-        let max = list.iter().map(|(.., name)| plan.resources[*name].bytes).max().unwrap_or(0);
-        if buffer.bytes != max {
-            let message = format!(
-                "buffer {index} has {} bytes, and the largest that it stands for {max}",
-                buffer.bytes
-            );
-            violations.add(Kind::CompatibilityMismatch, message);
-        }
-    }
 }
 
 /// A class of resources that may stand for one another.
@@ -341,111 +433,5 @@ impl CompatibilityClass {
             max = (max.0.max(alive.0), max.1.max(alive.1));
         }
         max
-    }
-}
-
-/// In each class as many physical resources as are alive at once; the bytes that cannot be less.
-fn check_minimal(
-    plan: &Plan,
-    options: &PlanOptions,
-    conditional: &HashSet<ResourceHandle>,
-    aliases: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
-    violations: &mut Violations,
-) -> u64 {
-    // Classes by what wgpu would be told at creation.
-    let mut classes: HashMap<String, CompatibilityClass> = HashMap::new();
-    let mut bound = 0u64;
-    for (place, list) in aliases {
-        let class = match place {
-            Physical::Texture(index) => plan.textures.get(*index).map(|one| {
-                let like = format!("{:?} {:?} {:?}", one.format, one.size, one.view_format);
-                (like, one.volume, one.usages.bits())
-            }),
-            Physical::Buffer(index) => {
-                let like = |one: &PhysicalBuffer| format!("up to 2^{} bytes", class(one.bytes));
-                plan.buffers.get(*index).map(|one| (like(one), false, one.usages.bits()))
-            }
-            _ => None,
-        };
-        let transient = list.iter().all(|(.., name)| {
-            let planned = &plan.resources[*name];
-            planned.lifetime == Lifetime::Transient && !conditional.contains(&planned.handle)
-        });
-        let bytes = |name: &str| plan.resources[name].bytes;
-        let Some(class) = class.filter(|_| transient && options.aliasing) else {
-            // What shares no memory takes its bytes whatever else there is.
-            bound = list.iter().fold(bound, |bound, (.., name)| bound.saturating_add(bytes(name)));
-            continue;
-        };
-        let class = classes.entry(format!("{class:?}")).or_default();
-        class.created += 1;
-        for (first, last, name) in list {
-            class.add(*first, *last, bytes(name));
-        }
-    }
-    let mut names: Vec<_> = classes.into_iter().collect();
-    names.sort_unstable_by(|a, b| a.0.cmp(&b.0));
-    for (name, mut class) in names {
-        let (peak, bytes) = class.peaks();
-        bound = bound.saturating_add(bytes);
-        if class.created > peak {
-            let created = class.created;
-            violations.add(
-                Kind::NotMinimal,
-                format!("{created} resources of the class {name} are created, {peak} are alive at once"),
-            );
-        }
-    }
-    bound
-}
-
-fn check_sums(
-    plan: &Plan,
-    options: &PlanOptions,
-    spare: &BTreeSet<Physical>,
-    bound: u64,
-    violations: &mut Violations,
-) {
-    let created: u64 =
-        plan.textures.iter().map(|one| one.bytes).chain(plan.buffers.iter().map(|one| one.bytes)).sum();
-    let own =
-        |planned: &&PlannedResource| matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_));
-    let kept = spare.iter().filter_map(|place| match place {
-        Physical::Texture(at) => plan.textures.get(*at).map(|texture| texture.bytes),
-        Physical::Buffer(at) => plan.buffers.get(*at).map(|buffer| buffer.bytes),
-        Physical::Imported | Physical::Host => None,
-    });
-    let kept: u64 = kept.sum();
-    let apart: u64 = kept + plan.resources.values().filter(own).map(|planned| planned.bytes).sum::<u64>();
-    for (what, stated, right) in [
-        ("bytes", plan.bytes, created),
-        ("bytes_without_aliasing", plan.bytes_without_aliasing, apart),
-        ("bytes_bound", plan.bytes_bound, bound.saturating_add(kept)),
-    ] {
-        if stated != right {
-            violations.add(Kind::BytesWrong, format!("{what} is {stated}, but should be {right}"));
-        }
-    }
-    let mut all = CompatibilityClass::default();
-    for planned in plan.resources.values().filter(own) {
-        let lasts = planned.lifetime != Lifetime::Transient || !options.aliasing;
-        let (first, last) =
-            if lasts { (0, plan.passes.len().saturating_sub(1)) } else { (planned.first, planned.last) };
-        all.add(first, last, planned.bytes);
-    }
-    let peak = all.peaks().1.saturating_add(kept);
-    if plan.bytes_peak != peak {
-        violations.add(Kind::BytesWrong, format!("bytes_peak is {}, but should be {peak}", plan.bytes_peak));
-    }
-    // Sharing never costs bytes, and nothing goes below its bound.
-    if created > apart || plan.bytes_bound > created || plan.bytes_bound < peak {
-        let message = format!(
-            "{created} bytes are created: not between the bound, {}, and what nothing shares, {apart}",
-            plan.bytes_bound
-        );
-        violations.add(Kind::BytesWrong, message);
-    }
-    for texture in plan.textures.iter().filter(|texture| texture.bytes == 0) {
-        violations.add(Kind::BytesWrong, format!("the texture \"{}\" has no bytes", texture.label));
     }
 }
