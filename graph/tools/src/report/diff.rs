@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::model::{AttachmentReport, PassReport, Report, ResourceReport, bytes_in_words};
+use super::settings::word;
 
 /// The differences, a line each; none for plans that are the same.
 pub fn diff(before: &Report, after: &Report) -> Vec<String> {
@@ -198,10 +199,8 @@ fn resources(before: &Report, after: &Report, lines: &mut Vec<String>) {
             lines.push(format!("the resource {name} keeps {new} earlier frames, it was {old}"));
         }
         if old.lifetime != new.lifetime {
-            lines.push(
-                format!("the resource {name} is {:?}, it was {:?}", new.lifetime, old.lifetime)
-                    .to_lowercase(),
-            );
+            let [old, new] = [old, new].map(|one| word(&one.lifetime));
+            lines.push(format!("the resource {name} is {new}, it was {old}"));
         }
         names(&format!("the resource {name} shares memory with"), &old.shares_with, &new.shares_with, lines);
     }

@@ -10,7 +10,7 @@ use crate::compiler::{Edge, Graph, GraphNode, Hazard, Physical, Plan, StoreOpera
 use crate::language::{Lifetime, format_name};
 use crate::pipeline::{ResourceKind, SubresourceRange};
 use crate::source::{Sources, Span};
-use crate::work::{LoadOperation, PassHandle, Work};
+use crate::work::{LoadOperation, PassHandle, ResourceHandle, Work};
 
 /// The steps of a reason that a report tells, so that it does not grow with the square of a long chain.
 pub const MAX_STEPS: usize = 16;
@@ -497,51 +497,40 @@ fn classes(plan: &Plan) -> Vec<CompatibilityClassReport> {
 }
 
 fn edges(plan: &Plan, graph: &Graph, column_of: &[usize]) -> Vec<EdgeReport> {
-    let name = |handle: crate::work::ResourceHandle| Some(plan.pipeline.resource(handle).name.clone());
+    let report = |from: PassHandle, to: PassHandle, kind, resource: Option<ResourceHandle>| EdgeReport {
+        from: column_of[from.index()],
+        to: column_of[to.index()],
+        kind,
+        resource: resource.map(|resource| plan.pipeline.resource(resource).name.clone()),
+        version: None,
+    };
     let mut edges = Vec::new();
     for edge in graph.graph.edge_references() {
         let GraphNode::Pass(to) = graph.graph[edge.target()] else { continue };
-        let report = match (graph.graph[edge.source()], edge.weight()) {
+        edges.push(match (graph.graph[edge.source()], edge.weight()) {
             (GraphNode::Version { resource, range, number, writer }, Edge::Reads) => EdgeReport {
-                from: column_of[writer.index()],
-                to: column_of[to.index()],
-                kind: EdgeKind::Data,
-                resource: name(resource),
                 version: Some(format!("{number}{}", describe_range(range))),
+                ..report(writer, to, EdgeKind::Data, Some(resource))
             },
-            (GraphNode::Pass(from), Edge::Order(hazard)) => {
-                let (kind, resource) = match hazard {
-                    Hazard::WriteAfterRead(resource) => (EdgeKind::WriteAfterRead, name(*resource)),
-                    Hazard::WriteAfterWrite(resource) => (EdgeKind::WriteAfterWrite, name(*resource)),
-                    Hazard::Explicit => (EdgeKind::Explicit, None),
-                };
-                EdgeReport {
-                    from: column_of[from.index()],
-                    to: column_of[to.index()],
-                    kind,
-                    resource,
-                    version: None,
+            (GraphNode::Pass(from), Edge::Order(hazard)) => match hazard {
+                Hazard::WriteAfterRead(resource) => {
+                    report(from, to, EdgeKind::WriteAfterRead, Some(*resource))
                 }
-            }
+                Hazard::WriteAfterWrite(resource) => {
+                    report(from, to, EdgeKind::WriteAfterWrite, Some(*resource))
+                }
+                Hazard::Explicit => report(from, to, EdgeKind::Explicit, None),
+            },
             _ => continue,
-        };
-        edges.push(report);
+        });
     }
     let pipeline = &plan.pipeline;
     for reader in pipeline.pass_handles() {
         for one in pipeline.pass(reader).accesses() {
             let history = pipeline.resource(one.resource).history.filter(|history| history.back > 0);
-            for writer in
-                history.into_iter().flat_map(|history| surviving_writers(pipeline, graph, history.of))
-            {
-                edges.push(EdgeReport {
-                    from: column_of[writer.index()],
-                    to: column_of[reader.index()],
-                    kind: EdgeKind::LaterFrame,
-                    resource: name(one.resource),
-                    version: None,
-                });
-            }
+            let writers = history.map(|history| surviving_writers(pipeline, graph, history.of));
+            let later = |writer| report(writer, reader, EdgeKind::LaterFrame, Some(one.resource));
+            edges.extend(writers.into_iter().flatten().map(later));
         }
     }
     edges.sort();

@@ -216,7 +216,7 @@ fn numbers(member: &Member, bytes: &[u8]) -> Option<String> {
 }
 
 /// A value by the words of its JSON form: members one after the other, those of a member in parentheses.
-fn word(value: &impl Serialize) -> String {
+pub(super) fn word(value: &impl Serialize) -> String {
     serde_json::to_value(value).map_or_else(|_| String::new(), |value| words(&value, 0))
 }
 

@@ -18,6 +18,7 @@ use crate::diagnostic::render::visible;
 use crate::language::Lifetime;
 
 use super::model::{EdgeKind, EdgeReport, PassReport, Report, ResourceReport, bytes_in_words};
+use super::settings::word;
 
 const GUTTER: usize = 244;
 const COLUMN: usize = 116;
@@ -93,30 +94,23 @@ fn header(out: &mut String, report: &Report) {
     let (live, all) = (report.live_passes(), report.passes.len());
     let memory = &report.memory;
     let resources = report.resources.iter().filter(|resource| resource.live).count();
-    let _ = write!(
-        out,
-        "<text class=\"title\" x=\"24\" y=\"38\">{}</text>\n<text class=\"sub\" x=\"24\" y=\"60\">{} × {} · {}{} · {} · \
-         order for {}</text>\n<text class=\"sub\" x=\"24\" y=\"79\">{} created, {} without aliasing; bound {}</text>\n",
-        escape(&report.pipeline),
-        report.viewport[0],
-        report.viewport[1],
-        counted(live, "pass"),
-        if all > live { format!(", {} culled", all - live) } else { String::new() },
-        counted(resources, "resource"),
-        report.objective,
-        bytes_in_words(memory.created),
-        bytes_in_words(memory.without_aliasing),
-        bytes_in_words(memory.bound),
-    );
-    let words = [("host", "host"), ("draw", "draw"), ("compute", "compute"), ("copy", "copy")];
-    let mut x = LEGEND;
-    for (class, word) in words {
+    let [width, height] = report.viewport;
+    let culled = if all > live { format!(", {} culled", all - live) } else { String::new() };
+    let (live, resources) = (counted(live, "pass"), counted(resources, "resource"));
+    let counts =
+        format!("{width} × {height} · {live}{culled} · {resources} · order for {}", report.objective);
+    let [created, apart, bound] = [memory.created, memory.without_aliasing, memory.bound].map(bytes_in_words);
+    let bytes = format!("{created} created, {apart} without aliasing; bound {bound}");
+    for (class, y, words) in [("title", 38, &report.pipeline), ("sub", 60, &counts), ("sub", 79, &bytes)] {
+        let _ = writeln!(out, "{}", text(class, [24, y], words));
+    }
+    for (at, word) in ["host", "draw", "compute", "copy"].into_iter().enumerate() {
+        let x = LEGEND + 84 * at;
         let _ = writeln!(
             out,
-            "<g class=\"{class}\"><rect class=\"strip\" x=\"{x}\" y=\"28\" width=\"12\" height=\"12\" rx=\"3\"/><text x=\"{}\" y=\"38\">{word}</text></g>",
+            "<g class=\"{word}\"><rect class=\"strip\" x=\"{x}\" y=\"28\" width=\"12\" height=\"12\" rx=\"3\"/><text x=\"{}\" y=\"38\">{word}</text></g>",
             x + 18
         );
-        x += 84;
     }
     let x = LEGEND;
     let _ = writeln!(
@@ -243,37 +237,24 @@ fn passes(out: &mut String, report: &Report, head: usize) {
         let _ = writeln!(
             out,
             "<g class=\"{class}\" data-pass=\"{}\" tabindex=\"0\"><title>{}</title><rect class=\"body\" x=\"{x}\" y=\"{head}\" width=\"{BOX_WIDTH}\" \
-             height=\"{BOX_HEIGHT}\" rx=\"8\"/><path class=\"strip\" d=\"M{x} {}a8 8 0 0 1 8-8h{}a8 8 0 0 1 8 8z\"/><text class=\"name middle\" x=\"{}\" \
-             y=\"{}\">{}</text><text class=\"small middle\" x=\"{}\" y=\"{}\">{}</text></g>",
+             height=\"{BOX_HEIGHT}\" rx=\"8\"/><path class=\"strip\" d=\"M{x} {}a8 8 0 0 1 8-8h{}a8 8 0 0 1 8 8z\"/>{}{}</g>",
             escape(&pass.name),
             escape(&title(pass)),
             head + 8,
             BOX_WIDTH - 16,
-            center(column),
-            head + 25,
-            escape(&shorten(&pass.name, 14)),
-            center(column),
-            head + 39,
-            escape(&shorten(&pass.kind, 16)),
+            text("name middle", [center(column), head + 25], &shorten(&pass.name, 14)),
+            text("small middle", [center(column), head + 39], &shorten(&pass.kind, 16)),
         );
         if let Some(toggle) = &pass.toggle {
             // Above the box, where no edge runs.
-            let _ = writeln!(
-                out,
-                "<text class=\"small middle\" x=\"{}\" y=\"{}\">⏻ {}</text>",
-                center(column),
-                head - 4,
-                escape(&shorten(toggle, 14)),
-            );
+            let words = format!("⏻ {}", shorten(toggle, 14));
+            let _ = writeln!(out, "{}", text("small middle", [center(column), head - 4], &words));
         }
     }
     let mut start = 0;
-    while start < report.passes.len() {
-        let group = report.passes[start].group;
-        let end = (start..report.passes.len())
-            .find(|at| group.is_none() || report.passes[*at].group != group)
-            .unwrap_or(report.passes.len());
-        if end > start + 1 {
+    for group in report.passes.chunk_by(|a, b| a.group.is_some() && a.group == b.group) {
+        let end = start + group.len();
+        if group.len() > 1 {
             let (left, right, y) =
                 (center(start) - BOX_WIDTH / 2, center(end - 1) + BOX_WIDTH / 2, head + BOX_HEIGHT + 5);
             let _ = writeln!(
@@ -281,7 +262,7 @@ fn passes(out: &mut String, report: &Report, head: usize) {
                 "<path class=\"group\" d=\"M{left} {y}v5H{right}v-5\"><title>one render pass</title></path>"
             );
         }
-        start = end.max(start + 1);
+        start = end;
     }
 }
 
@@ -353,17 +334,15 @@ fn draw_lanes(out: &mut String, report: &Report, lanes: &[Lane<'_>], top: usize)
     for lane in lanes {
         if lane.first_of_section {
             y += 26;
-            let _ = writeln!(out, "<text class=\"section\" x=\"24\" y=\"{}\">{}</text>", y - 8, lane.section);
+            let _ = writeln!(out, "{}", text("section", [24, y - 8], lane.section));
         }
         let middle = y + LANE / 2;
         let _ = writeln!(
             out,
-            "<path class=\"guide\" d=\"M24 {}H{right}\"/><text class=\"name\" x=\"24\" y=\"{}\">{}</text><text class=\"small\" x=\"24\" y=\"{}\">{}</text>",
+            "<path class=\"guide\" d=\"M24 {}H{right}\"/>{}{}",
             y + LANE,
-            middle - 2,
-            escape(&shorten(&lane.label, 26)),
-            middle + 12,
-            escape(&shorten(&lane.detail, 37)),
+            text("name", [24, middle - 2], &shorten(&lane.label, 26)),
+            text("small", [24, middle + 12], &shorten(&lane.detail, 37)),
         );
         for resource in &lane.resources {
             bar(out, report, resource, y);
@@ -378,10 +357,7 @@ fn bar(out: &mut String, report: &Report, resource: &ResourceReport, y: usize) {
     let middle = y + LANE / 2;
     let lifetime = match resource.kind.as_str() {
         "data" => "data".to_owned(),
-        _ => serde_json::to_value(resource.lifetime)
-            .ok()
-            .and_then(|word| word.as_str().map(str::to_owned))
-            .unwrap_or_default(),
+        _ => word(&resource.lifetime),
     };
     let culled = if resource.live { "" } else { " culled" };
     let shared = if resource.shares_with.is_empty() {
@@ -420,13 +396,7 @@ fn bar(out: &mut String, report: &Report, resource: &ResourceReport, y: usize) {
             );
         }
     }
-    let _ = write!(
-        out,
-        "<text class=\"name\" x=\"{}\" y=\"{}\">{}</text>",
-        x + 9,
-        middle - 2,
-        escape(&shorten(&resource.name, width / 8))
-    );
+    out.push_str(&text("name", [x + 9, middle - 2], &shorten(&resource.name, width / 8)));
     for column in resource.read_in.iter().filter(|column| (first..=last).contains(*column)) {
         let _ =
             write!(out, "<circle class=\"read\" cx=\"{}\" cy=\"{}\" r=\"4\"/>", center(*column), middle + 5);
@@ -457,9 +427,9 @@ fn chart(out: &mut String, report: &Report, top: usize) {
     }
     let _ = writeln!(
         out,
-        "<text class=\"section\" x=\"24\" y=\"{}\">MEMORY ALIVE AT EACH PASS</text><path class=\"alive\" d=\"{path}V{bottom}z\"/>\
+        "{}<path class=\"alive\" d=\"{path}V{bottom}z\"/>\
          <path class=\"created\" d=\"M{GUTTER} {created}H{right}\"/><path class=\"without\" d=\"M{GUTTER} {without}H{right}\"/>",
-        top + 4,
+        text("section", [24, top + 4], "MEMORY ALIVE AT EACH PASS"),
         created = rise(memory.created),
         without = rise(memory.without_aliasing),
     );
@@ -470,16 +440,11 @@ fn chart(out: &mut String, report: &Report, top: usize) {
         format!("{} bound: peaks of the classes", bytes_in_words(memory.bound)),
     ];
     for (at, line) in lines.iter().enumerate() {
-        let _ = writeln!(out, "<text class=\"small\" x=\"24\" y=\"{}\">{line}</text>", top + 26 + at * 16);
+        let _ = writeln!(out, "{}", text("small", [24, top + 26 + at * 16], line));
     }
     for (column, bytes) in memory.alive.iter().enumerate() {
-        let _ = writeln!(
-            out,
-            "<text class=\"small middle\" x=\"{}\" y=\"{}\">{}</text>",
-            center(column),
-            bottom + 16,
-            bytes_in_words(*bytes)
-        );
+        let _ =
+            writeln!(out, "{}", text("small middle", [center(column), bottom + 16], &bytes_in_words(*bytes)));
     }
 }
 
@@ -494,15 +459,10 @@ pub(super) fn shorten(text: &str, max: usize) -> String {
 
 /// A text as XML and HTML want it, which have no place for most control characters.
 pub(super) fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for character in visible(text).chars() {
-        match character {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            other => escaped.push(other),
-        }
-    }
-    escaped
+    visible(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// A text at a place.
+fn text(class: &str, [x, y]: [usize; 2], words: &str) -> String {
+    format!("<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{}</text>", escape(words))
 }

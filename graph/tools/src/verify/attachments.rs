@@ -21,8 +21,7 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
                 Work::Render(render) => declared(render),
                 _ => Vec::new(),
             };
-        let attachments: Vec<&PlannedAttachment> =
-            planned.color.iter().chain(&planned.depth).chain(&planned.stencil).collect();
+        let attachments: Vec<&PlannedAttachment> = planned.attachments().collect();
         let same = attachments.len() == declared.len()
             && attachments.iter().zip(&declared).all(|(planned, (declared, ..))| {
                 planned.target == *declared
@@ -99,13 +98,10 @@ fn stays(
 
 /// Passes of one group follow one another, have the same toggle, attach the same, load it, and share nothing else that one of them writes.
 fn check_groups(plan: &Plan, violations: &mut Violations) {
-    let mut start = 0;
-    while start < plan.passes.len() {
-        let first = &plan.passes[start];
-        let end = (start..plan.passes.len())
-            .find(|at| plan.passes[*at].group != first.group)
-            .unwrap_or(plan.passes.len());
-        if start > 0 && plan.passes[start - 1].group >= first.group {
+    let mut before: Option<usize> = None;
+    for group in plan.passes.chunk_by(|a, b| a.group == b.group) {
+        let Some(first) = group.first() else { continue };
+        if before.replace(first.group) >= Some(first.group) {
             violations
                 .add(Kind::GroupBroken, format!("the group of \"{}\" is not one run of passes", first.name));
         }
@@ -115,7 +111,7 @@ fn check_groups(plan: &Plan, violations: &mut Violations) {
             (color, rest.map(|one| one.as_ref().map(|one| one.target)))
         };
         let mut others: HashMap<ResourceHandle, (bool, usize)> = HashMap::new();
-        for (offset, pass) in plan.passes[start..end].iter().enumerate() {
+        for (offset, pass) in group.iter().enumerate() {
             let condition = |pass: &PlannedPass| plan.pipeline.pass(pass.handle).condition;
             let mut broken = offset > 0
                 && (targets(pass) != targets(first)
@@ -125,7 +121,7 @@ fn check_groups(plan: &Plan, violations: &mut Violations) {
             for one in plan.pipeline.pass(pass.handle).accesses() {
                 let attached = first.attachments().any(|other| other.target.resource == one.resource);
                 let as_attachment = one.usage.is_attachment();
-                broken |= end - start > 1 && attached != as_attachment;
+                broken |= group.len() > 1 && attached != as_attachment;
                 if !as_attachment {
                     let (written, by) = others.entry(one.resource).or_insert((false, offset));
                     broken |= *by != offset && (*written || one.usage.writes());
@@ -139,6 +135,5 @@ fn check_groups(plan: &Plan, violations: &mut Violations) {
                 );
             }
         }
-        start = end;
     }
 }

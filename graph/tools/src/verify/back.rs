@@ -11,42 +11,23 @@ use std::collections::HashSet;
 
 use rustc_hash::FxHashSet;
 
-use super::Schedule;
-use super::regions::{Event, Flow, covers, drops};
-use crate::compiler::{KeepReason, Plan};
+use super::regions::{Flow, Uses};
+use crate::compiler::KeepReason;
 use crate::language::Lifetime;
 use crate::pipeline::Condition;
-use crate::work::{PassHandle, ResourceHandle};
+use crate::work::PassHandle;
 
-/// Adds to a flow which accesses of one resource feed which. `events` are its accesses by planned passes in their
-/// order, then by others.
-pub(super) fn search(
-    plan: &Plan,
-    schedule: &Schedule,
-    handle: ResourceHandle,
-    events: &[Event<'_>],
-    regions: usize,
-    flow: &mut Flow,
-) {
-    let live = events.iter().take_while(|event| schedule.of(event.pass).is_some()).count();
+/// Adds to a flow which accesses of one resource feed which.
+pub(super) fn search(uses: &Uses<'_>, flow: &mut Flow) {
+    let (plan, handle, regions) = (uses.plan, uses.handle, uses.regions.count());
     let mut writers: Vec<Vec<usize>> = vec![Vec::new(); regions];
-    for (at, event) in events[..live].iter().enumerate().filter(|(_, event)| event.one.usage.writes()) {
+    for (at, event) in uses.planned().iter().enumerate().filter(|(_, event)| event.one.usage.writes()) {
         for region in &event.regions {
             writers[*region].push(at);
         }
     }
-    let conditions = events.iter().map(|event| {
-        let pass = plan.pipeline.pass(event.pass);
-        pass.condition.iter().chain(&event.one.when).copied().collect()
-    });
-    let search = BackwardSearch {
-        plan,
-        schedule,
-        handle,
-        events,
-        conditions: conditions.collect(),
-        writers: &writers,
-    };
+    let conditions = uses.events.iter().map(|event| uses.conditions(event).collect()).collect();
+    let search = BackwardSearch { uses, conditions, writers };
     for planned in &plan.passes {
         let KeepReason::ReadBy((reader, resource)) = planned.reason else { continue };
         if resource == handle && search.is_seen(planned.handle, reader) {
@@ -64,14 +45,11 @@ pub(super) fn search(
 }
 
 struct BackwardSearch<'a> {
-    plan: &'a Plan,
-    schedule: &'a Schedule,
-    handle: ResourceHandle,
-    events: &'a [Event<'a>],
-    /// In which frames each of them happens.
+    uses: &'a Uses<'a>,
+    /// In which frames each access happens.
     conditions: Vec<Vec<Condition>>,
     /// For each region the accesses that write it, in their order.
-    writers: &'a [Vec<usize>],
+    writers: Vec<Vec<usize>>,
 }
 
 /// The conditions of the frames of a search.
@@ -80,14 +58,14 @@ struct Known(FxHashSet<Condition>);
 impl Known {
     /// Whether something with these conditions never happens.
     fn contradicts(&self, conditions: &[Condition]) -> bool {
-        conditions.iter().any(|one| self.0.contains(&Condition { on: !one.on, ..*one }))
+        conditions.iter().any(|one| self.0.contains(&one.opposite()))
     }
 
     /// Goes on to the frames in which something does not happen; whether there are any.
     fn pass(&mut self, conditions: &[Condition]) -> bool {
         let open: Vec<&Condition> = conditions.iter().filter(|one| !self.0.contains(one)).collect();
         if let [one] = open[..] {
-            self.0.insert(Condition { on: !one.on, ..*one });
+            self.0.insert(one.opposite());
         }
         !open.is_empty()
     }
@@ -96,30 +74,32 @@ impl Known {
 impl BackwardSearch<'_> {
     /// Whether a reader finds in some state what a pass wrote.
     fn is_seen(&self, writer: PassHandle, reader: PassHandle) -> bool {
-        let limit = self.schedule.of(reader);
+        let limit = self.uses.schedule.of(reader);
         let written: HashSet<usize> = self
+            .uses
             .events
             .iter()
             .filter(|event| event.pass == writer && event.one.usage.writes())
             .flat_map(|event| event.regions.iter().copied())
             .collect();
-        let reads = (0..self.events.len())
-            .filter(|at| self.events[*at].pass == reader && self.events[*at].one.usage.reads());
+        let reads = (0..self.uses.events.len())
+            .filter(|at| self.uses.events[*at].pass == reader && self.uses.events[*at].one.usage.reads());
         for at in reads {
-            let (read, conditions) = (&self.events[at], &self.conditions[at]);
+            let (read, conditions) = (&self.uses.events[at], &self.conditions[at]);
             for region in read.regions.iter().filter(|region| written.contains(region)) {
                 let mut known = Known(conditions.iter().copied().collect());
                 if known.contradicts(conditions) {
                     break;
                 }
                 let list = &self.writers[*region];
-                let before = list.partition_point(|at| self.schedule.of(self.events[*at].pass) < limit);
+                let before =
+                    list.partition_point(|at| self.uses.schedule.of(self.uses.events[*at].pass) < limit);
                 for at in list[..before].iter().rev() {
-                    let (event, conditions) = (&self.events[*at], &self.conditions[*at]);
+                    let (event, conditions) = (&self.uses.events[*at], &self.conditions[*at]);
                     if known.contradicts(conditions) {
                         continue;
                     }
-                    if event.pass == writer && !drops(self.plan, self.schedule, event) {
+                    if event.pass == writer && !self.uses.drops(event) {
                         return true;
                     }
                     if !known.pass(conditions) {
@@ -136,18 +116,20 @@ impl BackwardSearch<'_> {
         let mut known = Known(FxHashSet::default());
         let mut left = Vec::new();
         let list = &self.writers[region];
-        let loads: Vec<(PassHandle, bool)> =
-            list.iter().map(|at| (self.events[*at].pass, self.events[*at].one.usage.reads())).collect();
+        let loads: Vec<(PassHandle, bool)> = list
+            .iter()
+            .map(|at| (self.uses.events[*at].pass, self.uses.events[*at].one.usage.reads()))
+            .collect();
         for at in list.iter().rev() {
-            let (event, conditions) = (&self.events[*at], &self.conditions[*at]);
+            let (event, conditions) = (&self.uses.events[*at], &self.conditions[*at]);
             if known.contradicts(conditions) {
                 continue;
             }
-            let is_dropped = drops(self.plan, self.schedule, event);
+            let is_dropped = self.uses.drops(event);
             if !is_dropped {
                 left.push(event.pass);
             }
-            let hides = is_dropped || covers(self.plan, self.handle, event.pass, &loads);
+            let hides = is_dropped || self.uses.covers(event.pass, &loads);
             if hides && !known.pass(conditions) {
                 break;
             }

@@ -21,11 +21,11 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::regions::{Event, Flow, Regions, covers, drops};
+use super::regions::{Event, Flow, Regions, Uses};
 use super::{Schedule, ViolationKind as Kind, Violations, attachments, back, uninitialised};
 use crate::compiler::Plan;
 use crate::language::Lifetime;
-use crate::pipeline::{Access, Usage, Version};
+use crate::pipeline::{Access, Condition, Usage, Version};
 use crate::work::{PassHandle, ResourceHandle, Work};
 
 /// The maximum number of toggles of which every combination is tried for one resource.
@@ -114,33 +114,28 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, violations: &mut Violation
             continue;
         }
         let regions = Regions::new(accesses.iter().map(|(_, one)| *one));
-        let events: Vec<Event<'_>> = accesses
+        let events = accesses
             .iter()
             .map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.range) })
             .collect();
-        uninitialised::check(plan, schedule, handle, &events, &regions, violations);
+        let uses = Uses { plan, schedule, handle, events, regions };
+        uninitialised::check(&uses, violations);
         let mut known: HashSet<(Kind, String)> = HashSet::new();
-        let single = has_single_first(plan, schedule, &events, &after);
-        let (states, are_all) = states(plan, &events, regions.count());
+        let single = has_single_first(&uses, &after);
+        let (states, are_all) = states(&uses);
         if !are_all {
-            back::search(plan, schedule, handle, &events, regions.count(), &mut flow);
+            back::search(&uses, &mut flow);
         }
         for state in states {
-            let happens = |event: &&Event<'_>| {
-                let pass = plan.pipeline.pass(event.pass);
-                pass.condition.iter().chain(&event.one.when).all(|condition| {
-                    // Sorted by toggle, and has those of all accesses.
-                    state.binary_search(&(condition.toggle, condition.on)).is_ok()
-                })
-            };
-            let events: Vec<&Event<'_>> = events.iter().filter(happens).collect();
+            // Sorted by toggle, and has those of all accesses.
+            let holds = |one: Condition| state.binary_search(&(one.toggle, one.on)).is_ok();
+            let happens = |event: &&Event<'_>| uses.conditions(event).all(holds);
+            let events: Vec<&Event<'_>> = uses.events.iter().filter(happens).collect();
             let mut found = Violations(Vec::new());
             let mut player = Player {
-                plan,
-                schedule,
+                uses: &uses,
                 by_name: &by_name,
                 read_back: &read_back,
-                handle,
                 single,
                 state: &state,
                 flow: &mut flow,
@@ -148,7 +143,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, violations: &mut Violation
                 explained: &mut explained,
                 violations: &mut found,
             };
-            let played = player.play(&events, regions.count());
+            let played = player.play(&events);
             sequences.extend(played.into_iter().map(|sequence| (handle, sequence)));
             for violation in found.0 {
                 if known.insert((violation.kind, violation.message.clone())) {
@@ -169,12 +164,10 @@ type State = Vec<(usize, bool)>;
 
 /// The states of the toggles on which the accesses of a resource depend: one without toggles if there are none. Whether
 /// they are all of them.
-fn states(plan: &Plan, events: &[Event<'_>], regions: usize) -> (Vec<State>, bool) {
-    let toggles: BTreeSet<usize> = events
-        .iter()
-        .flat_map(|event| plan.pipeline.pass(event.pass).condition.iter().chain(&event.one.when))
-        .map(|condition| condition.toggle)
-        .collect();
+fn states(uses: &Uses<'_>) -> (Vec<State>, bool) {
+    let (events, regions) = (&uses.events, uses.regions.count());
+    let conditions = events.iter().flat_map(|event| uses.conditions(event));
+    let toggles: BTreeSet<usize> = conditions.map(|condition| condition.toggle).collect();
     let toggles: Vec<usize> = toggles.into_iter().collect();
     let state = |is_on: &dyn Fn(usize) -> bool| -> State {
         toggles.iter().enumerate().map(|(bit, toggle)| (*toggle, is_on(bit))).collect()
@@ -208,12 +201,10 @@ fn in_words(plan: &Plan, state: &[(usize, bool)]) -> String {
 }
 
 struct Player<'a, 'b> {
-    plan: &'a Plan,
-    schedule: &'a Schedule,
+    uses: &'a Uses<'a>,
     by_name: &'a HashMap<&'a str, PassHandle>,
     /// The histories of which planned passes read earlier frames.
     read_back: &'a HashSet<ResourceHandle>,
-    handle: ResourceHandle,
     /// Whether one writer of the resource is certain to be the first.
     single: bool,
     state: &'a [(usize, bool)],
@@ -226,13 +217,14 @@ struct Player<'a, 'b> {
 
 impl Player<'_, '_> {
     /// Plays one resource through; for each region its writers in order, each with whether it loads.
-    fn play(&mut self, events: &[&Event<'_>], regions: usize) -> Vec<Vec<(PassHandle, bool)>> {
-        let resource = self.plan.pipeline.resource(self.handle);
+    fn play(&mut self, events: &[&Event<'_>]) -> Vec<Vec<(PassHandle, bool)>> {
+        let Uses { plan, schedule, handle, .. } = *self.uses;
+        let (resource, regions) = (plan.pipeline.resource(handle), self.uses.regions.count());
         let outlives = resource.lifetime() != Lifetime::Transient;
         let lasting = outlives && resource.history.is_none_or(|history| history.back > 0);
         let mut writers: Vec<Vec<(PassHandle, bool)>> = vec![Vec::new(); regions];
         let mut culled: Vec<Vec<(PassHandle, bool)>> = vec![Vec::new(); regions];
-        let is_live = |event: &Event<'_>| self.schedule.of(event.pass).is_some();
+        let is_live = |event: &Event<'_>| schedule.of(event.pass).is_some();
         for event in events.iter().filter(|event| event.one.usage.writes()) {
             let lists = if is_live(event) { &mut writers } else { &mut culled };
             for region in &event.regions {
@@ -251,31 +243,26 @@ impl Player<'_, '_> {
             }
         }
         let mut content = vec![Content::Nothing; regions];
-        let mut at = 0;
-        let live = events.iter().take_while(|event| self.schedule.of(event.pass).is_some()).count();
-        while at < live {
-            let pass = events[at].pass;
-            let end = (at..live).find(|next| events[*next].pass != pass).unwrap_or(live);
-            for event in events[at..end].iter().filter(|event| event.one.usage.reads()) {
+        let live = events.partition_point(|event| is_live(event));
+        for of_pass in events[..live].chunk_by(|a, b| a.pass == b.pass) {
+            for event in of_pass.iter().filter(|event| event.one.usage.reads()) {
                 self.read(event, &content, &writers, &culled, lasting);
             }
-            for event in events[at..end].iter().copied() {
-                let dropped = drops(self.plan, self.schedule, event);
+            for event in of_pass {
+                let dropped = self.uses.drops(event);
                 for region in &event.regions {
                     if dropped {
-                        content[*region] = Content::Dropped(pass);
+                        content[*region] = Content::Dropped(event.pass);
                     } else if event.one.usage.writes() {
-                        content[*region] = Content::Written(pass);
+                        content[*region] = Content::Written(event.pass);
                     }
                 }
             }
-            at = end;
         }
         if outlives {
             self.finish(&content, &writers);
         }
-        if resource.history.is_some_and(|history| history.back == 0) && self.read_back.contains(&self.handle)
-        {
+        if resource.history.is_some_and(|history| history.back == 0) && self.read_back.contains(&handle) {
             for (live, culled) in writers.iter().zip(&culled) {
                 if let Some(needed) = needed_but_culled(live, culled, self.single) {
                     let (needed, resource) = self.names(needed);
@@ -300,15 +287,16 @@ impl Player<'_, '_> {
         lasting: bool,
     ) {
         let (name, resource) = self.names(event.pass);
-        let own = self.schedule.of(event.pass);
+        let own = self.uses.schedule.of(event.pass);
         let named = match &event.one.version {
             Version::WrittenBy(name) => self.by_name.get(name.as_str()).copied(),
             Version::Newest | Version::Before => None,
         };
         let is_later = |writer: PassHandle| {
-            event.one.version == Version::Before || self.after.leads(self.schedule, event.pass, writer)
+            event.one.version == Version::Before || self.after.leads(self.uses.schedule, event.pass, writer)
         };
         let mut written = lasting || event.one.usage.keeps_what_is_there();
+        let another_version = format!("\"{name}\" reads another version of \"{resource}\" than it asks for");
         let mut wrong: Option<(Kind, String)> = None;
         for region in &event.regions {
             match content[*region] {
@@ -322,7 +310,7 @@ impl Player<'_, '_> {
                 }
                 Content::Written(by) => {
                     written = true;
-                    self.flow.feeds.insert((by, event.pass, self.handle));
+                    self.flow.feeds.insert((by, event.pass, self.uses.handle));
                 }
             }
             let written = match content[*region] {
@@ -331,9 +319,10 @@ impl Player<'_, '_> {
             };
             if let Some(named) = named {
                 self.explained.add(named, event.pass);
-                let limit = self.schedule.of(named);
+                let limit = self.uses.schedule.of(named);
                 // A pass that is off in this state may be culled for all that this read knows.
                 let is_off = self
+                    .uses
                     .plan
                     .pipeline
                     .pass(named)
@@ -352,26 +341,20 @@ impl Player<'_, '_> {
                 } else if writers[*region].iter().any(|(writer, _)| *writer == named)
                     && written != Some(named)
                 {
-                    wrong = Some((
-                        Kind::WrongVersion,
-                        format!("\"{name}\" reads another version of \"{resource}\" than it asks for"),
-                    ));
+                    wrong = Some((Kind::WrongVersion, another_version.clone()));
                 }
                 for (other, _) in writers[*region].iter().filter(|(writer, _)| *writer != event.pass) {
-                    match self.schedule.of(*other) > own {
+                    match self.uses.schedule.of(*other) > own {
                         true => self.explained.add(event.pass, *other),
                         false => self.explained.add(*other, event.pass),
                     }
                 }
             } else if !event.one.usage.writes() {
                 let late = writers[*region].iter().find(|(writer, _)| {
-                    *writer != event.pass && self.schedule.of(*writer) > own && !is_later(*writer)
+                    *writer != event.pass && self.uses.schedule.of(*writer) > own && !is_later(*writer)
                 });
                 if event.one.version == Version::Before && written.is_some() {
-                    wrong = Some((
-                        Kind::WrongVersion,
-                        format!("\"{name}\" reads another version of \"{resource}\" than it asks for"),
-                    ));
+                    wrong = Some((Kind::WrongVersion, another_version.clone()));
                 }
                 if let Some((late, _)) = late {
                     let (late, _) = self.names(*late);
@@ -421,7 +404,7 @@ impl Player<'_, '_> {
 
     /// Whether "after", or what it reads, may put a pass behind another.
     fn may_follow(&self, pass: PassHandle, other: PassHandle) -> bool {
-        let pipeline = &self.plan.pipeline;
+        let pipeline = &self.uses.plan.pipeline;
         let (mut seen, mut stack) = (HashSet::from([pass]), vec![pass]);
         while let Some(pass) = stack.pop() {
             let reads = |resource: ResourceHandle| {
@@ -430,7 +413,8 @@ impl Player<'_, '_> {
             };
             let feeds = |writer: PassHandle| {
                 let mut accesses = pipeline.pass(writer).accesses().iter();
-                accesses.any(|one| one.usage.writes() && one.resource != self.handle && reads(one.resource))
+                accesses
+                    .any(|one| one.usage.writes() && one.resource != self.uses.handle && reads(one.resource))
             };
             for before in pipeline.pass_handles() {
                 if pipeline.pass(pass).after.contains(&before) || feeds(before) {
@@ -457,14 +441,14 @@ impl Player<'_, '_> {
                 }
                 // Storage and copies may leave texels as they were, and so may a draw to a layer for each view.
                 Content::Written(_) => {
-                    let is_history = self.plan.pipeline.resource(self.handle).history.is_some();
+                    let is_history = self.uses.plan.pipeline.resource(self.uses.handle).history.is_some();
                     for (writer, _) in writers[region].iter().rev() {
                         if is_history {
-                            self.flow.carried.entry(self.handle).or_default().insert(*writer);
+                            self.flow.carried.entry(self.uses.handle).or_default().insert(*writer);
                         } else {
                             self.flow.lasting.insert(*writer);
                         }
-                        if covers(self.plan, self.handle, *writer, &writers[region]) {
+                        if self.uses.covers(*writer, &writers[region]) {
                             break;
                         }
                     }
@@ -476,19 +460,23 @@ impl Player<'_, '_> {
 
     /// Whether a pass says that it discards what it leaves.
     fn throws_away(&self, pass: PassHandle) -> bool {
-        let Work::Render(render) = self.plan.pipeline.pass(pass).work() else { return false };
+        let Work::Render(render) = self.uses.plan.pipeline.pass(pass).work() else { return false };
         let mut attachments = attachments::declared(render).into_iter();
-        attachments.any(|(target, _, discard)| discard && target.resource == self.handle)
+        attachments.any(|(target, _, discard)| discard && target.resource == self.uses.handle)
     }
 
     fn names(&self, pass: PassHandle) -> (String, String) {
-        (self.plan.pipeline.pass(pass).name.clone(), self.plan.pipeline.resource(self.handle).name.clone())
+        (
+            self.uses.plan.pipeline.pass(pass).name.clone(),
+            self.uses.plan.pipeline.resource(self.uses.handle).name.clone(),
+        )
     }
 }
 
 /// Whether a resource has one writer that does not load, or two with opposite toggles: it runs first, unless "after" puts
 /// it behind another.
-fn has_single_first(plan: &Plan, schedule: &Schedule, events: &[Event<'_>], after: &Explained) -> bool {
+fn has_single_first(uses: &Uses<'_>, after: &Explained) -> bool {
+    let Uses { plan, schedule, events, .. } = uses;
     let writers = |is_first: fn(Usage) -> bool| {
         let writers =
             events.iter().filter(move |event| event.one.usage.writes() && is_first(event.one.usage));

@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::Schedule;
 use crate::compiler::{Plan, StoreOperation};
-use crate::pipeline::{Access, Aspect, IndexRange, SubresourceRange, Usage};
+use crate::pipeline::{Access, Aspect, Condition, IndexRange, SubresourceRange, Usage};
 use crate::work::{PassHandle, ResourceHandle};
 
 /// Which writes reach which reads.
@@ -22,6 +22,16 @@ pub(super) struct Event<'a> {
     pub(super) pass: PassHandle,
     pub(super) one: &'a Access,
     pub(super) regions: Vec<usize>,
+}
+
+/// How one resource is used.
+pub(super) struct Uses<'a> {
+    pub(super) plan: &'a Plan,
+    pub(super) schedule: &'a Schedule,
+    pub(super) handle: ResourceHandle,
+    /// The accesses by planned passes in their order, then those by others.
+    pub(super) events: Vec<Event<'a>>,
+    pub(super) regions: Regions,
 }
 
 /// Regions of one resource: the product of what the accesses tell apart in mips, layers, aspects and bytes.
@@ -113,39 +123,48 @@ impl Regions {
     }
 }
 
-/// Whether an access is an attachment that the plan does not store.
-pub(super) fn drops(plan: &Plan, schedule: &Schedule, event: &Event<'_>) -> bool {
-    if !event.one.usage.is_attachment() {
-        return false;
+impl<'a> Uses<'a> {
+    /// The accesses by planned passes.
+    pub(super) fn planned(&self) -> &[Event<'a>] {
+        let is_planned = |event: &Event<'_>| self.schedule.of(event.pass).is_some();
+        &self.events[..self.events.partition_point(is_planned)]
     }
-    let Some(planned) = schedule.of(event.pass).and_then(|at| plan.passes.get(at)) else {
-        return false;
-    };
-    let (depth, stencil) = (event.one.usage.is_depth(), event.one.usage.is_stencil());
-    let color = planned.color.iter().filter(|_| !depth && !stencil);
-    let depth = planned.depth.iter().filter(|_| depth);
-    color.chain(depth).chain(planned.stencil.iter().filter(|_| stencil)).any(|attachment| {
-        attachment.target.resource == event.one.resource
-            && event.one.range.mip == Some(IndexRange::one(attachment.target.mip))
-            && event.one.range.layer == attachment.target.layer.map(IndexRange::one)
-            && attachment.store == StoreOperation::Discard
-    })
-}
 
-/// Whether a pass clears or discards a region at its start, or says that it replaces it. `writers` are those of the
-/// region, each with whether it loads.
-pub(super) fn covers(
-    plan: &Plan,
-    resource: ResourceHandle,
-    pass: PassHandle,
-    writers: &[(PassHandle, bool)],
-) -> bool {
-    let loads = writers.iter().any(|(writer, loads)| *writer == pass && *loads);
-    let attached = plan.pipeline.pass(pass).accesses().iter().any(|one| {
-        let texture = plan.pipeline.resource(resource).texture();
-        let one_layer = one.range.layer.is_some() || texture.is_some_and(|texture| texture.layers.is_none());
-        let attached = one.usage.writes() && one.usage.is_attachment() && one_layer;
-        one.resource == resource && (attached || one.usage == Usage::StorageReplace)
-    });
-    !loads && attached
+    /// What has to hold for an access to happen.
+    pub(super) fn conditions(&self, event: &Event<'_>) -> impl Iterator<Item = Condition> {
+        self.plan.pipeline.pass(event.pass).condition.into_iter().chain(event.one.when.iter().copied())
+    }
+
+    /// Whether an access is an attachment that the plan does not store.
+    pub(super) fn drops(&self, event: &Event<'_>) -> bool {
+        if !event.one.usage.is_attachment() {
+            return false;
+        }
+        let Some(planned) = self.schedule.of(event.pass).and_then(|at| self.plan.passes.get(at)) else {
+            return false;
+        };
+        let (depth, stencil) = (event.one.usage.is_depth(), event.one.usage.is_stencil());
+        let color = planned.color.iter().filter(|_| !depth && !stencil);
+        let depth = planned.depth.iter().filter(|_| depth);
+        color.chain(depth).chain(planned.stencil.iter().filter(|_| stencil)).any(|attachment| {
+            attachment.target.resource == event.one.resource
+                && event.one.range.mip == Some(IndexRange::one(attachment.target.mip))
+                && event.one.range.layer == attachment.target.layer.map(IndexRange::one)
+                && attachment.store == StoreOperation::Discard
+        })
+    }
+
+    /// Whether a pass clears or discards a region at its start, or says that it replaces it. `writers` are those of the
+    /// region, each with whether it loads.
+    pub(super) fn covers(&self, pass: PassHandle, writers: &[(PassHandle, bool)]) -> bool {
+        let loads = writers.iter().any(|(writer, loads)| *writer == pass && *loads);
+        let attached = self.plan.pipeline.pass(pass).accesses().iter().any(|one| {
+            let texture = self.plan.pipeline.resource(self.handle).texture();
+            let one_layer =
+                one.range.layer.is_some() || texture.is_some_and(|texture| texture.layers.is_none());
+            let attached = one.usage.writes() && one.usage.is_attachment() && one_layer;
+            one.resource == self.handle && (attached || one.usage == Usage::StorageReplace)
+        });
+        !loads && attached
+    }
 }

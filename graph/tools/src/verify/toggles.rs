@@ -36,13 +36,12 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
                 violations.add(Kind::PassthroughMissing, message);
             }
             // Without this resource, and in what other states the use happens, if there are any such frames.
-            let opposite = |condition: &Condition| Condition { on: !condition.on, ..*condition };
             let mut wanted = one.when.clone();
             if let Some(at) = wanted.iter().position(|condition| *condition == passthrough.condition) {
-                wanted[at] = opposite(&passthrough.condition);
+                wanted[at] = passthrough.condition.opposite();
             }
             let known: Vec<Condition> = wanted.iter().chain(&pass.condition).copied().collect();
-            if known.iter().any(|condition| known.contains(&opposite(condition))) {
+            if known.iter().any(|condition| known.contains(&condition.opposite())) {
                 continue;
             }
             let found = pass.accesses().iter().any(|other| {

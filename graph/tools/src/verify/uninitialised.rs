@@ -9,12 +9,11 @@
 
 use std::collections::BTreeSet;
 
-use super::regions::{Event, Regions};
-use super::{Schedule, ViolationKind as Kind, Violations};
-use crate::compiler::{Plan, PlannedResource};
+use super::regions::{Regions, Uses};
+use super::{ViolationKind as Kind, Violations};
+use crate::compiler::PlannedResource;
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::Condition;
-use crate::work::ResourceHandle;
 
 /// When a region was written so far.
 #[derive(Clone, Default)]
@@ -24,30 +23,22 @@ struct Written {
 }
 
 /// Finds the reads of one resource that find something, but not all.
-pub(super) fn check(
-    plan: &Plan,
-    schedule: &Schedule,
-    handle: ResourceHandle,
-    events: &[Event<'_>],
-    regions: &Regions,
-    violations: &mut Violations,
-) {
-    let resource = plan.pipeline.resource(handle);
+pub(super) fn check(uses: &Uses<'_>, violations: &mut Violations) {
+    let Uses { plan, handle, regions, .. } = uses;
+    let resource = plan.pipeline.resource(*handle);
     let own_memory = match resource.declared_lifetime() {
         Lifetime::Transient => true,
         Lifetime::History => resource.history.is_some_and(|history| history.back == 0),
         Lifetime::Persistent | Lifetime::Imported => false,
     };
-    let Some(planned) = plan.resource(handle).filter(|_| own_memory && regions.count() > 1) else { return };
+    let Some(planned) = plan.resource(*handle).filter(|_| own_memory && regions.count() > 1) else { return };
     let volume = resource.texture().is_some_and(|texture| texture.view == Some(TextureShape::D3));
     let mut written = vec![Written::default(); regions.count()];
-    let live = events.iter().take_while(|event| schedule.of(event.pass).is_some()).count();
-    for accesses in events[..live].chunk_by(|a, b| a.pass == b.pass) {
+    for accesses in uses.planned().chunk_by(|a, b| a.pass == b.pass) {
         for event in
             accesses.iter().filter(|event| event.one.usage.reads() && !event.one.usage.keeps_what_is_there())
         {
-            let condition = plan.pipeline.pass(event.pass).condition;
-            let known: Vec<Condition> = condition.iter().chain(&event.one.when).copied().collect();
+            let known: Vec<Condition> = uses.conditions(event).collect();
             if known.iter().any(|one| known.contains(&one.opposite())) {
                 continue;
             }
