@@ -32,7 +32,7 @@ use crate::pipeline::{
 };
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::source::Sources;
-use crate::varied::{FEW_VALUES, Mention, defaults, features, mentions_of, parse, varied};
+use crate::varied::{FEW_VALUES, Mentions, features, parse};
 use crate::varied_setting::Varied;
 use crate::witness::{Settings, Witness};
 
@@ -114,37 +114,24 @@ impl Configurations {
     pub fn all(document: &Document, templates: &TemplateSet, profile: &TargetProfile) -> Self {
         let written = document;
         let document = &*inlined(document);
-        let (mentions, axes) = mentions_of(document, templates);
-        let defaults = defaults(document);
-        let with = |limit: usize| varied(document, &mentions, &axes, profile, &defaults, limit);
-        let mut varied = with(MAX_VALUES);
+        let mentions = Mentions::of(document, templates, profile);
+        let mut varied = mentions.varied(MAX_VALUES);
         if product(&varied, &(0..varied.len()).collect()).is_none() {
-            varied = with(FEW_VALUES);
+            varied = mentions.varied(FEW_VALUES);
         }
-        let settings = Settings::new(&varied, &defaults);
+        let settings = Settings::new(&varied, &mentions.defaults);
         let (mut picks, mut cover) = picks(&settings.rules, MAX_STATES);
         if cover != Cover::All {
             let groups =
                 dependence::groups(document, varied.iter().map(|each| each.name.as_str()), templates);
             cover = add_states(&settings, groups, &mut picks);
             if cover != Cover::Passes {
-                add_witnesses(&settings, &conditions(document, &mentions, &settings), &mut picks);
+                add_witnesses(&settings, &conditions(&mentions, &settings), &mut picks);
             }
         }
         let is_sampled = matches!(cover, Cover::Pairs | Cover::Some);
         let exact = !is_sampled && varied.iter().all(|each| each.exhaustive);
-        let mut free = Vec::new();
-        if !exact {
-            let wide = with(MAX_STATES);
-            free = free_axes(
-                document,
-                &mentions,
-                &axes,
-                &settings,
-                &Settings::new(&wide, &defaults),
-                is_sampled,
-            );
-        }
+        let free = if exact { Vec::new() } else { free_axes(&mentions, &settings, is_sampled) };
         let mut found = Self::of(written, &Overrides::default(), varied, picks, cover);
         found.number.exact &= exact;
         if !exact {
@@ -278,10 +265,9 @@ pub(super) fn cannot_hold(
     pointer: &str,
 ) -> bool {
     let document = &*inlined(document);
-    let (mentions, axes) = mentions_of(document, templates);
-    let defaults = defaults(document);
-    let varied = varied(document, &mentions, &axes, profile, &defaults, MAX_STATES);
-    let settings = Settings::new(&varied, &defaults);
+    let mentions = Mentions::of(document, templates, profile);
+    let varied = mentions.varied(MAX_STATES);
+    let settings = Settings::new(&varied, &mentions.defaults);
     let Some(condition) = document.root.nearest(pointer).text().and_then(parse) else { return false };
     settings.named(&condition).into_iter().all(|at| varied[at].exhaustive)
         && settings.witness(&condition, true) == Witness::Nowhere
@@ -289,7 +275,7 @@ pub(super) fn cannot_hold(
 
 /// The conditions that decide about passes and axes: those of passes, those within expressions, and the latter together
 /// with those of their pass.
-fn conditions(document: &Document, mentions: &[Mention<'_>], settings: &Settings<'_>) -> Vec<Expression> {
+fn conditions(mentions: &Mentions<'_>, settings: &Settings<'_>) -> Vec<Expression> {
     let is_condition =
         |expression: &Expression| has_form_of_condition(expression) && !settings.named(expression).is_empty();
     let both = |a: &Expression, b: &Expression| Expression {
@@ -301,9 +287,9 @@ fn conditions(document: &Document, mentions: &[Mention<'_>], settings: &Settings
         kind: ExpressionKind::Unary(UnaryOperator::Not, Box::new(a.clone())),
     };
     let mut found = Vec::new();
-    for mention in mentions.iter().filter(|mention| mention.deciding) {
+    for mention in mentions.list.iter().filter(|mention| mention.deciding) {
         let Some(expression) = parse(mention.text) else { continue };
-        let when = mention.pass.and_then(|pass| condition_of(document, pass));
+        let when = mention.pass.and_then(|pass| condition_of(mentions.document, pass));
         let mut add = |condition: &Expression| {
             if let Some(when) = when.as_ref().filter(|when| *when != condition) {
                 found.push(both(when, condition));
@@ -343,17 +329,12 @@ fn condition_of(document: &Document, pass: &str) -> Option<Expression> {
 
 /// The axes of which configurations that are left out can give values. `wide` are the same settings, with all whole
 /// numbers of larger ranges.
-fn free_axes(
-    document: &Document,
-    mentions: &[Mention<'_>],
-    axes: &BTreeSet<&str>,
-    settings: &Settings<'_>,
-    wide: &Settings<'_>,
-    sampled: bool,
-) -> Vec<FreeAxis> {
+fn free_axes(mentions: &Mentions<'_>, settings: &Settings<'_>, sampled: bool) -> Vec<FreeAxis> {
+    let varied = mentions.varied(MAX_STATES);
+    let wide = &Settings::new(&varied, &mentions.defaults);
     let open = |at: &usize| !settings.varied[*at].exhaustive;
     let mut free = Vec::new();
-    for mention in mentions {
+    for mention in &mentions.list {
         let Some(axis) = mention.axis else { continue };
         let expression = parse(mention.text);
         let named = expression.as_ref().map(|each| settings.named(each)).unwrap_or_default();
@@ -361,7 +342,7 @@ fn free_axes(
         if is_tried && !named.iter().any(open) {
             continue;
         }
-        let condition = mention.pass.and_then(|pass| condition_of(document, pass));
+        let condition = mention.pass.and_then(|pass| condition_of(mentions.document, pass));
         free.push(FreeAxis {
             name: axis.to_owned(),
             pass: mention.pass.map(str::to_owned),
@@ -369,7 +350,8 @@ fn free_axes(
             reason: format!("\"{}\"", mention.text),
         });
     }
-    for each in settings.varied.iter().filter(|each| !each.exhaustive && axes.contains(each.name.as_str())) {
+    let is_open = |each: &&Varied| !each.exhaustive && mentions.axes.contains(each.name.as_str());
+    for each in settings.varied.iter().filter(is_open) {
         free.push(FreeAxis {
             name: each.name.clone(),
             pass: None,

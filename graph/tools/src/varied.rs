@@ -51,37 +51,84 @@ pub(super) fn features(document: &Document, base: &Overrides, profile: &TargetPr
     varied.into_values().collect()
 }
 
-/// The texts of passes and subgraphs, outside of `bind`, and the axes of all templates that they name. A derived value
-/// with the name of such an axis is what the axis follows.
-pub(super) fn mentions_of<'d>(
-    document: &'d Document,
-    templates: &'d TemplateSet,
-) -> (Vec<Mention<'d>>, BTreeSet<&'d str>) {
-    let mut mentions = Vec::new();
-    let entries = |section: &str| document.root.entries_of(section);
-    for entry in entries("passes") {
-        collect(&entry.value, Some(&entry.key), None, false, &mut mentions);
-    }
-    for entry in entries("subgraphs") {
-        collect(&entry.value, None, None, false, &mut mentions);
-    }
-    let axes = templates.axes_of(|template| {
-        let computed = |text: &str| text.contains('{');
-        mentions
-            .iter()
-            .any(|mention| mention.text == template || (mention.deciding && computed(mention.text)))
-    });
-    for entry in entries("derived").iter().filter(|entry| axes.contains(entry.key.as_str())) {
-        collect(&entry.value, None, Some(&entry.key), true, &mut mentions);
-    }
-    (mentions, axes)
+/// What decides about the shaders and passes of a document.
+pub(super) struct Mentions<'d> {
+    pub(super) document: &'d Document,
+    profile: &'d TargetProfile,
+    /// The texts of passes and subgraphs, outside of `bind`. A derived value with the name of an axis is what the axis
+    /// follows.
+    pub(super) list: Vec<Mention<'d>>,
+    /// The axes of all templates that they name.
+    pub(super) axes: BTreeSet<&'d str>,
+    /// The declared defaults of features and parameters.
+    pub(super) defaults: BTreeMap<String, expression::Value>,
 }
 
-/// The declared defaults of features and parameters.
-pub(super) fn defaults(document: &Document) -> BTreeMap<String, expression::Value> {
-    let sections = ["features", "parameters"].into_iter();
-    let entries = sections.flat_map(|name| document.root.entries_of(name));
-    entries.filter_map(|entry| Some((entry.key.clone(), value_of(entry.value.get("default")?)?))).collect()
+impl<'d> Mentions<'d> {
+    pub(super) fn of(document: &'d Document, templates: &'d TemplateSet, profile: &'d TargetProfile) -> Self {
+        let mut list = Vec::new();
+        let entries = |section: &str| document.root.entries_of(section);
+        for entry in entries("passes") {
+            collect(&entry.value, Some(&entry.key), None, false, &mut list);
+        }
+        for entry in entries("subgraphs") {
+            collect(&entry.value, None, None, false, &mut list);
+        }
+        let axes = templates.axes_of(|template| {
+            let computed = |text: &str| text.contains('{');
+            list.iter()
+                .any(|mention| mention.text == template || (mention.deciding && computed(mention.text)))
+        });
+        for entry in entries("derived").iter().filter(|entry| axes.contains(entry.key.as_str())) {
+            collect(&entry.value, None, Some(&entry.key), true, &mut list);
+        }
+        let settings = entries("features").iter().chain(entries("parameters"));
+        let default = |entry: &Entry| Some((entry.key.clone(), value_of(entry.value.get("default")?)?));
+        Self { document, profile, list, axes, defaults: settings.filter_map(default).collect() }
+    }
+
+    /// The settings that decide about shaders and passes; a range of over `limit` whole numbers is not gone through.
+    pub(super) fn varied(&self, limit: usize) -> Vec<Varied> {
+        let Self { document, profile, list, axes, defaults } = self;
+        let is_mentioned =
+            |name: &str| axes.contains(name) || list.iter().any(|mention| has_word(mention.text, name));
+        let mut varied = features(document, &Overrides::default(), profile);
+        // What a varied feature requires or excludes, and its group, decide about it, so they vary too.
+        let mentioned = (0..varied.len()).filter(|at| is_mentioned(&varied[*at].name)).collect();
+        let wanted = Rules::new(&varied).with_tied(mentioned);
+        let mut at = 0..;
+        varied.retain(|_| at.next().is_some_and(|at| wanted.contains(&at)));
+        let decides = |name: &str| {
+            axes.contains(name) || list.iter().any(|mention| mention.deciding && has_word(mention.text, name))
+        };
+        let deciding = list.iter().filter(|mention| mention.deciding);
+        let deciding: Vec<Expression> = deciding.filter_map(|mention| parse(mention.text)).collect();
+        for entry in document.root.entries_of("parameters") {
+            let Ok(declaration) = entry.value.decode::<ParameterDeclaration>() else {
+                continue;
+            };
+            let is_small = matches!(declaration.parameter_type, ParameterType::Bool | ParameterType::Enum);
+            if !(if is_small { is_mentioned(&entry.key) } else { decides(&entry.key) }) {
+                continue;
+            }
+            let is_indexed = list.iter().any(|mention| mention.text.contains(&format!("{}[", entry.key)));
+            let number = Number {
+                name: &entry.key,
+                default: defaults.get(&entry.key).and_then(expression::Value::number).unwrap_or_default(),
+                min: declaration.min,
+                max: declaration.max,
+                defaults,
+            };
+            let (values, exhaustive) = values_of(&declaration, &entry.value, &number, &deciding, limit);
+            varied.push(Varied {
+                name: entry.key.clone(),
+                feature: None,
+                values: default_first(entry.value.get("default"), values),
+                exhaustive: exhaustive && !is_indexed,
+            });
+        }
+        varied
+    }
 }
 
 /// The expression of a text; an equals sign in front of a computed word is not part of it.
@@ -115,58 +162,6 @@ fn collect<'a>(
         }
         Kind::Null | Kind::Bool(_) | Kind::Number(_) => {}
     }
-}
-
-/// The settings that decide about shaders and passes; a range of over `limit` whole numbers is not gone through.
-pub(super) fn varied(
-    document: &Document,
-    mentions: &[Mention<'_>],
-    axes: &BTreeSet<&str>,
-    profile: &TargetProfile,
-    defaults: &BTreeMap<String, expression::Value>,
-    limit: usize,
-) -> Vec<Varied> {
-    let is_mentioned =
-        |name: &str| axes.contains(name) || mentions.iter().any(|mention| has_word(mention.text, name));
-    let mut varied = features(document, &Overrides::default(), profile);
-    // What a varied feature requires or excludes, and its group, decide about it, so they vary too.
-    let mentioned = (0..varied.len()).filter(|at| is_mentioned(&varied[*at].name)).collect();
-    let wanted = Rules::new(&varied).with_tied(mentioned);
-    let mut at = 0..;
-    varied.retain(|_| at.next().is_some_and(|at| wanted.contains(&at)));
-    let decides = |name: &str| {
-        axes.contains(name) || mentions.iter().any(|mention| mention.deciding && has_word(mention.text, name))
-    };
-    let deciding: Vec<Expression> = mentions
-        .iter()
-        .filter(|mention| mention.deciding)
-        .filter_map(|mention| parse(mention.text))
-        .collect();
-    for entry in document.root.entries_of("parameters") {
-        let Ok(declaration) = entry.value.decode::<ParameterDeclaration>() else {
-            continue;
-        };
-        let is_small = matches!(declaration.parameter_type, ParameterType::Bool | ParameterType::Enum);
-        if !(if is_small { is_mentioned(&entry.key) } else { decides(&entry.key) }) {
-            continue;
-        }
-        let is_indexed = mentions.iter().any(|mention| mention.text.contains(&format!("{}[", entry.key)));
-        let number = Number {
-            name: &entry.key,
-            default: defaults.get(&entry.key).and_then(expression::Value::number).unwrap_or_default(),
-            min: declaration.min,
-            max: declaration.max,
-            defaults,
-        };
-        let (values, exhaustive) = values_of(&declaration, &entry.value, &number, &deciding, limit);
-        varied.push(Varied {
-            name: entry.key.clone(),
-            feature: None,
-            values: default_first(entry.value.get("default"), values),
-            exhaustive: exhaustive && !is_indexed,
-        });
-    }
-    varied
 }
 
 /// The values that a feature can have on a profile, the default first.
