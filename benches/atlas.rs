@@ -92,35 +92,23 @@ impl Allocator for TileAllocator {
     }
 }
 
-impl Allocator for etagere::BucketedAtlasAllocator {
-    type Id = etagere::AllocId;
-    fn allocate(&mut self, side: u32) -> Option<Self::Id> {
-        Self::allocate(self, etagere::size2(side as i32, side as i32)).map(|allocation| allocation.id)
-    }
-    fn release(&mut self, id: Self::Id) {
-        self.deallocate(id);
-    }
+macro_rules! rival {
+    ($rival:ident::$allocator:ident) => {
+        impl Allocator for $rival::$allocator {
+            type Id = $rival::AllocId;
+            fn allocate(&mut self, side: u32) -> Option<Self::Id> {
+                Self::allocate(self, $rival::size2(side as i32, side as i32)).map(|allocation| allocation.id)
+            }
+            fn release(&mut self, id: Self::Id) {
+                self.deallocate(id);
+            }
+        }
+    };
 }
 
-impl Allocator for etagere::AtlasAllocator {
-    type Id = etagere::AllocId;
-    fn allocate(&mut self, side: u32) -> Option<Self::Id> {
-        Self::allocate(self, etagere::size2(side as i32, side as i32)).map(|allocation| allocation.id)
-    }
-    fn release(&mut self, id: Self::Id) {
-        self.deallocate(id);
-    }
-}
-
-impl Allocator for guillotiere::AtlasAllocator {
-    type Id = guillotiere::AllocId;
-    fn allocate(&mut self, side: u32) -> Option<Self::Id> {
-        Self::allocate(self, guillotiere::size2(side as i32, side as i32)).map(|allocation| allocation.id)
-    }
-    fn release(&mut self, id: Self::Id) {
-        self.deallocate(id);
-    }
-}
+rival!(etagere::BucketedAtlasAllocator);
+rival!(etagere::AtlasAllocator);
+rival!(guillotiere::AtlasAllocator);
 
 const SIDE: u32 = 4096;
 

@@ -37,38 +37,33 @@ fn main() {
     let synthetic =
         set(&[("synthetic.wgsl.jinja", &synthetic_template()), ("synthetic.axes.json", &synthetic_axes(0))]);
     let project = project();
-    // `cargo bench ... -- overhead threads` runs these parts only.
-    let parts = ["threads", "wide_space", "everything", "processes", "memory", "overhead"];
     if let Some(what) = arguments.iter().find_map(|argument| argument.strip_prefix("count_")) {
         count(what, &synthetic);
         count(what, &project);
         return;
     }
-    let named: Vec<&String> =
-        arguments.iter().filter(|argument| parts.contains(&argument.as_str())).collect();
-    let wanted = |part: &str| named.is_empty() || named.iter().any(|name| *name == part);
-    if wanted("threads") {
-        threads(&synthetic);
+    let parts: [(&str, &dyn Fn()); 6] = [
+        ("threads", &|| threads(&synthetic)),
+        ("wide_space", &wide_space),
+        ("everything", &|| everything(&project)),
+        ("processes", &|| processes(&synthetic)),
+        // Before the rival of the last one keeps all texts in memory at once.
+        ("memory", &memory),
+        ("overhead", &|| overheads(&synthetic, &project)),
+    ];
+    // `cargo bench ... -- overhead threads` runs these parts only.
+    let is_named = |part: &str| arguments.iter().any(|argument| argument == part);
+    let all = !parts.iter().any(|(part, _)| is_named(part));
+    for (_, run) in parts.iter().filter(|(part, _)| all || is_named(part)) {
+        run();
     }
-    if wanted("wide_space") {
-        wide_space();
-    }
-    if wanted("everything") {
-        everything(&project);
-    }
-    if wanted("processes") {
-        processes(&synthetic);
-    }
-    // Before the rival of the last one keeps all texts in memory at once.
-    if wanted("memory") {
-        memory();
-    }
-    if wanted("overhead") {
-        let parts = [overhead("overhead_synthetic", &synthetic), overhead("overhead_project", &project)];
-        let [ours, all, validating] = [0, 1, 2].map(|at| parts[0][at] + parts[1][at]);
-        report("overhead", "at most 1.10", ours, all, "of naga alone, on both");
-        report("overhead_and_overrides", "no goal", ours, validating, "of naga without resolving overrides");
-    }
+}
+
+fn overheads(synthetic: &TemplateSet, project: &TemplateSet) {
+    let parts = [overhead("overhead_synthetic", synthetic), overhead("overhead_project", project)];
+    let [ours, all, validating] = [0, 1, 2].map(|at| parts[0][at] + parts[1][at]);
+    report("overhead", "at most 1.10", ours, all, "of naga alone, on both");
+    report("overhead_and_overrides", "no goal", ours, validating, "of naga without resolving overrides");
 }
 
 fn set(files: &[(&str, &str)]) -> TemplateSet {

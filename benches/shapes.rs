@@ -77,21 +77,13 @@ const SAME: [u32; 2] = [64, 64];
 
 /// Each pass reads what the one before it wrote.
 fn chain(count: usize) -> Graph {
-    linked(count, |_| SAME)
+    each_writes(count, |at| at.checked_sub(1).into_iter().collect(), |at| at + 1 == count)
 }
 
 /// A chain in which no two resources have one size.
 fn sizes(count: usize) -> Graph {
-    linked(count, |at| [1 + (at % 8_000) as u32, 1 + (at / 8_000) as u32])
-}
-
-fn linked(count: usize, size: impl Fn(usize) -> [u32; 2]) -> Graph {
-    let mut graph = Graph { resources: (0..count).map(size).collect(), ..Graph::default() };
-    for at in 0..count {
-        let reads = at.checked_sub(1).into_iter().collect();
-        graph.passes.push(Pass { reads, writes: vec![at], output: at + 1 == count, ..Pass::default() });
-    }
-    graph
+    let size = |at: usize| [1 + (at % 8_000) as u32, 1 + (at / 8_000) as u32];
+    Graph { resources: (0..count).map(size).collect(), ..chain(count) }
 }
 
 /// Layers of ten passes, each of which reads one to three of the layer before.
@@ -103,52 +95,48 @@ fn layered(count: usize) -> Graph {
         random ^= random << 17;
         (random % below as u64) as usize
     };
-    let mut graph = Graph { resources: vec![SAME; count], ..Graph::default() };
-    for at in 0..count {
+    let reads = |at: usize| {
         let layer = at / 10 * 10;
         let mut reads: Vec<usize> =
             if layer == 0 { Vec::new() } else { (0..1 + next(3)).map(|_| layer - 10 + next(10)).collect() };
         reads.sort_unstable();
         reads.dedup();
-        // Every pass is an output, so that nothing is culled.
-        graph.passes.push(Pass { reads, writes: vec![at], output: true, ..Pass::default() });
-    }
-    graph
+        reads
+    };
+    // Every pass is an output, so that nothing is culled.
+    each_writes(count, reads, |_| true)
 }
 
 /// One pass reads what all others wrote.
 fn fan_in(count: usize) -> Graph {
-    let mut graph = Graph { resources: vec![SAME; count], ..Graph::default() };
-    for at in 0..count {
-        let last = at + 1 == count;
-        let reads = if last { (0..at).collect() } else { Vec::new() };
-        graph.passes.push(Pass { reads, writes: vec![at], output: last, ..Pass::default() });
-    }
-    graph
-}
-
-/// All passes update one resource, one after the other.
-fn writers(count: usize) -> Graph {
-    let mut graph = Graph { resources: vec![SAME], ..Graph::default() };
-    for at in 0..count {
-        let (writes, updates) = if at == 0 { (vec![0], Vec::new()) } else { (Vec::new(), vec![0]) };
-        graph.passes.push(Pass {
-            writes,
-            updates,
-            after_previous: at > 0,
-            output: at + 1 == count,
-            ..Pass::default()
-        });
-    }
-    graph
+    let is_last = |at: usize| at + 1 == count;
+    each_writes(count, |at| if is_last(at) { (0..at).collect() } else { Vec::new() }, is_last)
 }
 
 /// All passes read one resource.
 fn shared(count: usize) -> Graph {
-    let mut graph = Graph { resources: vec![SAME; count], ..Graph::default() };
-    for at in 0..count {
-        let reads = if at == 0 { Vec::new() } else { vec![0] };
-        graph.passes.push(Pass { reads, writes: vec![at], output: true, ..Pass::default() });
-    }
-    graph
+    each_writes(count, |at| if at == 0 { Vec::new() } else { vec![0] }, |_| true)
+}
+
+/// Passes that each write a resource of their own.
+fn each_writes(
+    count: usize,
+    mut reads: impl FnMut(usize) -> Vec<usize>,
+    is_output: impl Fn(usize) -> bool,
+) -> Graph {
+    let mut pass =
+        |at: usize| Pass { reads: reads(at), writes: vec![at], output: is_output(at), ..Pass::default() };
+    Graph { resources: vec![SAME; count], passes: (0..count).map(&mut pass).collect() }
+}
+
+/// All passes update one resource, one after the other.
+fn writers(count: usize) -> Graph {
+    let pass = |at: usize| Pass {
+        writes: if at == 0 { vec![0] } else { Vec::new() },
+        updates: if at == 0 { Vec::new() } else { vec![0] },
+        after_previous: at > 0,
+        output: at + 1 == count,
+        ..Pass::default()
+    };
+    Graph { resources: vec![SAME], passes: (0..count).map(pass).collect() }
 }

@@ -16,7 +16,6 @@ use std::time::{Duration, Instant};
 
 use common::gpu::{Host, scene};
 use common::{Outcome, With, check_file, root};
-use umbragraph::work::Work;
 use umbragraph_test_support::gpu::{self, Gpu};
 
 const SIZE: [u32; 2] = [1280, 720];
@@ -95,11 +94,8 @@ fn modules(outcome: &Outcome, is_wanted: &dyn Fn(&str) -> bool) -> BTreeMap<[u8;
     let pipeline = &outcome.plan().pipeline;
     let mut modules = BTreeMap::new();
     for pass in pipeline.passes.iter().filter(|pass| pass.name != "transparent") {
-        let program = match pass.work() {
-            Work::Render(render) => pipeline.program(render.draw.bound().0),
-            Work::Compute(compute) => pipeline.program(compute.program),
-            Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => continue,
-        };
+        let Some(program) = pass.work().program() else { continue };
+        let program = pipeline.program(program);
         if is_wanted(&program.template) {
             let variants = program.variants.iter().map(|variant| &variant.module);
             modules.extend(variants.map(|module| (module.hash, module.wgsl.to_string())));
