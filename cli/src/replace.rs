@@ -1,7 +1,9 @@
 //! Files that are written as a whole or not at all.
 
 use std::fmt::Display;
-use std::path::Path;
+use std::fs::{File, Permissions};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 
 use umbragraph::diagnostic::{Diagnostic, codes};
 
@@ -12,27 +14,54 @@ use umbragraph::diagnostic::{Diagnostic, codes};
 /// # Errors
 /// A folder that is not there or cannot be written to; a file that was there is as it was.
 pub(crate) fn replace(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Diagnostic> {
-    try_replace(path, contents.as_ref()).map_err(|error| unwritable(path, &error))
+    let failed = |error: std::io::Error| unwritable(path, &error);
+    if path.metadata().is_ok_and(|known| !known.is_file()) {
+        return std::fs::write(path, contents).map_err(failed);
+    }
+    let (unfinished, mut file) = Unfinished::create(path)?;
+    file.write_all(contents.as_ref()).map_err(failed)?;
+    drop(file);
+    unfinished.finish()
 }
 
-fn try_replace(path: &Path, contents: &[u8]) -> std::io::Result<()> {
-    let known = std::fs::metadata(path).ok();
-    if known.as_ref().is_some_and(|known| !known.is_file()) {
-        return std::fs::write(path, contents);
+/// A file under construction: one beside it, which takes its place once it is whole.
+pub(crate) struct Unfinished {
+    /// As it is asked for.
+    pub(crate) path: PathBuf,
+    /// Where links lead to.
+    place: PathBuf,
+    temporary: PathBuf,
+    /// Those of a file that is there already.
+    permissions: Option<Permissions>,
+}
+
+impl Unfinished {
+    pub(crate) fn create(path: &Path) -> Result<(Self, File), Diagnostic> {
+        let failed = |error: std::io::Error| unwritable(path, &error);
+        let permissions = path.metadata().ok().map(|known| known.permissions());
+        let place =
+            if permissions.is_some() { path.canonicalize().map_err(failed)? } else { path.to_owned() };
+        let mut temporary = place.clone().into_os_string();
+        temporary.push(format!(".{}.part", std::process::id()));
+        let unfinished = Self { path: path.to_owned(), place, temporary: temporary.into(), permissions };
+        let file = File::create(&unfinished.temporary).map_err(failed)?;
+        Ok((unfinished, file))
     }
-    let path = if known.is_some() { path.canonicalize()? } else { path.to_owned() };
-    let mut temporary = path.clone().into_os_string();
-    temporary.push(format!(".{}.part", std::process::id()));
-    let result = std::fs::write(&temporary, contents)
-        .and_then(|()| match &known {
-            Some(known) => std::fs::set_permissions(&temporary, known.permissions()),
-            None => Ok(()),
-        })
-        .and_then(|()| std::fs::rename(&temporary, &path));
-    if result.is_err() {
-        let _ = std::fs::remove_file(&temporary);
+
+    pub(crate) fn finish(mut self) -> Result<(), Diagnostic> {
+        let permissions = self.permissions.take();
+        permissions
+            .map_or(Ok(()), |permissions| std::fs::set_permissions(&self.temporary, permissions))
+            .and_then(|()| std::fs::rename(&self.temporary, &self.place))
+            .map_err(|error| unwritable(&self.path, &error))
     }
-    result
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        // Not there any more where it is finished.
+        let _ = std::fs::remove_file(&self.temporary);
+    }
 }
 
 /// The diagnostic for a file that cannot be written.

@@ -14,7 +14,7 @@ use smallvec::SmallVec;
 use umbragraph::diagnostic::{Diagnostic, Place, codes};
 
 use super::layout::Sheet;
-use crate::replace::{replace, unwritable};
+use crate::replace::{Unfinished, replace, unwritable};
 
 /// The format of a picture file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -184,7 +184,7 @@ impl Animation {
         match format {
             Format::Apng => {
                 let (file, writer) = Unfinished::create(path)?;
-                let mut encoder = png_encoder(writer, size, compression);
+                let mut encoder = png_encoder(BufWriter::new(writer), size, compression);
                 encoder.set_animated(frames, 0).map_err(|error| failed(&error))?;
                 let milliseconds = (1000.0 / rate).round().clamp(1.0, 65535.0) as u16;
                 encoder.set_frame_delay(milliseconds, 1000).map_err(|error| failed(&error))?;
@@ -196,8 +196,8 @@ impl Animation {
                     return Err(failed(&"a GIF has at most 65535 pixels on a side"));
                 };
                 let (file, writer) = Unfinished::create(path)?;
-                let mut encoder =
-                    gif::Encoder::new(writer, width, height, &[]).map_err(|error| failed(&error))?;
+                let mut encoder = gif::Encoder::new(BufWriter::new(writer), width, height, &[])
+                    .map_err(|error| failed(&error))?;
                 encoder.set_repeat(gif::Repeat::Infinite).map_err(|error| failed(&error))?;
                 // A GIF counts in hundredths of a second.
                 let delay = (100.0 / rate).round().clamp(1.0, 65535.0) as u16;
@@ -258,39 +258,6 @@ pub(super) fn numbered(path: &Path, at: u32) -> PathBuf {
 /// Whether the name of a path has a place for a number.
 pub(super) fn is_numbered(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().contains('#'))
-}
-
-/// A file that is written under another name, and removed unless it is finished.
-pub(super) struct Unfinished {
-    path: PathBuf,
-    temporary: PathBuf,
-    is_finished: bool,
-}
-
-impl Unfinished {
-    fn create(path: &Path) -> Result<(Self, BufWriter<File>), Diagnostic> {
-        let mut temporary = path.as_os_str().to_owned();
-        temporary.push(format!(".{}.part", std::process::id()));
-        let temporary = PathBuf::from(temporary);
-        let file = File::create(&temporary).map_err(|error| unwritable(path, &error))?;
-        Ok((Self { path: path.to_owned(), temporary, is_finished: false }, BufWriter::new(file)))
-    }
-
-    fn finish(mut self) -> Result<(), Diagnostic> {
-        self.is_finished = true;
-        std::fs::rename(&self.temporary, &self.path).map_err(|error| {
-            let _ = std::fs::remove_file(&self.temporary);
-            unwritable(&self.path, &error)
-        })
-    }
-}
-
-impl Drop for Unfinished {
-    fn drop(&mut self) {
-        if !self.is_finished {
-            let _ = std::fs::remove_file(&self.temporary);
-        }
-    }
 }
 
 #[cfg(test)]

@@ -90,7 +90,8 @@ fn score(
         let mut together = Scores::default();
         let mut seen = BTreeMap::new();
         for mut answer in view.answers(&mut drawing, &input, progress)? {
-            if let Some(now) = view.seen(&answer).filter(|_| arguments.shots.frames > 1) {
+            if arguments.shots.frames > 1 {
+                let now = view.seen(&answer);
                 answer.scores.changes =
                     before.get(&answer.at).map(|before| now.changes_since(before)).unwrap_or_default();
                 seen.insert(answer.at, now);

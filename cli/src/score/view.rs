@@ -17,7 +17,8 @@ pub(crate) struct View<'r> {
 }
 
 /// How the picture of one light answers.
-pub(crate) struct Answer {
+pub(crate) struct Answer<'v> {
+    traced: &'v LightTruth,
     /// The position of the light among those that cast shadows.
     pub(crate) at: usize,
     pub(crate) scores: Scores,
@@ -63,7 +64,7 @@ impl<'r> View<'r> {
         drawing: &mut Drawing<'_>,
         input: &FrameInput,
         progress: &mut Progress,
-    ) -> Result<Vec<Answer>, Diagnostics> {
+    ) -> Result<Vec<Answer<'_>>, Diagnostics> {
         let mut answers = Vec::new();
         for (at, (light, traced)) in self.lights.iter().enumerate() {
             let Some(traced) = traced else { continue };
@@ -73,24 +74,18 @@ impl<'r> View<'r> {
             let rendered = Rendered::new(&pixels);
             let scores = Scores::of(&self.truth, traced, rendered);
             let is_lit_everywhere = rendered.is_lit_everywhere();
-            answers.push(Answer { at, scores, is_lit_everywhere, pixels });
+            answers.push(Answer { traced, at, scores, is_lit_everywhere, pixels });
         }
         Ok(answers)
     }
 
     /// What an answer shows, for the next frame to be held against.
-    pub(crate) fn seen(&self, answer: &Answer) -> Option<Seen> {
-        let (_, traced) = self.lights.get(answer.at)?;
-        Some(Seen::new(&self.truth, traced.as_ref()?, Rendered::new(&answer.pixels)))
+    pub(crate) fn seen(&self, answer: &Answer<'_>) -> Seen {
+        Seen::new(&self.truth, answer.traced, Rendered::new(&answer.pixels))
     }
 
     /// Where and how an answer differs.
-    pub(crate) fn difference(&self, answer: &Answer) -> Vec<u8> {
-        match self.lights.get(answer.at) {
-            Some((_, Some(traced))) => {
-                difference::picture(&self.truth, traced, Rendered::new(&answer.pixels))
-            }
-            _ => Vec::new(),
-        }
+    pub(crate) fn difference(&self, answer: &Answer<'_>) -> Vec<u8> {
+        difference::picture(&self.truth, answer.traced, Rendered::new(&answer.pixels))
     }
 }
