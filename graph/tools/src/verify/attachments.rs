@@ -32,30 +32,23 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
                         .is_some_and(|one| one.name == planned.resource)
             });
         if !same {
-            violations.add(
-                Kind::AttachmentsDiffer,
-                format!("the attachments of \"{}\" are not those that it declares", planned.name),
-            );
+            let message = format!("the attachments of \"{}\" are not those that it declares", planned.name);
+            violations.add(Kind::AttachmentsDiffer, message);
             continue;
         }
         for (attachment, (_, load, discard)) in attachments.iter().zip(&declared) {
             if word(&attachment.load) != *load {
-                violations.add(
-                    Kind::LoadDiffers,
-                    format!("\"{}\" declares {load} for \"{}\"", planned.name, attachment.resource),
-                );
+                let message = format!("\"{}\" declares {load} for \"{}\"", planned.name, attachment.resource);
+                violations.add(Kind::LoadDiffers, message);
             }
             if *discard && attachment.store == StoreOperation::Store {
-                violations.add(
-                    Kind::StoreDiffers,
-                    format!("\"{}\" declares that \"{}\" is discarded", planned.name, attachment.resource),
-                );
+                let message =
+                    format!("\"{}\" declares that \"{}\" is discarded", planned.name, attachment.resource);
+                violations.add(Kind::StoreDiffers, message);
             }
             if attachment.transient_attachment && !stays(plan, planned, attachment, at, &users) {
-                violations.add(
-                    Kind::TransientAttachmentLeaves,
-                    format!("\"{}\" does not stay in \"{}\"", attachment.resource, planned.name),
-                );
+                let message = format!("\"{}\" does not stay in \"{}\"", attachment.resource, planned.name);
+                violations.add(Kind::TransientAttachmentLeaves, message);
             }
         }
     }
@@ -129,10 +122,8 @@ fn check_groups(plan: &Plan, violations: &mut Violations) {
                 }
             }
             if broken {
-                violations.add(
-                    Kind::GroupBroken,
-                    format!("\"{}\" cannot join the render pass of \"{}\"", pass.name, first.name),
-                );
+                let message = format!("\"{}\" cannot join the render pass of \"{}\"", pass.name, first.name);
+                violations.add(Kind::GroupBroken, message);
             }
         }
     }

@@ -303,10 +303,8 @@ impl Player<'_, '_> {
                 Content::Nothing => {}
                 Content::Dropped(by) => {
                     let (by, _) = self.names(by);
-                    wrong = Some((
-                        Kind::ContentsDropped,
-                        format!("\"{name}\" needs \"{resource}\", which \"{by}\" does not store"),
-                    ));
+                    let message = format!("\"{name}\" needs \"{resource}\", which \"{by}\" does not store");
+                    wrong = Some((Kind::ContentsDropped, message));
                 }
                 Content::Written(by) => {
                     written = true;
@@ -334,10 +332,8 @@ impl Player<'_, '_> {
                     continue;
                 }
                 if limit.is_none() {
-                    wrong = Some((
-                        Kind::CulledButNeeded,
-                        format!("\"{name}\" reads \"{resource}\" of a culled pass"),
-                    ));
+                    let message = format!("\"{name}\" reads \"{resource}\" of a culled pass");
+                    wrong = Some((Kind::CulledButNeeded, message));
                 } else if writers[*region].iter().any(|(writer, _)| *writer == named)
                     && written != Some(named)
                 {
@@ -358,10 +354,8 @@ impl Player<'_, '_> {
                 }
                 if let Some((late, _)) = late {
                     let (late, _) = self.names(*late);
-                    wrong = Some((
-                        Kind::ReadTooEarly,
-                        format!("\"{name}\" reads \"{resource}\" before \"{late}\" writes it"),
-                    ));
+                    let message = format!("\"{name}\" reads \"{resource}\" before \"{late}\" writes it");
+                    wrong = Some((Kind::ReadTooEarly, message));
                 }
                 let earlier = |list: &[(PassHandle, bool)]| -> Vec<(PassHandle, bool)> {
                     list.iter().copied().filter(|(writer, _)| !is_later(*writer)).collect()
@@ -369,10 +363,8 @@ impl Player<'_, '_> {
                 let (live, culled) = (earlier(&writers[*region]), earlier(&culled[*region]));
                 if let Some(needed) = needed_but_culled(&live, &culled, self.single) {
                     let (needed, _) = self.names(needed);
-                    wrong = Some((
-                        Kind::CulledButNeeded,
-                        format!("\"{name}\" reads \"{resource}\", but \"{needed}\" is culled"),
-                    ));
+                    let message = format!("\"{name}\" reads \"{resource}\", but \"{needed}\" is culled");
+                    wrong = Some((Kind::CulledButNeeded, message));
                 }
                 for (writer, _) in writers[*region].iter().filter(|(writer, _)| *writer != event.pass) {
                     match is_later(*writer) {
@@ -385,17 +377,13 @@ impl Player<'_, '_> {
                 && !(event.one.usage.keeps_what_is_there() && self.may_follow(needed, event.pass))
             {
                 let (needed, _) = self.names(needed);
-                wrong = Some((
-                    Kind::CulledButNeeded,
-                    format!("\"{name}\" loads \"{resource}\", but \"{needed}\" is culled"),
-                ));
+                let message = format!("\"{name}\" loads \"{resource}\", but \"{needed}\" is culled");
+                wrong = Some((Kind::CulledButNeeded, message));
             }
         }
         if !written && !matches!(wrong, Some((Kind::ContentsDropped | Kind::CulledButNeeded, _))) {
-            self.violations.add(
-                Kind::UninitialisedRead,
-                format!("\"{name}\" reads \"{resource}\", which nothing has written"),
-            );
+            let message = format!("\"{name}\" reads \"{resource}\", which nothing has written");
+            self.violations.add(Kind::UninitialisedRead, message);
         }
         if let Some((kind, message)) = wrong {
             self.violations.add(kind, message);
@@ -556,9 +544,7 @@ fn explain(
     for (resource, first, second) in open {
         let (first, second) = (&plan.pipeline.pass(first).name, &plan.pipeline.pass(second).name);
         let resource = &plan.pipeline.resource(resource).name;
-        violations.add(
-            Kind::WritersUnordered,
-            format!("nothing says that \"{first}\" writes \"{resource}\" before \"{second}\""),
-        );
+        let message = format!("nothing says that \"{first}\" writes \"{resource}\" before \"{second}\"");
+        violations.add(Kind::WritersUnordered, message);
     }
 }

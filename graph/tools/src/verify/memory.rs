@@ -172,10 +172,8 @@ impl Memory<'_> {
             for pair in list.windows(2) {
                 let ((_, end, first), (start, _, second)) = (pair[0], pair[1]);
                 if start <= end {
-                    self.violations.add(
-                        Kind::Overlap,
-                        format!("\"{first}\" and \"{second}\" share memory while both are alive"),
-                    );
+                    let message = format!("\"{first}\" and \"{second}\" share memory while both are alive");
+                    self.violations.add(Kind::Overlap, message);
                 }
             }
             let lasting = list.iter().find(|(.., name)| {
@@ -190,10 +188,8 @@ impl Memory<'_> {
             let first =
                 list.iter().find(|(.., name)| self.conditional.contains(&plan.resources[*name].handle));
             if let Some((.., name)) = first {
-                self.violations.add(
-                    Kind::SharedThoughConditional,
-                    format!("\"{name}\" shares memory, though a toggle can leave it unwritten"),
-                );
+                let message = format!("\"{name}\" shares memory, though a toggle can leave it unwritten");
+                self.violations.add(Kind::SharedThoughConditional, message);
             }
         }
         let textures = (0..plan.textures.len()).map(Physical::Texture);

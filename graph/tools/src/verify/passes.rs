@@ -19,10 +19,8 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) -> Option<Schedule
     let mut known = true;
     for (position, planned) in plan.passes.iter().enumerate() {
         let Some(pass) = passes.get(planned.handle.index()) else {
-            violations.add(
-                Kind::PassUnknown,
-                format!("the plan runs \"{}\", which the pipeline does not have", planned.name),
-            );
+            let message = format!("the plan runs \"{}\", which the pipeline does not have", planned.name);
+            violations.add(Kind::PassUnknown, message);
             known = false;
             continue;
         };
@@ -95,10 +93,8 @@ fn check_workgroups(plan: &Plan, violations: &mut Violations) {
         );
         let fits = planned.workgroups.is_none_or(|counts| counts.iter().all(|count| *count <= limit));
         if is_compute != planned.workgroups.is_some() || !fits {
-            violations.add(
-                Kind::WorkgroupsWrong,
-                format!("\"{}\" has the workgroups {:?}", planned.name, planned.workgroups),
-            );
+            let message = format!("\"{}\" has the workgroups {:?}", planned.name, planned.workgroups);
+            violations.add(Kind::WorkgroupsWrong, message);
         }
     }
 }
@@ -139,10 +135,8 @@ pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, viola
     }
     for planned in &plan.passes {
         if !needed.contains(&planned.handle) {
-            violations.add(
-                Kind::KeptWithoutReason,
-                format!("\"{}\" leads to no output, but is kept", planned.name),
-            );
+            let message = format!("\"{}\" leads to no output, but is kept", planned.name);
+            violations.add(Kind::KeptWithoutReason, message);
         }
         if !reason_holds(plan, schedule, flow, planned.handle, planned.reason)
             || !says(plan, planned.reason, &planned.kept)
@@ -154,18 +148,14 @@ pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, viola
     for pass in pipeline.pass_handles().filter(|pass| schedule.of(*pass).is_none()) {
         let declared = pipeline.pass(pass);
         if declared.side_effect {
-            violations.add(
-                Kind::CulledButNeeded,
-                format!("\"{}\" has a side effect, but is culled", declared.name),
-            );
+            let message = format!("\"{}\" has a side effect, but is culled", declared.name);
+            violations.add(Kind::CulledButNeeded, message);
         }
         if let Some(reason) = plan.culled.get(&declared.name)
             && !cull_holds(plan, pass, reason)
         {
-            violations.add(
-                Kind::WrongCullReason,
-                format!("the reason for culling \"{}\" does not hold", declared.name),
-            );
+            let message = format!("the reason for culling \"{}\" does not hold", declared.name);
+            violations.add(Kind::WrongCullReason, message);
         }
     }
 }
