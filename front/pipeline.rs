@@ -151,11 +151,10 @@ impl Loaded {
                 }));
                 continue;
             };
-            let root = &mut document.to_mut().root;
-            let resource = member(root, "resources").and_then(|all| member(all, name));
-            let Some(document::Value { kind: document::Kind::Object(kinds), .. }) = resource else {
-                continue;
-            };
+            let resources = document.to_mut().root.entries_of_mut("resources");
+            let resource = resources.and_then(|all| all.iter_mut().find(|entry| entry.key == *name));
+            let kind = resource.map(|entry| &mut entry.value.kind);
+            let Some(document::Kind::Object(kinds)) = kind else { continue };
             for document::Entry { value, .. } in kinds {
                 let document::Kind::Object(keys) = &mut value.kind else { continue };
                 keys.retain(|entry| entry.key != "exposed");
@@ -182,10 +181,4 @@ impl Loaded {
         modules.swap_schema(&mut schema);
         checked
     }
-}
-
-/// A member of an object, to be changed.
-fn member<'a>(value: &'a mut document::Value, key: &str) -> Option<&'a mut document::Value> {
-    let document::Kind::Object(entries) = &mut value.kind else { return None };
-    entries.iter_mut().find(|entry| entry.key == key).map(|entry| &mut entry.value)
 }
