@@ -13,36 +13,27 @@ pub(crate) fn sin_cos(angle: f64) -> (f64, f64) {
     // π/2 in two parts, of which the first has few enough digits for its multiples to be exact.
     const HIGH: f64 = 1.570_796_326_734_125_6;
     const LOW: f64 = 6.077_100_506_506_192e-11;
+    const SIN: [f64; 6] = [
+        -1.666_666_666_666_663_2e-1,
+        8.333_333_333_322_49e-3,
+        -1.984_126_982_985_795e-4,
+        2.755_731_370_707_006_8e-6,
+        -2.505_076_025_340_686_3e-8,
+        1.589_690_995_211_55e-10,
+    ];
+    const COS: [f64; 6] = [
+        4.166_666_666_666_66e-2,
+        -1.388_888_888_887_411e-3,
+        2.480_158_728_947_673e-5,
+        -2.755_731_435_139_066_3e-7,
+        2.087_572_321_298_175e-9,
+        -1.135_964_755_778_819_5e-11,
+    ];
     let quarters = (angle / FRAC_PI_2).round();
     let x = (angle - quarters * HIGH) - quarters * LOW;
     let square = x * x;
-    let sin = x + x
-        * square
-        * polynomial(
-            square,
-            &[
-                -1.666_666_666_666_663_2e-1,
-                8.333_333_333_322_49e-3,
-                -1.984_126_982_985_795e-4,
-                2.755_731_370_707_006_8e-6,
-                -2.505_076_025_340_686_3e-8,
-                1.589_690_995_211_55e-10,
-            ],
-        );
-    let cos = 1.0 - 0.5 * square
-        + square
-            * square
-            * polynomial(
-                square,
-                &[
-                    4.166_666_666_666_66e-2,
-                    -1.388_888_888_887_411e-3,
-                    2.480_158_728_947_673e-5,
-                    -2.755_731_435_139_066_3e-7,
-                    2.087_572_321_298_175e-9,
-                    -1.135_964_755_778_819_5e-11,
-                ],
-            );
+    let sin = x + x * square * polynomial(square, &SIN);
+    let cos = 1.0 - 0.5 * square + square * square * polynomial(square, &COS);
     match (quarters as i64).rem_euclid(4) {
         0 => (sin, cos),
         1 => (cos, -sin),
