@@ -448,33 +448,29 @@ fn classes(plan: &Plan) -> Vec<CompatibilityClassReport> {
     for planned in plan.resources.values() {
         let shares = planned.lifetime == Lifetime::Transient && !planned.conditional;
         let place = match planned.physical {
-            Physical::Texture(index) => {
-                plan.textures.get(index).map(|one| (format!("{:?}", one.usages), one.bytes))
-            }
-            Physical::Buffer(index) => {
-                plan.buffers.get(index).map(|one| (format!("{:?}", one.usages), one.bytes))
-            }
+            Physical::Texture(index) => plan.textures.get(index).map(|one| {
+                let names: Vec<&str> = one.usages.iter_names().map(|(name, _)| name).collect();
+                (names, one.bytes)
+            }),
+            Physical::Buffer(index) => plan.buffers.get(index).map(|one| {
+                let names: Vec<&str> = one.usages.iter_names().map(|(name, _)| name).collect();
+                (names, one.bytes)
+            }),
             _ => None,
         };
-        let Some((usages, bytes)) = place else { continue };
+        let Some((names, bytes)) = place else { continue };
+        let usages = names.join(", ").to_lowercase().replace('_', " ");
         let size = match planned.size {
             Some(_) => 0,
             None => planned.bytes.checked_next_power_of_two().filter(|_| shares).unwrap_or(planned.bytes),
         };
-        let names: Vec<String> = usages
-            .trim_start_matches("TextureUsages(")
-            .trim_start_matches("BufferUsages(")
-            .trim_end_matches(')')
-            .split(" | ")
-            .map(|usage| usage.to_lowercase().replace('_', " "))
-            .collect();
         let kept = match planned.lifetime {
             Lifetime::Transient if planned.conditional => ", left unwritten by a toggle",
             Lifetime::Transient => "",
             _ => ", kept from frame to frame",
         };
         let what = describe(planned.format, planned.size, 0);
-        let class = classes.entry((what, size, format!("({}{kept})", names.join(", ")))).or_default();
+        let class = classes.entry((what, size, format!("({usages}{kept})"))).or_default();
         class.places.insert(planned.physical, bytes);
         class.members.push(planned.bytes);
     }
