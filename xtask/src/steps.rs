@@ -28,9 +28,7 @@ impl Step {
 
     /// The step as it would be typed.
     pub(crate) fn command_line(&self) -> String {
-        let variables = self.environment.iter().map(|(name, value)| {
-            if value.contains(' ') { format!("{name}=\"{value}\" ") } else { format!("{name}={value} ") }
-        });
+        let variables = self.environment.iter().map(|(name, value)| format!("{name}=\"{value}\" "));
         format!("{}cargo {}", variables.collect::<String>(), self.arguments.join(" "))
     }
 }
