@@ -197,8 +197,8 @@ pub(crate) struct PermutationsArguments {
     #[arg(long)]
     pub(crate) axes: bool,
     /// A further validator for every distinct text, such as 'tint --format wgsl -o /dev/null {}'.
-    #[arg(long, value_name = "COMMAND", value_parser = parse_validator)]
-    pub(crate) also: Vec<ValidatorCommand>,
+    #[arg(long, value_name = "COMMAND", value_parser = ExternalValidator::parse)]
+    pub(crate) also: Vec<ExternalValidator>,
     /// How long a further validator may take for one text.
     #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=3600))]
     pub(crate) also_time_limit: u64,
@@ -228,13 +228,6 @@ impl DiagnosticsFormat {
     pub(crate) fn is_data(self) -> bool {
         matches!(self, Self::Json | Self::Sarif)
     }
-}
-
-/// The command of a further validator, as it is written and as it is run.
-#[derive(Clone, Debug)]
-pub(crate) struct ValidatorCommand {
-    pub(crate) text: String,
-    pub(crate) validator: ExternalValidator,
 }
 
 #[derive(Args)]
@@ -429,11 +422,6 @@ fn one_of<const N: usize, T: Copy + Send + Sync + 'static>(
         let found = all.into_iter().find(|one| name(*one) == text);
         found.ok_or_else(|| format!("the {what} are {}", all.map(name).join(", ")))
     }
-}
-
-fn parse_validator(text: &str) -> Result<ValidatorCommand, String> {
-    let validator = ExternalValidator::parse(text)?;
-    Ok(ValidatorCommand { text: text.to_owned(), validator })
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {

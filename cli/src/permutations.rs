@@ -16,7 +16,7 @@ use umbragraph::shader::TargetProfile;
 use umbragraph::shader::permutations::{self, Options, Request, Validator};
 use umbragraph::source::FileId;
 
-use crate::arguments::{DiagnosticsFormat, PermutationsArguments, ValidatorCommand};
+use crate::arguments::{DiagnosticsFormat, PermutationsArguments};
 use crate::axes;
 use crate::session::{Session, dry_run, profiles};
 use crate::streams::{print, print_json};
@@ -176,10 +176,10 @@ fn list_axes(arguments: &PermutationsArguments, session: &Session, requests: &[R
 
 /// The further validators, each with its place on the command line.
 fn validators(arguments: &PermutationsArguments, session: &mut Session) -> Vec<ExternalValidator> {
-    let limit = Duration::from_secs(arguments.also_time_limit);
-    let mut placed = |command: &ValidatorCommand| {
-        let place = Place::Span(session.on_command_line(&command.text));
-        ExternalValidator { time_limit: limit, place, ..command.validator.clone() }
+    let time_limit = Duration::from_secs(arguments.also_time_limit);
+    let mut placed = |validator: &ExternalValidator| {
+        let place = Place::Span(session.on_command_line(&validator.text));
+        ExternalValidator { time_limit, place, ..validator.clone() }
     };
     arguments.also.iter().map(&mut placed).collect()
 }

@@ -19,6 +19,8 @@ use umbragraph::shader::permutations::{Opinion, Validator};
 /// The command of an external validator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ExternalValidator {
+    /// As it is written.
+    pub(crate) text: String,
     pub(crate) program: String,
     pub(crate) arguments: Vec<String>,
     /// For one text.
@@ -58,7 +60,8 @@ impl ExternalValidator {
         if !words.iter().any(|word| word.contains("{}")) {
             return Err("the command does not say where the file goes: write {} there");
         }
-        Ok(Self { program, arguments: words, time_limit: Duration::from_secs(10), place: Place::Nowhere })
+        let (text, time_limit) = (line.to_owned(), Duration::from_secs(10));
+        Ok(Self { text, program, arguments: words, time_limit, place: Place::Nowhere })
     }
 
     fn run(&self, wgsl: &str, file: &Path, folder: &Path) -> io::Result<Option<ExitStatus>> {
