@@ -37,8 +37,13 @@ pub(crate) fn run(arguments: &RenderArguments) -> bool {
     progress.finish();
     let said = result.map_err(|diagnostics| session.diagnostics.extend(diagnostics));
     let fine = session.report();
-    let said = said.ok().filter(|_| fine);
-    said.inspect(|said| print(&format!("{said}{}\n", progress.summary()))).is_some()
+    match said {
+        Ok(said) if fine => {
+            print(&format!("{said}{}\n", progress.summary()));
+            true
+        }
+        _ => false,
+    }
 }
 
 /// What is to be said of what was rendered.
