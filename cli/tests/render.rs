@@ -310,6 +310,22 @@ fn frames_become_numbered_pictures_an_apng_or_a_gif_and_the_camera_moves() {
 }
 
 #[test]
+fn one_frame_alone_has_the_format_of_its_file_as_many_have() {
+    if gpu::device().is_none() {
+        return;
+    }
+    let folder = ScratchFolder::new("render-one-frame");
+    let begins = |name: &str| {
+        let file = folder.join(name);
+        fine(&render("pipelines/nebula.json", FIGURE, &["--out", file.to_str().unwrap()]));
+        std::fs::read(file).unwrap()
+    };
+    assert!(begins("one.gif").starts_with(b"GIF89a"));
+    let apng = begins("one.apng");
+    assert!(apng.windows(4).any(|chunk| chunk == b"acTL"));
+}
+
+#[test]
 fn a_camera_path_is_followed_or_what_is_wrong_with_it_told() {
     let folder = ScratchFolder::new("render-camera");
     let (keys, out) = (folder.join("path.json"), folder.join("x.png"));

@@ -79,17 +79,11 @@ fn render(
     if arguments.timings || arguments.trace.is_some() {
         drawing.timings = Some(Timings::begin(&mut drawing.executor, &graphics.name));
     }
-    let mut animation = match output.format {
-        Some(format) if output.frames > 1 || files::is_numbered(&arguments.out) => Some(Animation::begin(
-            &arguments.out,
-            format,
-            arguments.choices.size,
-            output.frames,
-            arguments.film.fps,
-            output.compression,
-        )?),
-        _ => None,
+    let begin = |format| {
+        let (size, rate) = (arguments.choices.size, arguments.film.fps);
+        Animation::begin(&arguments.out, format, size, output.frames, rate, output.compression)
     };
+    let mut animation = output.animation.map(begin).transpose()?;
     progress.begin("draw", u64::from(output.frames));
     for shot in arguments.film.shots(output.frames) {
         let input = drawing.input(&path, shot);
@@ -130,7 +124,8 @@ fn render(
 
 /// What is written, as the arguments say it.
 struct Output {
-    format: Option<Format>,
+    /// The format of an animation or of numbered pictures; `None` of a single PNG.
+    animation: Option<Format>,
     frames: u32,
     compression: Compression,
 }
@@ -150,7 +145,7 @@ impl Output {
         }
         let compression = Compression { fast: arguments.fast };
         let single = frames == 1 && format == Format::Png && !files::is_numbered(&arguments.out);
-        Ok(Self { format: (!single).then_some(format), frames, compression })
+        Ok(Self { animation: (!single).then_some(format), frames, compression })
     }
 }
 
