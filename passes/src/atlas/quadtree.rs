@@ -26,9 +26,7 @@ pub struct TileAllocator {
     /// For each size, from the smallest: the free squares.
     free: Vec<BTreeSet<usize>>,
     /// For each size, from the smallest: the allocated tiles.
-    used: Vec<BTreeSet<usize>>,
-    /// The number of texels in allocated tiles.
-    pub(super) used_area: u64,
+    pub(super) used: Vec<BTreeSet<usize>>,
 }
 
 impl TileAllocator {
@@ -40,7 +38,7 @@ impl TileAllocator {
         let max_side = within(max_side).max(min);
         let sizes = (max_side / min).trailing_zeros() as usize + 1;
         let none = vec![BTreeSet::new(); sizes];
-        Self { min, max_side, side: 0, free: none.clone(), used: none, used_area: 0 }
+        Self { min, max_side, side: 0, free: none.clone(), used: none }
     }
 
     /// Makes the atlas larger or smaller; tiles stay where they are. `side` is rounded down to a power of two, 0 below
@@ -113,7 +111,6 @@ impl TileAllocator {
         self.take(class, number);
         self.used[class].insert(number);
         let tile = Tile::of_number(number, size);
-        self.used_area += tile.area();
         Some(tile)
     }
 
@@ -134,7 +131,6 @@ impl TileAllocator {
         }
         let (mut class, mut number) = (self.class(tile.size), tile.number());
         self.used[class].remove(&number);
-        self.used_area -= tile.area();
         let root = self.class(self.side);
         while class < root {
             let first = number & !3;

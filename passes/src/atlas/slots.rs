@@ -1,7 +1,7 @@
 //! An allocator of runs of slots: layers of an array, cubes, descriptors, views.
 //!
-//! A run is the first one that is long enough, so that the same calls always give the same runs. Runs are no more than
-//! lights, which are few enough for a walk over all of them.
+//! A run is the first one that is long enough, so that the same calls always give the same runs. The free runs are kept
+//! in order: a request walks over gaps, not over what is in use.
 //!
 //! Limits: at most [`MAX_SLOTS`]; a request can fail although enough slots are free, since runs are never moved here
 //! (see [`super::placement`]).
@@ -14,51 +14,70 @@ pub const MAX_SLOTS: u32 = 1 << 16;
 /// A row of slots.
 #[derive(Clone, Debug, Default)]
 pub struct SlotAllocator {
-    /// The runs in use: the first slot of each, and the one behind its last.
-    runs: BTreeMap<u32, u32>,
+    /// The free runs, none of which touch: the first slot of each, and the one behind its last.
+    free: BTreeMap<u32, u32>,
     capacity: u32,
 }
 
 impl SlotAllocator {
     /// So many free slots.
     pub fn new(capacity: u32) -> Self {
-        Self { runs: BTreeMap::new(), capacity: capacity.min(MAX_SLOTS) }
+        let mut slots = Self::default();
+        slots.set_capacity(capacity);
+        slots
     }
 
     /// Makes the row longer or shorter, up to [`MAX_SLOTS`]. Runs stay where they are; those beyond the end are
     /// forgotten.
     pub fn set_capacity(&mut self, capacity: u32) {
-        self.capacity = capacity.min(MAX_SLOTS);
-        drop(self.runs.split_off(&self.capacity));
-        for end in self.runs.values_mut() {
-            *end = self.capacity.min(*end);
+        let capacity = capacity.min(MAX_SLOTS);
+        if capacity > self.capacity {
+            self.set_free(self.capacity, capacity);
+        } else {
+            drop(self.free.split_off(&capacity));
+            if let Some(mut last) = self.free.last_entry() {
+                let end = capacity.min(*last.get());
+                last.insert(end);
+            }
         }
+        self.capacity = capacity;
     }
 
     /// Takes `count` slots in a row and returns the first; `None` where there is no such run, or for no slots.
     #[must_use]
     pub fn allocate(&mut self, count: u32) -> Option<u32> {
-        let mut first = 0;
-        for (start, end) in &self.runs {
-            if start - first >= count {
-                break;
-            }
-            first = *end;
+        let mut runs = self.free.iter().map(|(first, end)| (*first, *end));
+        let (first, end) = runs.find(|(first, end)| count > 0 && end - first >= count)?;
+        self.free.remove(&first);
+        if first + count < end {
+            self.free.insert(first + count, end);
         }
-        let end = first.checked_add(count).filter(|end| count > 0 && *end <= self.capacity)?;
-        self.runs.insert(first, end);
         Some(first)
     }
 
-    /// Gives a run back. False, with nothing changed, where there is no such run.
+    /// Gives slots back. False, with nothing changed, where not all of them are in use.
     pub fn release(&mut self, first: u32, count: u32) -> bool {
-        let is_run = self.runs.get(&first).is_some_and(|end| end - first == count);
-        is_run && self.runs.remove(&first).is_some()
+        let end = first.saturating_add(count);
+        let before = self.free.range(..end).next_back();
+        if count == 0 || end > self.capacity || before.is_some_and(|(_, behind)| *behind > first) {
+            return false;
+        }
+        self.set_free(first, end);
+        true
     }
 
     /// Gives all slots back.
     pub fn clear(&mut self) {
-        self.runs.clear();
+        *self = Self::new(self.capacity);
+    }
+
+    /// Makes slots free, in one run with the free ones that they touch.
+    fn set_free(&mut self, first: u32, end: u32) {
+        let end = self.free.remove(&end).unwrap_or(end);
+        match self.free.range_mut(..first).next_back() {
+            Some((_, behind)) if *behind == first => *behind = end,
+            _ => drop(self.free.insert(first, end)),
+        }
     }
 }
 
@@ -68,7 +87,7 @@ mod tests {
 
     impl SlotAllocator {
         fn used(&self) -> u32 {
-            self.runs.iter().map(|(first, end)| end - first).sum()
+            self.capacity - self.free.iter().map(|(first, end)| end - first).sum::<u32>()
         }
     }
 
