@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use super::render::Source;
 use super::templates::TemplateSet;
-use super::text_map::{Origin, TextMap};
+use super::text_map::{Origin, Segment, TextMap};
 use crate::source::{FileId, Span};
 
 /// The first number that the library's bindings move to; WebGPU has numbers below 1000.
@@ -49,7 +49,7 @@ pub(crate) fn move_aside(set: &TemplateSet, source: Source) -> Source {
             (&one.range, free.unwrap_or(one.number).to_string())
         })
         .collect();
-    replaced(source, &moved)
+    replaced(&source, &moved)
 }
 
 fn declarations(text: &str, map: &TextMap) -> Vec<Declaration> {
@@ -95,22 +95,26 @@ fn group_behind(text: &str, at: usize) -> Option<u32> {
 }
 
 /// The text and its map with other bytes in some places, which are in order.
-fn replaced(source: Source, places: &[(&Range<usize>, String)]) -> Source {
-    let Source { mut wgsl, mut map } = source;
-    // From the last on, so that the others stay where they are.
-    for (range, number) in places.iter().rev() {
-        let (first, behind) = (map.split(range.start), map.split(range.end));
-        if let Some(Origin::Literal(file, start)) = map.segments[first].origin {
-            let length = map.segments[first + 1].start - map.segments[first].start;
-            let written = Span::new(file, start as usize..(start + length) as usize);
-            map.segments[first].origin = Some(Origin::Tag(written));
+fn replaced(source: &Source, places: &[(&Range<usize>, String)]) -> Source {
+    let Source { wgsl, map } = source;
+    let (mut text, mut segments) = (String::with_capacity(wgsl.len()), Vec::new());
+    let (mut at, end) = (0, wgsl.len()..wgsl.len());
+    let places = places.iter().map(|(range, number)| (*range, number.as_str()));
+    for (range, number) in places.chain([(&end, "")]) {
+        let kept = map.part(at..range.start).map(|(piece, origin)| (&wgsl[piece], origin));
+        let written = map.part(range.clone()).next().map(|(piece, origin)| match origin {
+            Some(Origin::Literal(file, start)) => {
+                let start = start as usize;
+                (number, Some(Origin::Tag(Span::new(file, start..start + piece.len()))))
+            }
+            other => (number, other),
+        });
+        for (piece, origin) in kept.chain(written) {
+            segments.push(Segment { start: text.len() as u32, origin });
+            text.push_str(piece);
         }
-        map.segments.drain(first + 1..behind);
-        for segment in &mut map.segments[first + 1..] {
-            segment.start = segment.start + number.len() as u32 - range.len() as u32;
-        }
-        wgsl.replace_range((*range).clone(), number);
+        at = range.end;
     }
-    map.length = wgsl.len() as u32;
-    Source { wgsl, map }
+    let length = text.len() as u32;
+    Source { wgsl: text, map: TextMap { segments, length } }
 }

@@ -82,20 +82,22 @@ impl TextMap {
         })
     }
 
-    /// The index of the piece that begins at an offset; the one around it becomes two.
-    pub(crate) fn split(&mut self, offset: usize) -> usize {
-        let next = self.segments.partition_point(|segment| segment.start as usize <= offset);
-        let Some(around) = next.checked_sub(1).map(|at| &self.segments[at]) else { return next };
-        let into = offset as u32 - around.start;
-        if into == 0 {
-            return next - 1;
-        }
-        let origin = match around.origin {
-            Some(Origin::Literal(file, start)) => Some(Origin::Literal(file, start + into)),
-            other => other,
+    /// The pieces of a part of the text, cut to it, each with the origin of its first byte.
+    pub(crate) fn part(&self, part: Range<usize>) -> impl Iterator<Item = (Range<usize>, Option<Origin>)> {
+        let first = self.index(part.start).unwrap_or_default();
+        let cut = move |at: usize| {
+            let start = self.segments[at].start as usize;
+            let piece = start.max(part.start)..self.end(at).min(part.end);
+            let origin = match self.segments[at].origin {
+                Some(Origin::Literal(file, offset)) => {
+                    Some(Origin::Literal(file, offset + (piece.start - start) as u32))
+                }
+                other => other,
+            };
+            (piece, origin)
         };
-        self.segments.insert(next, Segment { start: offset as u32, origin });
-        next
+        let pieces = (first..self.segments.len()).map(cut);
+        pieces.take_while(|(piece, _)| piece.start <= piece.end).filter(|(piece, _)| !piece.is_empty())
     }
 
     pub(crate) fn origin(&self, offset: usize) -> Option<Origin> {
