@@ -74,6 +74,28 @@ const RED_TEXEL: [u8; 4] = [255, 0, 0, 255];
 const GREEN_TEXEL: [u8; 4] = [0, 255, 0, 255];
 
 #[test]
+fn a_copy_under_the_toggle_of_its_source_copies_though_the_fallback_is_in_no_plan() {
+    let copy = r#""copy": { "toggle": "effect", "after": ["back"],
+        "copy": { "from": { "name": "second" }, "to": { "name": "target" } } }"#;
+    let passes = [
+        fill("back", r#"{ "to": "target" }"#, RED_FILL),
+        fill("base", r#"{ "to": "first" }"#, RED_FILL),
+        filled(
+            "effect",
+            r#""toggle": "effect", "passthrough": { "second": "first" }"#,
+            r#"{ "to": "second" }"#,
+            GREEN_FILL,
+        ),
+        copy.to_owned(),
+    ];
+    let resources = [texture("first"), texture("second")].join(", ");
+    let plan = plan(r#""effect": { "default": true }"#, &resources, &passes.join(", "));
+    let Some(mut stage) = Stage::new(&plan) else { return };
+    assert_eq!(stage.shows(&[]), GREEN_TEXEL);
+    assert_eq!(stage.shows(&[("effect", false)]), RED_TEXEL);
+}
+
+#[test]
 fn a_passed_through_effect_shows_the_fallback_back_and_forth_without_anything_new() {
     let passes = [
         fill("base", r#"{ "to": "first" }"#, RED_FILL),
