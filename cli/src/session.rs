@@ -151,9 +151,9 @@ impl Session {
     /// # Errors
     /// No further ones than the session has.
     #[cfg(feature = "gpu")]
-    pub(crate) fn fine(&self, checked: &CheckReport) -> Result<(), Diagnostics> {
+    pub(crate) fn ensure_fine(&self, checked: &CheckReport) -> Result<(), Diagnostics> {
         let is_fine = checked.plan.is_some() && !self.diagnostics.has_errors();
-        is_fine.then_some(()).ok_or_else(Diagnostics::new)
+        if is_fine { Ok(()) } else { Err(Diagnostics::new()) }
     }
 
     /// The place of a text that is on the command line.

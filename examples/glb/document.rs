@@ -158,11 +158,11 @@ impl Document {
     /// Adds a mesh of shapes with their materials.
     pub(crate) fn mesh(&mut self, name: &str, parts: &[(MaterialId, &Shape)]) -> MeshId {
         let parts: Vec<_> = parts.iter().map(|(material, shape)| (*material, *shape, None)).collect();
-        self.weighted_mesh(name, &parts)
+        self.skinned_mesh(name, &parts)
     }
 
-    /// Adds a mesh whose vertices follow joints where they have weights.
-    pub(crate) fn weighted_mesh(
+    /// Adds a mesh whose parts with weights follow joints.
+    pub(crate) fn skinned_mesh(
         &mut self,
         name: &str,
         parts: &[(MaterialId, &Shape, Option<&[Weight]>)],

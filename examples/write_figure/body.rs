@@ -49,7 +49,7 @@ pub(crate) fn add(document: &mut Document, material: MaterialId, placement: Plac
         nodes.push(document.group(joint.name, Some(parent), Placement::at(offset.x, offset.y, offset.z)));
     }
     let (shape, weights) = mesh(&joints);
-    let mesh = document.weighted_mesh("figure", &[(material, &shape, Some(&weights))]);
+    let mesh = document.skinned_mesh("figure", &[(material, &shape, Some(&weights))]);
     let node = document.place("figure mesh", Some(root), mesh, Placement::IDENTITY);
     let bones: Vec<(NodeId, Vec3)> = nodes.iter().copied().zip(joints.iter().map(|joint| joint.at)).collect();
     document.skin(node, &bones);

@@ -9,9 +9,11 @@ use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{
     Contents, Evaluate, IndexRange, PassBuilder, Produced, SubresourceRange, SubresourceRangeSettings, Usage,
 };
-use umbragraph_pipeline::work::{BufferRegion, Subresource, TextureRegion, TransferEnd, TransferWork, Work};
+use umbragraph_pipeline::work::{
+    BufferRegion, Deferred, Subresource, TextureRegion, TransferEnd, TransferWork, Work,
+};
 
-use crate::{deferred, if_said};
+use crate::if_said;
 
 /// Copies a texture or buffer, or a subresource range of it, to another: texels to texels of the same extent and
 /// format, bytes to as many bytes. Between a texture and a buffer, texels lie in the buffer row by row, layer by layer,
@@ -63,7 +65,7 @@ impl Node for Copy {
         let ends = [(&self.from, "/from"), (&self.to, "/to")];
         let buffers = ends.map(|(settings, _)| pass.is_buffer(&settings.name));
         let bytes = buffers == [true, true];
-        let extent = if_said(&self.extent, |exprs| deferred(pass, exprs, "/extent"));
+        let extent = if_said(&self.extent, |exprs| two(pass, exprs, "/extent"));
         if bytes && self.extent.is_some() {
             let help = "remove \"extent\": \"size\" says how many bytes are copied";
             pass.report(codes::WRONG_RESOURCE, "/extent", "bytes have no width and height", help);
@@ -207,6 +209,12 @@ fn buffer_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, bytes: bool, at: &
     Some(TransferEnd::Buffer(BufferRegion { buffer, bytes_per_row, rows_per_image }))
 }
 
+/// Two expressions that may name sizes; the schema asks for two.
+fn two(pass: &mut PassBuilder<'_>, exprs: &[Expr], at: &str) -> Option<[Deferred; 2]> {
+    let all = exprs.iter().enumerate().map(|(index, expr)| pass.deferred(expr, &format!("{at}/{index}")));
+    all.collect::<Option<Vec<Deferred>>>()?.try_into().ok()
+}
+
 /// A texture; `boxed` says that the copy has an extent.
 fn texture_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, boxed: bool, at: &str) -> Option<TransferEnd> {
     let keys = [
@@ -224,7 +232,7 @@ fn texture_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, boxed: bool, at: 
         let message = "a box is copied of one mip level";
         return pass.reject(codes::DEVICE_RULE, &format!("{at}/mips"), message, help);
     }
-    let origin = if_said(&settings.origin, |exprs| deferred(pass, exprs, &format!("{at}/origin")))?;
+    let origin = if_said(&settings.origin, |exprs| two(pass, exprs, &format!("{at}/origin")))?;
     let texture =
         pass.texture(&settings.name, SubresourceRange { mip: Some(mip), ..range }, &format!("{at}/name"))?;
     Some(TransferEnd::Texture(TextureRegion { texture, origin }))

@@ -31,24 +31,11 @@ pub mod views;
 
 pub use codes::ALL as CODES;
 
-use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Registry;
-use umbragraph_pipeline::pipeline::PassBuilder;
-use umbragraph_pipeline::work::Deferred;
 
 /// What a setting declares: `Some(None)` where nothing is said, `None` after a diagnostic.
 fn if_said<T, U>(setting: &Option<T>, declare: impl FnOnce(&T) -> Option<U>) -> Option<Option<U>> {
     setting.as_ref().map_or(Some(None), |setting| declare(setting).map(Some))
-}
-
-/// So many expressions that may name sizes; the schema asks for as many.
-fn deferred<const N: usize>(
-    pass: &mut PassBuilder<'_>,
-    exprs: &[Expr],
-    pointer: &str,
-) -> Option<[Deferred; N]> {
-    let all = exprs.iter().enumerate().map(|(at, expr)| pass.deferred(expr, &format!("{pointer}/{at}")));
-    all.collect::<Option<Vec<Deferred>>>()?.try_into().ok()
 }
 
 /// All node kinds of this crate.

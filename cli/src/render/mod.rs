@@ -35,15 +35,19 @@ pub(crate) fn run(arguments: &RenderArguments) -> bool {
     let mut progress = Progress::new();
     let result = render(arguments, &mut session, &mut progress);
     progress.finish();
-    let said = result.map_err(|diagnostics| session.diagnostics.extend(diagnostics));
-    let fine = session.report();
-    match said {
-        Ok(said) if fine => {
-            print(&format!("{said}{}\n", progress.summary()));
-            true
+    let said = match result {
+        Ok(said) => Some(said),
+        Err(diagnostics) => {
+            session.diagnostics.extend(diagnostics);
+            None
         }
-        _ => false,
+    };
+    let fine = session.report();
+    if let Some(said) = said.filter(|_| fine) {
+        print(&format!("{said}{}\n", progress.summary()));
+        return true;
     }
+    false
 }
 
 /// What is to be said of what was rendered.
@@ -62,7 +66,7 @@ fn render(
     let scene = progress.stage("load scene", || session.scene(&arguments.scene))?;
     let plan = checked.plan.as_ref().ok_or_else(Diagnostics::new)?;
     session.diagnostics.extend(umbragraph::scene::filter::left_out(&scene, plan));
-    session.fine(&checked)?;
+    session.ensure_fine(&checked)?;
     let (captures, document) = capture::captures(plan, &arguments.capture, arguments.capture_all.as_deref())?;
     let graphics = progress.stage("open device", device::open)?;
     let checked = if document.imports.is_empty() {
@@ -72,7 +76,7 @@ fn render(
         progress.stage("check captures", || session.check(&arguments.pipeline, choices))
     };
     let checked = session.check_on(&graphics, checked, &arguments.pipeline, choices);
-    session.fine(&checked)?;
+    session.ensure_fine(&checked)?;
     let options = Session::options(&arguments.choices);
     let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, document.imports.clone())?;
     drawing.toggles = &arguments.toggles;

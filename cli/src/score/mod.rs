@@ -62,10 +62,10 @@ fn score(
     shadow_term::required(&document.root)?;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, &choices));
     let scene = progress.stage("load scene", || session.scene(&arguments.scene))?;
-    session.fine(&checked)?;
+    session.ensure_fine(&checked)?;
     let graphics = progress.stage("open device", device::open)?;
     let checked = session.check_on(&graphics, checked, &arguments.pipeline, &choices);
-    session.fine(&checked)?;
+    session.ensure_fine(&checked)?;
     let options = Session::options(&choices);
     let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, Vec::new())?;
     let mut lights: Vec<(String, Scores)> = Vec::new();

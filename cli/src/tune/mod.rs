@@ -80,10 +80,10 @@ fn tune(
     for file in &arguments.scene {
         scenes.push(progress.stage("load scene", || session.scene(file))?);
     }
-    session.fine(&checked)?;
+    session.ensure_fine(&checked)?;
     let graphics = progress.stage("open device", device::open)?;
     let checked = session.check_on(&graphics, checked, &arguments.pipeline, &choices);
-    session.fine(&checked)?;
+    session.ensure_fine(&checked)?;
     let mut drawings = Vec::new();
     let mut shots = Vec::new();
     for (at, scene) in scenes.iter().enumerate() {

@@ -19,7 +19,7 @@ use super::runs::Runs;
 use super::runs::joined;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::format_name;
-use crate::pipeline::{Aspect, Located as _, Pass, whole};
+use crate::pipeline::{Aspect, Located as _, Pass, whole_number};
 use crate::work::{
     BufferRegion, Deferred, PassHandle, ResourceHandle, TextureRegion, TransferEnd, TransferWork, Work,
 };
@@ -440,7 +440,7 @@ impl Copies<'_, '_> {
 
     fn texel_count(&mut self, deferred: &Deferred, min: u32) -> Option<u32> {
         let value = self.resolved.sizes.value(deferred)?;
-        whole(&value, min..=u32::MAX).or_else(|| {
+        whole_number(&value, min..=u32::MAX).or_else(|| {
             let help = format!("whole numbers from {min} are possible; floor() rounds down");
             self.reject_at(deferred, format!("{value} is not a number of texels"), &help)
         })

@@ -216,19 +216,19 @@ impl Rules<'_> {
                     let help = format!("{what} bindings start at multiples of {align} bytes");
                     return reject(format!("\"{name}\" is bound from byte {offset}"), &help);
                 }
-                let bound = format!("{bytes} bytes of \"{name}\" are bound");
+                let bound = || format!("{bytes} bytes of \"{name}\" are bound");
                 if bytes > max {
                     let help =
                         format!("the profile allows {max} for a {what} binding: bind a subresource range");
-                    return reject(bound, &help);
+                    return reject(bound(), &help);
                 }
                 let min = binding.block.as_ref().map_or(0, |block| u64::from(block.size()));
                 if bytes < min {
-                    let message = format!("{bound}, \"{}\" has {min}", slot.name);
+                    let message = format!("{}, \"{}\" has {min}", bound(), slot.name);
                     return reject(message, "bind at least what the shader declares");
                 }
                 if matches!(ty, BufferBindingType::Storage { .. }) && bytes % 4 != 0 {
-                    return reject(bound, "storage bindings have a multiple of 4 bytes");
+                    return reject(bound(), "storage bindings have a multiple of 4 bytes");
                 }
                 None
             }

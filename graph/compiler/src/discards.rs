@@ -50,13 +50,12 @@ pub(super) fn check(pipeline: &Pipeline, graph: &Graph, diagnostics: &mut Diagno
 pub(super) fn discards(render: &RenderWork, resource: ResourceHandle, range: SubresourceRange) -> bool {
     render.attachments().filter(|one| one.discard).any(|one| {
         let AttachmentTarget { resource: discarded, mip, layer } = one.to.target();
-        let is_beside = match range.aspect {
-            Aspect::All => false,
-            Aspect::DepthOnly => one.usage.is_stencil(),
-            Aspect::StencilOnly => one.usage.is_depth(),
-        };
+        let is_other_aspect = matches!(
+            (range.aspect, one.usage.aspect()),
+            (Aspect::DepthOnly, Aspect::StencilOnly) | (Aspect::StencilOnly, Aspect::DepthOnly)
+        );
         discarded == resource
-            && !is_beside
+            && !is_other_aspect
             && SubresourceRange::of(Some(mip), layer).aspect(range.aspect) == range
     })
 }

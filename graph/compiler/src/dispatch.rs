@@ -2,7 +2,7 @@
 
 use super::resolved_resources::ResolvedResources;
 use crate::diagnostic::{Diagnostic, codes};
-use crate::pipeline::{Located as _, whole};
+use crate::pipeline::{Located as _, whole_number};
 use crate::shader::Stage;
 use crate::work::{ComputeWork, Dispatch, PassHandle};
 
@@ -30,7 +30,7 @@ pub(super) fn workgroups(
             let mut counts = [0; 3];
             for (count, deferred) in counts.iter_mut().zip(expressions) {
                 let value = resolved.sizes.value(deferred)?;
-                let Some(found) = whole(&value, 0..=limit) else {
+                let Some(found) = whole_number(&value, 0..=limit) else {
                     let message = format!("{value} is not a workgroup count");
                     let help = format!("whole numbers from 0 to {limit} are possible; ceil() rounds up");
                     diagnostics.push(deferred.error(codes::DISPATCH, message).help(help));

@@ -10,11 +10,11 @@
 use std::collections::HashSet;
 
 use super::resolved_resources::ResolvedResources;
-use crate::pipeline::{Access, Condition, Pipeline};
-use crate::work::{Attachment, AttachmentTarget, Draw, LoadOperation, PassHandle, ResourceHandle, Work};
+use crate::pipeline::{Access, Aspect, Condition, Pipeline};
+use crate::work::{AttachmentTarget, Draw, LoadOperation, PassHandle, ResourceHandle, Work};
 
-/// What has to be equal: the attachments, each with whether it is that of depth or of stencil, and the toggle.
-pub(super) type Key = (Vec<(AttachmentTarget, [bool; 2])>, Option<Condition>);
+/// What has to be equal: the attachments and their aspects, and the toggle.
+pub(super) type Key = (Vec<(AttachmentTarget, Aspect)>, Option<Condition>);
 
 /// The attachments of a pass; `None` for one that shares no render pass with others.
 pub(super) fn key(resolved: &ResolvedResources<'_>, pass: PassHandle) -> Option<Key> {
@@ -25,13 +25,12 @@ pub(super) fn key(resolved: &ResolvedResources<'_>, pass: PassHandle) -> Option<
     if keeps || render.color.iter().any(|color| color.resolve.is_some()) {
         return None;
     }
-    let target = |one: Attachment<'_>| (one.to.target(), [one.usage.is_depth(), one.usage.is_stencil()]);
-    let targets: Vec<_> = render.attachments().map(target).collect();
-    let is_sole = targets.iter().all(|(AttachmentTarget { resource, layer, .. }, _)| {
+    let targets: Vec<_> = render.attachments().map(|one| (one.to.target(), one.usage.aspect())).collect();
+    let can_share = targets.iter().all(|(AttachmentTarget { resource, layer, .. }, _)| {
         let single = || resolved.texture(*resource).is_some_and(|texture| texture.size.layers == 1);
         (layer.is_some() || single()) && others(pipeline, pass).all(|one| one.resource != *resource)
     });
-    is_sole.then(|| (targets, pipeline.pass(pass).condition))
+    can_share.then(|| (targets, pipeline.pass(pass).condition))
 }
 
 /// Whether nothing of the attachments is cleared or discarded at the start.

@@ -20,7 +20,7 @@ use super::planned::Plan;
 use super::values::{PackedBlock, Packing, pack_member};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes};
 use crate::expression::{self, Expression, Scope, Value};
-use crate::pipeline::{LiveSettings, LiveTarget, Pipeline, refused, whole};
+use crate::pipeline::{LiveSettings, LiveTarget, Pipeline, refused, whole_number};
 use crate::source::Span;
 
 pub use settings::{PlannedParameter, PlannedSetting};
@@ -119,8 +119,10 @@ impl Parameters {
         }
         // What does not change.
         for name in pipeline.features.keys().chain(pipeline.derived.keys()) {
-            if !values.names.contains_key(name) {
-                scope.lookup(name).into_iter().for_each(|value| values.add(name, value));
+            if !values.names.contains_key(name)
+                && let Some(value) = scope.lookup(name)
+            {
+                values.add(name, value);
             }
         }
         let mut parameters = Self {
@@ -326,14 +328,14 @@ impl Parameters {
                 set(at, Changed::Block(block));
             }
             PlannedTarget::Workgroups(axis, limit) => {
-                let Some(count) = whole(value, 0..=*limit) else {
+                let Some(count) = whole_number(value, 0..=*limit) else {
                     let help = format!("whole numbers from 0 to {limit} are possible; ceil() rounds up");
                     return refuse(codes::DISPATCH, format!("{value} is not a workgroup count"), &help);
                 };
                 set(at, Changed::Workgroups(*axis, count));
             }
             PlannedTarget::Drawn(target, most) => {
-                let Some(count) = whole(value, 0..=u32::MAX) else {
+                let Some(count) = whole_number(value, 0..=u32::MAX) else {
                     let message = format!("{value} cannot be set here");
                     return refuse(codes::OUT_OF_BOUNDS, message, "write a whole number from 0");
                 };
@@ -459,7 +461,7 @@ fn changed(target: LiveTarget, value: &Value) -> Result<Changed<'static>, &'stat
             return depth.map(Changed::Depth).ok_or("depth lies between 0 and 1");
         }
         LiveTarget::Stencil | LiveTarget::Reference => {
-            let byte = whole(value, 0..=255).ok_or("0 to 255 are possible")?;
+            let byte = whole_number(value, 0..=255).ok_or("0 to 255 are possible")?;
             let is_clear = target == LiveTarget::Stencil;
             return Ok(if is_clear { Changed::Stencil(byte) } else { Changed::Reference(byte) });
         }

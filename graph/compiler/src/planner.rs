@@ -6,7 +6,7 @@ use super::format;
 use super::planned::{PlannedAttachment, PlannedPass};
 use super::resolved_resources::ResolvedResources;
 use crate::diagnostic::Diagnostic;
-use crate::pipeline::{Access, Condition, Pipeline};
+use crate::pipeline::{Access, Aspect, Condition, Pipeline};
 use crate::work::{PassHandle, Work};
 
 /// Plans the live passes of one order.
@@ -82,10 +82,10 @@ impl<'a> Planner<'a> {
         if let Work::Render(render) = pass.work() {
             for one in render.attachments() {
                 let attachment = self.attachment(at, one);
-                match one.usage {
-                    usage if usage.is_depth() => planned.depth = Some(attachment),
-                    usage if usage.is_stencil() => planned.stencil = Some(attachment),
-                    _ => planned.color.push(attachment),
+                match one.usage.aspect() {
+                    Aspect::DepthOnly => planned.depth = Some(attachment),
+                    Aspect::StencilOnly => planned.stencil = Some(attachment),
+                    Aspect::All => planned.color.push(attachment),
                 }
             }
         }

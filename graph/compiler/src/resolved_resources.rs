@@ -23,7 +23,7 @@ use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::{Located as _, Pipeline, Resource, ResourceKind};
 use crate::source::Sources;
-use crate::work::{Draw, PassHandle, ResourceHandle, Work};
+use crate::work::{PassHandle, ResourceHandle, Work};
 
 /// The properties of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -362,14 +362,11 @@ fn texture_bytes(texture: &TextureProperties) -> u64 {
 
 /// Whether a pass moves what it keeps in a texture, which takes a copy.
 fn scrolls(pipeline: &Pipeline, texture: ResourceHandle, wants: &format::FormatRequirements<'_>) -> bool {
-    wants.accesses.iter().any(|(pass, _)| match pipeline.pass(*pass).work() {
-        Work::Render(render) => match (&render.draw, &render.depth) {
-            (Draw::Scene(scene), Some(depth)) => {
-                let scrolls = scene.redraw.as_ref().is_some_and(|redraw| redraw.scroll);
-                scrolls && depth.to.resource == texture
-            }
-            _ => false,
-        },
-        _ => false,
+    wants.accesses.iter().any(|(pass, _)| {
+        let work = pipeline.pass(*pass).work();
+        let redraw = work.scene().and_then(|scene| scene.redraw.as_ref());
+        let Work::Render(render) = work else { return false };
+        let scrolls = redraw.is_some_and(|redraw| redraw.scroll);
+        scrolls && render.depth.as_ref().is_some_and(|depth| depth.to.resource == texture)
     })
 }

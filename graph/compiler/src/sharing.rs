@@ -81,7 +81,8 @@ fn differences(
         _ => None,
     };
     let buffers = buffer(a).zip(buffer(b)).is_some_and(|(x, y)| x != y);
-    for what in [textures.then_some("texture"), buffers.then_some("buffer")].into_iter().flatten() {
+    if textures || buffers {
+        let what = if textures { "texture" } else { "buffer" };
         reasons.push(format!(
             "{first} and {second} are used in different ways, and a {what} is created for its usages"
         ));

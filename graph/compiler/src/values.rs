@@ -6,7 +6,7 @@ use super::size::Sizes;
 use crate::data::{Component, ValueType};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::Value;
-use crate::pipeline::{Located as _, element_type, member_runs, whole};
+use crate::pipeline::{Located as _, element_type, member_runs, whole_number};
 use crate::shader::{Member, TypeLayout};
 use crate::work::Deferred;
 
@@ -119,11 +119,13 @@ impl Packing {
 
 /// The bits of a number, if it is one of the component's.
 pub(super) fn to_word(number: f64, component: Component) -> Option<u32> {
-    let is_integer = number.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&number);
     match component {
         Component::F32 => (number.abs() <= f64::from(f32::MAX)).then(|| (number as f32).to_bits()),
-        Component::U32 => whole(&Value::Number(number), 0..=u32::MAX),
-        Component::I32 => is_integer.then(|| (number as i32).cast_unsigned()),
+        Component::U32 => whole_number(&Value::Number(number), 0..=u32::MAX),
+        Component::I32 => {
+            let range = f64::from(i32::MIN)..=f64::from(i32::MAX);
+            (number.fract() == 0.0 && range.contains(&number)).then(|| (number as i32).cast_unsigned())
+        }
     }
 }
 

@@ -174,11 +174,7 @@ impl Blocks {
 
 /// The slots of a pass that the module fills.
 pub(super) fn slots(work: &Work) -> &[BoundSlot] {
-    match work {
-        Work::Render(render) => render.draw.bound().1,
-        Work::Compute(compute) => &compute.bindings,
-        Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => &[],
-    }
+    work.bound().map_or(&[], |(_, slots)| slots)
 }
 
 /// The data whose views a pass draws.

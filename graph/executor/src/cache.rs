@@ -37,7 +37,8 @@ impl<K: Hash + Eq, V: Clone> Cache<K, V> {
         entry.value.clone()
     }
 
-    /// Forgets what was created after a generation that the device took, and evicts what plans did not use for some before it.
+    /// Forgets what was created after `proven`, the last generation that the device took, and evicts what no plan has
+    /// used for [`KEPT_PLANS`] generations.
     pub(super) fn clean(&mut self, proven: u64) {
         let is_kept = |entry: &Entry<V>| entry.created <= proven && entry.used + KEPT_PLANS > proven;
         self.entries.retain(|_, entry| is_kept(entry));

@@ -61,11 +61,12 @@ impl Bound {
     }
 
     /// All that can be bound.
-    fn alternatives(&self) -> Vec<&Bound> {
-        match self {
-            Bound::Switched(all) => all.0.iter().map(|(_, bound)| bound).collect(),
-            one => vec![one],
-        }
+    fn alternatives(&self) -> impl Iterator<Item = &Bound> {
+        let (one, all) = match self {
+            Bound::Switched(all) => (None, all.0.as_slice()),
+            one => (Some(one), [].as_slice()),
+        };
+        one.into_iter().chain(all.iter().map(|(_, bound)| bound))
     }
 
     /// The frame of a history that is bound.

@@ -20,17 +20,23 @@ pub(super) struct HostLayout {
 /// The bind groups of the host for one layout: one for each material, or one for all objects.
 pub(super) struct HostGroups {
     layout: HostLayout,
-    /// Of objects for each binding, if it is a block, its bytes, and those from object to object; `None` of materials.
-    blocks: Option<Vec<Option<(u32, u32)>>>,
+    kind: Kind,
     groups: Vec<wgpu::BindGroup>,
-    /// The number of objects for which every block lies within its buffer.
+    /// The number of objects whose blocks all lie within their buffers.
     count: u32,
     generation: Option<u64>,
 }
 
+#[derive(PartialEq)]
+enum Kind {
+    Materials,
+    /// Of each binding that is a block, its size and the stride from object to object, in bytes.
+    Objects(Vec<Option<(u32, u32)>>),
+}
+
 impl HostGroups {
     pub(super) fn materials(layout: HostLayout) -> Self {
-        Self { layout, blocks: None, groups: Vec::new(), count: 0, generation: None }
+        Self { layout, kind: Kind::Materials, groups: Vec::new(), count: 0, generation: None }
     }
 
     /// Objects whose blocks lie as the host's interface says.
@@ -41,13 +47,13 @@ impl HostGroups {
                 HostSlotKind::Opaque(_) | HostSlotKind::Array { .. } => None,
             })
         };
-        let blocks = Some(layout.bindings.iter().map(|(_, name)| block(name)).collect());
-        Self { blocks, ..Self::materials(layout) }
+        let kind = Kind::Objects(layout.bindings.iter().map(|(_, name)| block(name)).collect());
+        Self { kind, ..Self::materials(layout) }
     }
 
     /// Whether the two are the same to shaders.
     pub(super) fn is_alike(&self, other: &Self) -> bool {
-        self.layout == other.layout && self.blocks == other.blocks
+        self.layout == other.layout && self.kind == other.kind
     }
 
     /// Makes the bind groups, unless they are those of the host's generation.
@@ -65,28 +71,31 @@ impl HostGroups {
         }
         self.forget();
         let layout = &self.layout;
-        if let Some(blocks) = &self.blocks {
-            let give = |name: &str| {
-                let mut resource = source.object(name).ok_or_else(|| lacks(name, "objects"))?;
-                let at = layout.bindings.iter().position(|(_, known)| known == name);
-                // Of a buffer of blocks one is bound, which the offset moves.
-                if let (wgpu::BindingResource::Buffer(binding), Some((bytes, 1..))) =
-                    (&mut resource, at.and_then(|at| blocks[at]))
-                {
-                    binding.size = binding.size.or(wgpu::BufferSize::new(bytes.into()));
+        match &self.kind {
+            Kind::Materials => {
+                for material in 0..source.material_count() {
+                    let give = |name: &str| {
+                        let given = source.material(material, name);
+                        given.ok_or_else(|| lacks(name, &format!("material {material}")))
+                    };
+                    let (group, _) = make(creation, layout, "materials", give)?;
+                    self.groups.push(group);
                 }
-                Ok(resource)
-            };
-            let (group, room) = make(creation, layout, "objects", give)?;
-            self.count = object_count(blocks, &room);
-            self.groups.push(group);
-        } else {
-            for material in 0..source.material_count() {
+            }
+            Kind::Objects(blocks) => {
                 let give = |name: &str| {
-                    let given = source.material(material, name);
-                    given.ok_or_else(|| lacks(name, &format!("material {material}")))
+                    let mut resource = source.object(name).ok_or_else(|| lacks(name, "objects"))?;
+                    let at = layout.bindings.iter().position(|(_, known)| known == name);
+                    // Of a buffer of blocks one is bound, which the offset moves.
+                    if let (wgpu::BindingResource::Buffer(binding), Some((bytes, 1..))) =
+                        (&mut resource, at.and_then(|at| blocks[at]))
+                    {
+                        binding.size = binding.size.or(wgpu::BufferSize::new(bytes.into()));
+                    }
+                    Ok(resource)
                 };
-                let (group, _) = make(creation, layout, "materials", give)?;
+                let (group, room) = make(creation, layout, "objects", give)?;
+                self.count = object_count(blocks, &room);
                 self.groups.push(group);
             }
         }
@@ -107,15 +116,15 @@ impl HostGroups {
 
     /// The bind group of objects, with the dynamic offsets of one; `None` if the host's buffers have no such object.
     pub(super) fn object<'a>(&'a self, object: u32, offsets: &mut Vec<u32>) -> Option<&'a wgpu::BindGroup> {
+        let Kind::Objects(blocks) = &self.kind else { return None };
         let group = self.groups.first().filter(|_| object < self.count)?;
         offsets.clear();
-        let blocks = self.blocks.iter().flatten().flatten();
-        offsets.extend(blocks.map(|(_, stride)| stride.saturating_mul(object)));
+        offsets.extend(blocks.iter().flatten().map(|(_, stride)| stride.saturating_mul(object)));
         Some(group)
     }
 }
 
-/// The number of objects for which every block lies within its buffer, behind whose first one there is so much room.
+/// The number of objects whose blocks all lie within their buffers; `room` is the bytes behind each first block.
 fn object_count(blocks: &[Option<(u32, u32)>], room: &[Option<u64>]) -> u32 {
     let counts = room.iter().zip(blocks).filter_map(|(room, block)| {
         let (_, stride) = (*block)?;

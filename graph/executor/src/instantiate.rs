@@ -105,8 +105,9 @@ pub(super) struct InstantiatedScene {
     /// The data whose views are drawn.
     pub(super) views: ResourceHandle,
     pub(super) pipelines: Vec<(PropertySet, wgpu::RenderPipeline)>,
-    /// The positions in [`Instantiated::host_groups`].
+    /// The position of the materials in [`Instantiated::host_groups`].
     pub(super) materials: Option<usize>,
+    /// The position of the objects there.
     pub(super) objects: Option<usize>,
     /// The bind groups that the host fills itself.
     pub(super) own_groups: Vec<u32>,
@@ -255,8 +256,8 @@ impl Instantiated {
                         };
                         let materials = host(MATERIAL_GROUP).map(HostGroups::materials);
                         let objects = host(OBJECT_GROUP).map(|layout| HostGroups::objects(layout, interface));
-                        let [materials, objects] =
-                            [materials, objects].map(|groups| Some(position(&mut self.host_groups, groups?)));
+                        let mut place = |groups| position(&mut self.host_groups, groups);
+                        let (materials, objects) = (materials.map(&mut place), objects.map(&mut place));
                         let attached = render.depth.as_ref().map(|depth| depth.to.target());
                         let mut bring = |from: AttachmentTarget| {
                             let (creation, objects) = (&mut *pipelines.creation, &mut *pipelines.objects);

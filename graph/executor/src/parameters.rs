@@ -159,7 +159,9 @@ impl Instantiated {
                     scene.clear_depth = depth as f32;
                 }
                 (InstantiatedWork::Fullscreen { attachments, draw, .. }, changed) => {
-                    draw.iter_mut().for_each(|draw| draw.set(changed));
+                    if let Some(draw) = draw {
+                        draw.set(changed);
+                    }
                     attachments.set_clear(changed);
                 }
                 (InstantiatedWork::Scene { attachments, .. }, changed) => attachments.set_clear(changed),

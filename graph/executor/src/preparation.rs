@@ -3,7 +3,7 @@
 //!
 //! Limits: the cache is one. Whoever sets a plan while another is prepared waits for it; recording needs no cache.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::creation::{Caught, Creation, lost};
@@ -64,9 +64,10 @@ impl Preparation {
         diagnostics.extend(requirements::check_device(&plan, device));
         diagnostics.extend(lost(device));
         reject(diagnostics)?;
-        let interfaces = requirements::scenes(&plan).filter_map(|(_, scene)| {
-            let interface = draw::interface(&plan, source, &scene.geometry)?;
-            Some((scene.geometry.clone(), interface.clone()))
+        let geometries: BTreeSet<&str> =
+            requirements::scenes(&plan).map(|(_, scene)| scene.geometry.as_str()).collect();
+        let interfaces = geometries.into_iter().filter_map(|geometry| {
+            Some((geometry.to_owned(), draw::interface(&plan, source, geometry)?.clone()))
         });
         let interfaces: BTreeMap<String, HostInterface> = interfaces.collect();
         let mut objects = self.objects.lock().unwrap_or_else(PoisonError::into_inner);

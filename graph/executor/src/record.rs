@@ -109,6 +109,8 @@ pub(super) fn record(
     scratch.failed.clear();
     scratch.counts.resize(instantiated.plan.passes.len(), PassCounts::default());
     let mut all_kept = std::mem::take(&mut instantiated.kept);
+    // Empty after a host that panicked within a record.
+    all_kept.resize_with(instantiated.plan.passes.len(), Kept::default);
     let taken = &mut *instantiated;
     let instantiated = &*taken;
     let resources = &instantiated.resources;

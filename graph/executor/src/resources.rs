@@ -35,7 +35,7 @@ pub(super) type Buffer = Standing<wgpu::Buffer>;
 pub(super) struct Fallbacks<T>(pub(super) Vec<(ResourceHandle, T)>);
 
 impl<T> Fallbacks<T> {
-    /// Of a resource what is made of it and of its fallbacks, as far as something can be.
+    /// What `make` makes of a resource and of each of its fallbacks; those of which it makes nothing are left out.
     pub(super) fn new(
         plan: &Plan,
         resource: ResourceHandle,

@@ -139,7 +139,7 @@ impl Visit<'_> {
     }
 
     fn root(&self, pointer: Handle<Expression>) -> Option<Root> {
-        match self.function.expressions[ir::whole(self.function, pointer)] {
+        match self.function.expressions[ir::base(self.function, pointer)] {
             Expression::LocalVariable(variable) => Some(Root::Local(variable)),
             Expression::GlobalVariable(variable) => Some(Root::Global(variable)),
             Expression::FunctionArgument(at) => {

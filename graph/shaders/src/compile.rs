@@ -16,7 +16,7 @@ use super::templates::TemplateSet;
 use super::text_map::TextMap;
 use super::wgsl;
 use super::wgsl_error::Rejection;
-use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, Severity, describe, select};
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, Severity, describe, select_axes};
 use crate::source::Span as SourceSpan;
 
 /// One variant of a template, proven valid for a profile.
@@ -99,7 +99,8 @@ pub fn complete(
     }
     if diagnostics.is_empty() {
         diagnostics.extend(axes.violated(&values).map(|constraint| {
-            let involved = select(&values, |name| constraint.axes().contains(name));
+            let named = constraint.axes();
+            let involved = select_axes(&values, |name| named.contains(name));
             let message =
                 format!("{} breaks a constraint of \"{template}\": {constraint}", describe(&involved));
             Diagnostic::error(codes::CONSTRAINT_VIOLATED, constraint.span, message)
@@ -121,7 +122,7 @@ pub(crate) fn unknown_axis(axes: &Axes, template: &str, name: &str, place: Place
 
 /// The values of those axes that are variables of the template.
 pub(crate) fn template_values(templates: &TemplateSet, template: &str, values: &AxisValues) -> AxisValues {
-    select(values, |name| {
+    select_axes(values, |name| {
         let axis = templates.axes(template).and_then(|axes| axes.get(name));
         axis.is_some_and(|axis| axis.mode == AxisMode::Template)
     })
@@ -162,7 +163,7 @@ fn check(
     }
     Ok(ShaderModule {
         template: template.to_owned(),
-        axes: select(values, |name| read.contains(name)),
+        axes: select_axes(values, |name| read.contains(name)),
         constants: constants.into_iter().collect(),
         hash: *blake3::hash(source.wgsl.as_bytes()).as_bytes(),
         wgsl: source.wgsl.as_str().into(),

@@ -84,7 +84,7 @@ pub(crate) fn operands(expression: &Expression) -> Option<impl Iterator<Item = H
 }
 
 /// What an expression is a part of, by way of indices and members: the variable behind a pointer, for one.
-pub(crate) fn whole(function: &Function, mut part: Handle<Expression>) -> Handle<Expression> {
+pub(crate) fn base(function: &Function, mut part: Handle<Expression>) -> Handle<Expression> {
     while let Expression::Access { base, .. } | Expression::AccessIndex { base, .. } =
         function.expressions[part]
     {
@@ -99,7 +99,7 @@ pub(crate) fn image<'m>(
     function: &Function,
     image: Handle<Expression>,
 ) -> Option<&'m TypeInner> {
-    let ty = match function.expressions[whole(function, image)] {
+    let ty = match function.expressions[base(function, image)] {
         Expression::GlobalVariable(variable) => module.global_variables[variable].ty,
         Expression::FunctionArgument(at) => function.arguments.get(at as usize)?.ty,
         _ => return None,

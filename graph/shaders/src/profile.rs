@@ -12,7 +12,7 @@ use naga::valid::Capabilities;
 use wgpu_types::{DownlevelFlags, Features, Limits};
 
 /// The language that a target's driver is given.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TargetLanguage {
     /// WGSL, for browsers.

@@ -181,7 +181,7 @@ impl<'a> Visit<'a> {
 
     /// Adds to what the variable behind a pointer depends on; nothing for what is no pointer to a variable.
     fn store(&mut self, pointer: Handle<Expression>, sources: Sources) {
-        let variable = ir::whole(self.function, pointer);
+        let variable = ir::base(self.function, pointer);
         if let Expression::LocalVariable(variable) = self.function.expressions[variable] {
             *self.own.locals.entry(variable).or_default() |= sources;
         }

@@ -327,10 +327,10 @@ fn condition_of(document: &Document, pass: &str) -> Option<Expression> {
     parse(document.root.get("passes")?.get(pass)?.get("when")?.text()?)
 }
 
-/// The axes of which configurations that are left out can give values. `wide` are the same settings, with all whole
-/// numbers of larger ranges.
+/// The axes of which configurations that are left out can give values.
 fn free_axes(mentions: &Mentions<'_>, settings: &Settings<'_>, sampled: bool) -> Vec<FreeAxis> {
     let varied = mentions.varied(MAX_STATES);
+    // The same settings, with all whole numbers of larger ranges.
     let wide = &Settings::new(&varied, &mentions.defaults);
     let open = |at: &usize| !settings.varied[*at].exhaustive;
     let mut free = Vec::new();

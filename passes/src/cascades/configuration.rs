@@ -1,11 +1,12 @@
 //! All settings of a cascade fit, and the fit of one frame.
 //!
-//! [`Configuration::fit_light`] is a pure function of the frame: no state is kept from frame to frame, so two hosts, or two
-//! machines, that see the same frame fit the same cascades.
+//! [`Configuration::fit_light`] is a pure function of the frame: no state is kept from frame to frame, so two hosts, or
+//! two machines, that see the same frame fit the same cascades.
 //!
-//! Whatever the frame holds, what comes out is finite. A camera or light that [`umbragraph_pipeline::frame::Camera::check`] or
-//! [`umbragraph_pipeline::frame::Light::check`] finds unusable, or numbers so large that a matrix does not fit 32 bits,
-//! end in fewer cascades, none in the worst case, and then everything is lit.
+//! Whatever the frame holds, what comes out is finite. A camera or light that
+//! [`umbragraph_pipeline::frame::Camera::check`] or [`umbragraph_pipeline::frame::Light::check`] finds unusable, or
+//! numbers so large that a matrix does not fit 32 bits, end in fewer cascades, none in the worst case, and then
+//! everything is lit.
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
 use umbragraph_pipeline::data::View;

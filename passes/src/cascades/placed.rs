@@ -37,8 +37,11 @@ pub(super) fn declare(
     let layers =
         if_said(&settings.layers, |expr| placement::capacity(pass, expr, "/layers", placement::MAX_LAYERS));
     let layers = layers?.unwrap_or(count);
-    let Cascades { filter, light_size, cadence, .. } = settings.clone();
-    let live = LiveShadows { filter, light_size, cadence };
+    let live = LiveShadows {
+        filter: settings.filter.clone(),
+        light_size: settings.light_size.clone(),
+        cadence: settings.cadence.clone(),
+    };
     let input = pass.data_with(data, "/placement", &placement::expected());
     let extent = configuration.layout.map.to_array();
     let shape = descriptor::shape(layers).views(layers).view_layers(1).view_extent(extent);

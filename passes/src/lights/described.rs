@@ -81,8 +81,11 @@ impl DescribedSettings {
         describe: impl FnOnce(T, bool) -> (DataShape, D),
     ) -> Option<Produced> {
         let reverse = pass.boolean_or(&self.reverse, "/reverse", false);
-        let Self { filter, light_size, cadence, .. } = self.clone();
-        let live = LiveShadows { filter, light_size, cadence };
+        let live = LiveShadows {
+            filter: self.filter.clone(),
+            light_size: self.light_size.clone(),
+            cadence: self.cadence.clone(),
+        };
         let input = pass.data_with(&self.placement, "/placement", &placement::expected());
         let further = further.zip(reverse).map(|(further, reverse)| describe(further, reverse));
         node(pass, &self.to, input, further, live)
@@ -123,8 +126,8 @@ impl ShadowOutput<'_> {
         self.data.push_view_every(view, self.cadence);
     }
 
-    /// Notes where the bounds of the filter bite for a light at a position whose maps are perspectives between two distances, with texels of a width at a
-    /// distance of one metre; `size` is the radius of the light.
+    /// Notes where the bounds of the filter bite for a light at a position whose maps are perspectives between two
+    /// distances, with texels of a width at a distance of one metre; `size` is the radius of the light.
     pub(crate) fn bounded_in_perspective(
         &mut self,
         light: u32,

@@ -18,8 +18,8 @@ pub(super) fn read(
         let at = format!("/buffers/{index}");
         let mut bytes = match (&buffer.uri, binary) {
             (Some(uri), _) => {
-                let what = (codes::MISSING_BUFFER, &*format!("buffer {index}"), &*at);
-                let bytes = resolve_of(uri, resolver, what, report)?;
+                let object = format!("buffer {index}");
+                let bytes = resolve_of(uri, resolver, codes::MISSING_BUFFER, &object, &at, report)?;
                 report.allow(bytes.len(), DECODED_PER_BYTE);
                 bytes
             }

@@ -138,8 +138,8 @@ fn read_image(
     let at = format!("/images/{index}");
     let bytes = match (&json.uri, json.buffer_view) {
         (Some(uri), _) => {
-            let what = (codes::BAD_IMAGE, &*format!("image {index}"), &*at);
-            Cow::Owned(resolve_of(uri, resolver, what, report)?)
+            let object = format!("image {index}");
+            Cow::Owned(resolve_of(uri, resolver, codes::BAD_IMAGE, &object, &at, report)?)
         }
         (None, Some(view)) => {
             Cow::Borrowed(accessors.view(view.value(), &format!("{at}/bufferView"), report)?)

@@ -126,17 +126,22 @@ fn resolve(uri: &str, resolver: &dyn Resolver) -> Result<Vec<u8>, ResolveError> 
     resolver.read(&path)
 }
 
-/// The same of an object at a place in the document, such as "image 3"; `None` after a diagnostic.
+/// The same of an object such as "image 3" at a place in the document; `None` after a diagnostic.
 pub(super) fn resolve_of(
     uri: &str,
     resolver: &dyn Resolver,
-    (code, noun, at): (Code, &str, &str),
+    code: Code,
+    object: &str,
+    at: &str,
     report: &mut Report,
 ) -> Option<Vec<u8>> {
-    let found = resolve(uri, resolver);
-    let help = "put the file beside the document, or export the scene as one .glb file";
-    let reject = |error| report.error(code, &format!("{at}/uri"), format!("{noun}: {error}"), help);
-    found.map_err(reject).ok()
+    match resolve(uri, resolver) {
+        Ok(bytes) => Some(bytes),
+        Err(error) => {
+            let help = "put the file beside the document, or export the scene as one .glb file";
+            report.reject(code, &format!("{at}/uri"), format!("{object}: {error}"), help)
+        }
+    }
 }
 
 /// A URI short enough to be shown.

@@ -8,7 +8,7 @@
 
 use super::expression_diagnostic::expression_diagnostic;
 use super::load::Shared;
-use super::{Resource, ResourceKind, whole};
+use super::{Resource, ResourceKind, whole_number};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::expression::{self, ExpressionError, Value};
 use crate::language::{Expr, Lifetime};
@@ -110,7 +110,7 @@ fn count(
         expression::evaluate(&expression, &shared.scope)
     };
     match evaluate() {
-        Ok(value) => whole(&value, 1..=MAX_FRAMES).ok_or_else(|| {
+        Ok(value) => whole_number(&value, 1..=MAX_FRAMES).ok_or_else(|| {
             let found =
                 value.number().map_or_else(|| value.kind_name().to_owned(), |number| number.to_string());
             let message = format!("the number of earlier frames of \"{}\" is {found}", resource.name);

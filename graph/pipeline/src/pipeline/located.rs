@@ -27,7 +27,7 @@ macro_rules! located {
     )*};
 }
 
-located!(Access, BoundSlot, Deferred, Pass, Passthrough, Resource, Subresource);
+located!(Access, BoundSlot, Deferred, Pass, Passthrough, Subresource);
 
 impl Pass {
     /// The first of its accesses that is meant, or the pass itself.

@@ -44,7 +44,7 @@ mod version;
 pub use availability::{Lacking, lacking, off};
 pub use binding::{Bind, BindObject, BufferBind, Contents, ValuesBind, element_type, member_runs};
 pub use builder::{
-    Evaluate, Face, LiveSettings, PassBuilder, Produced, SubresourceRangeSettings, axis_value, whole,
+    Evaluate, Face, LiveSettings, PassBuilder, Produced, SubresourceRangeSettings, axis_value, whole_number,
 };
 pub use derived::Derived;
 pub use environment::{Environment, with_names};

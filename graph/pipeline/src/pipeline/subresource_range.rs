@@ -148,12 +148,10 @@ pub fn canonical(texture: &TextureDeclaration, range: SubresourceRange, usage: U
         let name = format_name(format);
         name.starts_with("depth") && format.has_stencil_aspect()
     });
-    let aspect = match range.aspect {
+    let aspect = match (usage.aspect(), range.aspect) {
         _ if !both => Aspect::All,
-        _ if usage.is_depth() => Aspect::DepthOnly,
-        _ if usage.is_stencil() => Aspect::StencilOnly,
-        Aspect::All if usage == Usage::Sampled => Aspect::DepthOnly,
-        aspect => aspect,
+        (Aspect::All, Aspect::All) if usage == Usage::Sampled => Aspect::DepthOnly,
+        (Aspect::All, aspect) | (aspect, _) => aspect,
     };
     range.aspect(aspect)
 }

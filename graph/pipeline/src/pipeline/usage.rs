@@ -1,5 +1,7 @@
 //! How passes use resources.
 
+use super::Aspect;
+
 /// The usage of a resource by a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -138,6 +140,15 @@ impl Usage {
     pub fn is_stencil(self) -> bool {
         use Usage as U;
         matches!(self, U::StencilAttachment | U::StencilAttachmentLoad | U::StencilAttachmentReadOnly)
+    }
+
+    /// The aspect that an attachment of depth or of stencil has; all for whatever else.
+    pub fn aspect(self) -> Aspect {
+        match self {
+            _ if self.is_depth() => Aspect::DepthOnly,
+            _ if self.is_stencil() => Aspect::StencilOnly,
+            _ => Aspect::All,
+        }
     }
 
     /// Whether all of a subresource range is certain to be written again, whatever it held.

@@ -38,7 +38,6 @@ pub use schema::schema;
 use std::collections::BTreeMap;
 
 use crate::diagnostic::{AxisValue, AxisValues};
-use crate::permutations::domain::Domain;
 use crate::source::Span;
 
 /// The values of an axis.
@@ -62,7 +61,11 @@ pub enum AxisKind {
 impl AxisKind {
     /// The number of values.
     pub fn count(&self) -> u64 {
-        Domain::of(self).count()
+        match self {
+            AxisKind::Bool => 2,
+            AxisKind::Enum(names) | AxisKind::TextureFormat(names) => names.len() as u64,
+            AxisKind::Integer { min, max } => max.abs_diff(*min).saturating_add(1),
+        }
     }
 
     /// Whether a value belongs to the axis.
@@ -131,6 +134,7 @@ pub struct Axes {
     constraints: Vec<Constraint>,
     /// The templates whose axes are inherited, each with the place that says so.
     pub(crate) inherits: Vec<(String, Span)>,
+    /// Axes that are declared, but not so that anybody could tell what they are.
     pub(crate) lost: Lost,
 }
 

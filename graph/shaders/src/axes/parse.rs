@@ -73,14 +73,19 @@ impl Declaration {
         for written in &self.constraints {
             let mut complete = true;
             let mut read = |conditions: &[WrittenCondition]| -> Vec<Condition> {
-                let mut rejected = |written: &WrittenCondition, diagnostic: Box<Diagnostic>| {
-                    complete = false;
-                    if !axes.lost.names.contains(Condition::split(&written.text).0) {
-                        diagnostics.push(*diagnostic);
+                let mut sound = Vec::new();
+                for written in conditions {
+                    match read_condition(written, axes) {
+                        Ok(condition) => sound.push(condition),
+                        Err(diagnostic) => {
+                            complete = false;
+                            if !axes.lost.names.contains(Condition::split(&written.text).0) {
+                                diagnostics.push(*diagnostic);
+                            }
+                        }
                     }
-                };
-                let read = |written| read_condition(written, axes).map_err(|why| rejected(written, why)).ok();
-                conditions.iter().filter_map(read).collect()
+                }
+                sound
             };
             let when = written.when.as_ref().map(|when| read(std::slice::from_ref(when)));
             let rules: Vec<_> = written.rules.iter().map(|(key, list)| (*key, read(list))).collect();

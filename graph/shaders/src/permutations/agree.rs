@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use super::Explored;
 use super::report::TemplateReport;
-use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe, select};
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe, select_axes};
 use crate::interface::{self, InterfaceConflict};
 use crate::source::Span;
 use crate::{Axes, Reflection, TemplateSet, codes, stages};
@@ -157,7 +157,7 @@ fn closest<'a>(
 
 /// The values of the one that the other does not have.
 fn apart(one: &AxisValues, other: &AxisValues) -> AxisValues {
-    select(one, |name| one.get(name) != other.get(name))
+    select_axes(one, |name| one.get(name) != other.get(name))
 }
 
 /// The name in the declaration of a module-scope variable.

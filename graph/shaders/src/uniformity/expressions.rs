@@ -150,7 +150,7 @@ impl Walk<'_> {
     pub(super) fn store(&mut self, pointer: Handle<Expression>, depends_on: &[Node], span: Span) {
         let Some(slot) = self.slot(pointer) else { return };
         let mut depends_on = depends_on.to_vec();
-        let variable = ir::whole(self.function, pointer);
+        let variable = ir::base(self.function, pointer);
         if variable != pointer {
             depends_on.extend([self.value(pointer), self.state[slot]]);
         }
@@ -173,7 +173,7 @@ impl Walk<'_> {
     }
 
     fn root(&self, pointer: Handle<Expression>) -> Option<Root> {
-        match self.function.expressions[ir::whole(self.function, pointer)] {
+        match self.function.expressions[ir::base(self.function, pointer)] {
             Expression::LocalVariable(variable) => Some(Root::Variable(variable.index())),
             Expression::GlobalVariable(variable) => {
                 let variable = &self.module.global_variables[variable];

@@ -179,7 +179,8 @@ impl Sharing<'_> {
             let diagnostic = error(codes::UNKNOWN_SHARED_SETTINGS, message);
             let diagnostic = diagnostic.help("take what both need into a third group");
             let way = chain[first + 1..].iter().map(|(_, place)| *place);
-            self.diagnostics.push(way.fold(diagnostic, |error, place| error.related(place, "on the way")));
+            self.diagnostics
+                .push(way.fold(diagnostic, |diagnostic, place| diagnostic.related(place, "on the way")));
             return None;
         }
         if !self.whole.contains_key(&group.key_span) {

@@ -17,7 +17,7 @@ pub use code::Code;
 pub use count::Count;
 pub(crate) use suggest::DID_YOU_MEAN;
 pub use suggest::suggested_name;
-pub use values::{AxisValue, AxisValues, describe, select};
+pub use values::{AxisValue, AxisValues, describe, select_axes};
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::hash::{Hash as _, Hasher as _};

@@ -53,7 +53,7 @@ impl From<&str> for AxisValue {
 }
 
 /// The values of some of the axes.
-pub fn select(values: &AxisValues, is_wanted: impl Fn(&str) -> bool) -> AxisValues {
+pub fn select_axes(values: &AxisValues, is_wanted: impl Fn(&str) -> bool) -> AxisValues {
     let wanted = values.iter().filter(|(name, _)| is_wanted(name));
     wanted.map(|(name, value)| (name.clone(), value.clone())).collect()
 }

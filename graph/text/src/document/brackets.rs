@@ -83,8 +83,13 @@ pub(super) fn unclosed(text: &str) -> Found {
     };
     let mut scanner = Scanner::new(text, &STRICT_TOKENS);
     let mut before = 0;
-    // No bracket mends a text in which something is no token.
-    while let Ok(Some(token)) = scanner.scan() {
+    loop {
+        let token = match scanner.scan() {
+            Ok(Some(token)) => token,
+            Ok(None) => break,
+            // No bracket mends a text in which something is no token.
+            Err(_) => return Found::default(),
+        };
         let (start, end) = (scanner.token_start(), scanner.token_end());
         if let Some(newline) = text[before..start].rfind('\n') {
             (scan.line, scan.indentation) = (before + newline + 1, None);

@@ -448,18 +448,15 @@ fn classes(plan: &Plan) -> Vec<CompatibilityClassReport> {
     for planned in plan.resources.values() {
         let shares = planned.lifetime == Lifetime::Transient && !planned.conditional;
         let place = match planned.physical {
-            Physical::Texture(index) => plan.textures.get(index).map(|one| {
-                let names: Vec<&str> = one.usages.iter_names().map(|(name, _)| name).collect();
-                (names, one.bytes)
-            }),
-            Physical::Buffer(index) => plan.buffers.get(index).map(|one| {
-                let names: Vec<&str> = one.usages.iter_names().map(|(name, _)| name).collect();
-                (names, one.bytes)
-            }),
+            Physical::Texture(index) => {
+                plan.textures.get(index).map(|one| (in_words(one.usages.iter_names()), one.bytes))
+            }
+            Physical::Buffer(index) => {
+                plan.buffers.get(index).map(|one| (in_words(one.usages.iter_names()), one.bytes))
+            }
             _ => None,
         };
-        let Some((names, bytes)) = place else { continue };
-        let usages = names.join(", ").to_lowercase().replace('_', " ");
+        let Some((usages, bytes)) = place else { continue };
         let size = match planned.size {
             Some(_) => 0,
             None => planned.bytes.checked_next_power_of_two().filter(|_| shares).unwrap_or(planned.bytes),
@@ -490,6 +487,12 @@ fn classes(plan: &Plan) -> Vec<CompatibilityClassReport> {
         }
     };
     classes.into_iter().map(report).collect()
+}
+
+/// Flags by their names.
+fn in_words<F>(flags: impl Iterator<Item = (&'static str, F)>) -> String {
+    let names: Vec<&str> = flags.map(|(name, _)| name).collect();
+    names.join(", ").to_lowercase().replace('_', " ")
 }
 
 fn edges(plan: &Plan, graph: &Graph, column_of: &[usize]) -> Vec<EdgeReport> {

@@ -89,15 +89,17 @@ fn stays(
         && users.get(&handle).is_none_or(|list| list.iter().all(|user| *user == at))
 }
 
-/// Passes of one group follow one another, have the same toggle, attach the same, load it, and share nothing else that one of them writes.
+/// Passes of one group follow one another, have the same toggle, attach the same, load it, and share nothing else that
+/// one of them writes.
 fn check_groups(plan: &Plan, violations: &mut Violations) {
     let mut before: Option<usize> = None;
     for group in plan.passes.chunk_by(|a, b| a.group == b.group) {
         let Some(first) = group.first() else { continue };
-        if before.replace(first.group) >= Some(first.group) {
+        if before.is_some_and(|before| before >= first.group) {
             violations
                 .add(Kind::GroupBroken, format!("the group of \"{}\" is not one run of passes", first.name));
         }
+        before = Some(first.group);
         let targets = |pass: &PlannedPass| {
             let color: Vec<AttachmentTarget> = pass.color.iter().map(|one| one.target).collect();
             let rest = [&pass.depth, &pass.stencil];

@@ -296,7 +296,10 @@ impl Player<'_, '_> {
             event.one.version == Version::Before || self.after.leads(self.uses.schedule, event.pass, writer)
         };
         let mut written = lasting || event.one.usage.keeps_what_is_there();
-        let another_version = format!("\"{name}\" reads another version of \"{resource}\" than it asks for");
+        let another_version = || {
+            let message = format!("\"{name}\" reads another version of \"{resource}\" than it asks for");
+            Some((Kind::WrongVersion, message))
+        };
         let mut wrong: Option<(Kind, String)> = None;
         for region in &event.regions {
             match content[*region] {
@@ -337,7 +340,7 @@ impl Player<'_, '_> {
                 } else if writers[*region].iter().any(|(writer, _)| *writer == named)
                     && written != Some(named)
                 {
-                    wrong = Some((Kind::WrongVersion, another_version.clone()));
+                    wrong = another_version();
                 }
                 for (other, _) in writers[*region].iter().filter(|(writer, _)| *writer != event.pass) {
                     match self.uses.schedule.of(*other) > own {
@@ -350,7 +353,7 @@ impl Player<'_, '_> {
                     *writer != event.pass && self.uses.schedule.of(*writer) > own && !is_later(*writer)
                 });
                 if event.one.version == Version::Before && written.is_some() {
-                    wrong = Some((Kind::WrongVersion, another_version.clone()));
+                    wrong = another_version();
                 }
                 if let Some((late, _)) = late {
                     let (late, _) = self.names(*late);

@@ -65,7 +65,7 @@ pub trait Evaluate {
     /// Evaluates an expression that yields a whole number from 0.
     fn count(&mut self, expr: &Expr, pointer: &str) -> Option<u32> {
         let number = self.number(expr, pointer)?;
-        match whole(&Value::Number(number), 0..=u32::MAX) {
+        match whole_number(&Value::Number(number), 0..=u32::MAX) {
             Some(count) => Some(count),
             None => self.wrong_type(pointer, "a whole number from 0", &number.to_string()),
         }
@@ -141,7 +141,7 @@ pub trait Evaluate {
 }
 
 /// The whole number that a value is, within a range.
-pub fn whole(value: &Value, range: RangeInclusive<u32>) -> Option<u32> {
+pub fn whole_number(value: &Value, range: RangeInclusive<u32>) -> Option<u32> {
     let number = value.number().filter(|number| number.fract() == 0.0)?;
     (f64::from(*range.start())..=f64::from(*range.end())).contains(&number).then_some(number as u32)
 }

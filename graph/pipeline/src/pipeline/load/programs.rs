@@ -68,9 +68,9 @@ impl Programs {
             variants.push(ProgramVariant { properties: active, module, entry_points: entry_points.clone() });
         }
         let program = Program::new(template.clone(), axes.clone(), variants, place);
-        let program = program.and_then(|program| match self.beyond(&program, place) {
-            beyond if beyond.is_empty() => Ok(program),
-            beyond => Err(beyond),
+        let program = program.and_then(|program| {
+            let beyond = self.beyond(&program, place);
+            if beyond.is_empty() { Ok(program) } else { Err(beyond) }
         });
         let mut report =
             |own: Vec<Diagnostic>| diagnostics.extend(own.into_iter().map(|one| one.pointer(pointer)));
