@@ -26,6 +26,7 @@
 //! Sources: Knowlton, "A Fast Storage Allocator" (1965) for the buddies; Morton, "A Computer Oriented Geodetic Data
 //! Base" (1966) for their order.
 
+mod bits;
 mod decide;
 mod follow;
 pub mod placement;

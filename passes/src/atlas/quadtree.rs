@@ -10,8 +10,7 @@
 //! Limits: sizes are rounded up to powers of two; a release of what was not allocated is rejected. A request can fail
 //! although the free tiles have the area, since tiles are never moved here (see [`super::placement`]).
 
-use std::collections::BTreeSet;
-
+use super::bits::Bits;
 use super::tile::Tile;
 use super::{MAX_SIDE, MIN_TILE};
 
@@ -24,9 +23,11 @@ pub struct TileAllocator {
     /// The texels on the atlas's side.
     pub(super) side: u32,
     /// For each size, from the smallest: the free squares.
-    free: Vec<BTreeSet<usize>>,
+    free: Vec<Bits>,
     /// For each size, from the smallest: the allocated tiles.
-    pub(super) used: Vec<BTreeSet<usize>>,
+    used: Vec<Bits>,
+    /// The number of texels in allocated tiles.
+    pub(super) used_area: u64,
 }
 
 impl TileAllocator {
@@ -36,35 +37,29 @@ impl TileAllocator {
         let within = |value: u32| value.clamp(MIN_TILE, MAX_SIDE).next_power_of_two();
         let min = within(min);
         let max_side = within(max_side).max(min);
-        let sizes = (max_side / min).trailing_zeros() as usize + 1;
-        let none = vec![BTreeSet::new(); sizes];
-        Self { min, max_side, side: 0, free: none.clone(), used: none }
+        let sizes = (max_side / min).trailing_zeros() + 1;
+        let sets: Vec<Bits> = (0..sizes)
+            .map(|class| {
+                let across = (max_side / (min << class)) as usize;
+                Bits::new(across * across)
+            })
+            .collect();
+        Self { min, max_side, side: 0, free: sets.clone(), used: sets, used_area: 0 }
     }
 
     /// Makes the atlas larger or smaller; tiles stay where they are. `side` is rounded down to a power of two, 0 below
     /// the smallest tile, and kept within the largest side. Rejected, with nothing changed, where a tile lies beyond.
     #[must_use]
     pub fn set_side(&mut self, side: u32) -> bool {
-        let side = self.rounded_side(side);
-        if side == self.side {
-            return true;
-        }
-        let tiles = (0..).zip(&self.used).flat_map(|(class, numbers)| {
-            let size = self.min << class;
-            numbers.iter().map(move |number| Tile::of_number(*number, size))
-        });
-        let tiles: Vec<Tile> = tiles.collect();
-        if tiles.iter().any(|tile| tile.x.max(tile.y) + tile.size > side) {
+        let wanted = self.rounded_side(side);
+        if wanted < self.side && !self.is_free_beyond(wanted) {
             return false;
         }
-        self.side = side;
-        self.free.iter_mut().for_each(BTreeSet::clear);
-        if side > 0 {
-            let whole = self.class(side);
-            self.free[whole].insert(0);
+        while self.side < wanted {
+            self.double();
         }
-        for tile in tiles {
-            self.take(self.class(tile.size), tile.number());
+        while self.side > wanted {
+            self.halve();
         }
         true
     }
@@ -75,20 +70,53 @@ impl TileAllocator {
         if side < self.min { 0 } else { 1 << side.ilog2() }
     }
 
-    /// Cuts the free square that holds a square into quarters until that one is left, and takes it.
-    fn take(&mut self, class: usize, number: usize) {
-        let holder = |larger: usize| number >> (2 * (larger - class));
-        let mut found = class;
-        while found + 1 < self.free.len() && !self.free[found].contains(&holder(found)) {
-            found += 1;
+    fn double(&mut self) {
+        if self.side == 0 {
+            self.side = self.min;
+            self.free[0].insert(0);
+            return;
         }
-        self.free[found].remove(&holder(found));
-        while found > class {
-            found -= 1;
-            let first = holder(found) & !3;
-            let others = (first..first + 4).filter(|quarter| *quarter != holder(found));
-            self.free[found].extend(others);
+        let class = self.class(self.side);
+        self.side *= 2;
+        if self.free[class].contains(0) {
+            self.free[class].remove(0);
+            self.free[class + 1].insert(0);
+        } else {
+            (1..4).for_each(|quarter| self.free[class].insert(quarter));
         }
+    }
+
+    fn halve(&mut self) {
+        let class = self.class(self.side);
+        let whole = self.free[class].contains(0);
+        self.free[class].remove(0);
+        if class == 0 {
+            self.side = 0;
+            return;
+        }
+        self.side /= 2;
+        (1..4).for_each(|quarter| self.free[class - 1].remove(quarter));
+        if whole {
+            self.free[class - 1].insert(0);
+        }
+    }
+
+    fn is_free_beyond(&self, side: u32) -> bool {
+        if self.used_area == 0 {
+            return true;
+        }
+        let (mut class, last) = (self.class(self.side), self.class(side.max(self.min)));
+        if side == 0 {
+            return false;
+        }
+        while class > last {
+            class -= 1;
+            if !(1..4).all(|quarter| self.free[class].contains(quarter)) {
+                // Nothing of an atlas that is in use is one free square with its first quarter.
+                return false;
+            }
+        }
+        true
     }
 
     /// The position of a size among the sizes.
@@ -104,13 +132,17 @@ impl TileAllocator {
             return None;
         }
         let class = self.class(size);
-        let number = (class..=self.class(self.side)).find_map(|larger| {
-            let first = self.free[larger].first()?;
-            Some(first << (2 * (larger - class)))
-        })?;
-        self.take(class, number);
+        let (mut found, mut number) = (class..=self.class(self.side))
+            .find_map(|class| self.free[class].first().map(|number| (class, number)))?;
+        self.free[found].remove(number);
+        while found > class {
+            found -= 1;
+            number *= 4;
+            (1..4).for_each(|quarter| self.free[found].insert(number + quarter));
+        }
         self.used[class].insert(number);
         let tile = Tile::of_number(number, size);
+        self.used_area += tile.area();
         Some(tile)
     }
 
@@ -121,7 +153,7 @@ impl TileAllocator {
             && tile.size.is_power_of_two()
             && (tile.x | tile.y).is_multiple_of(tile.size)
             && tile.x.max(tile.y) < self.side
-            && self.used[self.class(tile.size)].contains(&tile.number())
+            && self.used[self.class(tile.size)].contains(tile.number())
     }
 
     /// Gives a tile back. False, with nothing changed, where it is not allocated.
@@ -130,18 +162,17 @@ impl TileAllocator {
             return false;
         }
         let (mut class, mut number) = (self.class(tile.size), tile.number());
-        self.used[class].remove(&number);
+        self.used[class].remove(number);
+        self.used_area -= tile.area();
         let root = self.class(self.side);
         while class < root {
             let first = number & !3;
             let all_free =
-                (first..first + 4).all(|buddy| buddy == number || self.free[class].contains(&buddy));
+                (first..first + 4).all(|buddy| buddy == number || self.free[class].contains(buddy));
             if !all_free {
                 break;
             }
-            for buddy in first..first + 4 {
-                self.free[class].remove(&buddy);
-            }
+            (first..first + 4).for_each(|buddy| self.free[class].remove(buddy));
             number /= 4;
             class += 1;
         }

@@ -6,13 +6,6 @@ use umbragraph_test_support::random::Random;
 
 use super::*;
 
-impl TileAllocator {
-    fn used_area(&self) -> u64 {
-        let classes = (0..).zip(&self.used);
-        classes.map(|(class, tiles)| tiles.len() as u64 * u64::from(self.min << class).pow(2)).sum()
-    }
-}
-
 /// Which tile covers each smallest square of an atlas, painted one by one.
 struct Canvas {
     across: usize,
@@ -87,7 +80,7 @@ fn two_hundred_thousand_operations_leave_tiles_apart_within_bounds_and_aligned()
                 }
             }
         }
-        assert_eq!(atlas.used_area(), tiles.iter().map(|tile| tile.area()).sum::<u64>());
+        assert_eq!(atlas.used_area, tiles.iter().map(|tile| tile.area()).sum::<u64>());
     }
     assert!(failed > 1000, "the atlas was full now and then: {failed}");
     for tile in tiles {
@@ -118,7 +111,7 @@ fn misuse_of_an_allocator_is_rejected_and_changes_nothing() {
     for wrong in wrong {
         assert!(!atlas.release(wrong), "{wrong:?}");
     }
-    assert_eq!((atlas.side, atlas.used_area()), (64, 256));
+    assert_eq!((atlas.side, atlas.used_area), (64, 256));
 }
 
 #[test]
@@ -128,7 +121,7 @@ fn an_atlas_grows_and_shrinks_around_its_tiles() {
     let tiles: Vec<Tile> = (0..16).map(|_| atlas.allocate(16).unwrap()).collect();
     assert_eq!(atlas.allocate(16), None);
     assert!(atlas.set_side(256));
-    assert_eq!(atlas.used_area(), 64 * 64);
+    assert_eq!(atlas.used_area, 64 * 64);
     let beyond: Vec<Tile> = (0..15).map(|_| atlas.allocate(64).unwrap()).collect();
     assert!(beyond.iter().all(|tile| tiles.iter().all(|small| !small.overlaps(*tile))));
     assert_eq!(atlas.allocate(16), None);
@@ -256,7 +249,7 @@ fn any_sequence_of_frames_is_placed_soundly_and_fills_what_there_is() {
             placement.update(shown, &Capacity { side, pools });
             check(&placement, shown);
             // Nobody is smaller than asked for while there is room for the next size of its tiles.
-            let free = u64::from(side) * u64::from(side) - placement.atlas.used_area();
+            let free = u64::from(side) * u64::from(side) - placement.atlas.used_area;
             for grant in placement.grants() {
                 if let Fate::Downsized { to, .. } = grant.fate
                     && to < side
@@ -336,7 +329,7 @@ fn overflow_downsizes_and_then_evicts_the_least_important() {
     assert_eq!(fates(&placement), [Fate::Evicted(Eviction::AtlasTooSmall); 4]);
     placement.update(&requests, &Capacity { side: 0, pools: PLENTY });
     assert_eq!(fates(&placement), [Fate::Evicted(Eviction::AtlasTooSmall); 4]);
-    assert_eq!(placement.atlas.used_area(), 0);
+    assert_eq!(placement.atlas.used_area, 0);
 }
 
 #[test]
