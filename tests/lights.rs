@@ -235,8 +235,8 @@ fn wide_filters_see_nothing_of_the_neighbouring_tile() {
                 ("max_radius", "40"),
                 ("grid_pcf_side", "7"),
                 ("lamp_radius", "0.4"),
-                ("greatest_penumbra", "40"),
-                ("greatest_search", "40"),
+                ("max_penumbra", "40"),
+                ("max_search", "40"),
             ],
             &[("light_filter", filter)],
         );

@@ -154,8 +154,8 @@ fn half_width(pixels: impl Iterator<Item = [f64; 3]>) -> f64 {
 fn pcss(parameters: &[(&str, &str)]) -> Outcome {
     let mut all = vec![
         ("debug_view", "\"shadow_term\""),
-        ("greatest_penumbra", "100"),
-        ("greatest_search", "100"),
+        ("max_penumbra", "100"),
+        ("max_search", "100"),
         ("search_taps", "32"),
         ("splits", "\"explicit\""),
         ("fit", "\"tight\""),
@@ -209,12 +209,8 @@ fn penumbrae_of_a_point_light_are_as_wide_as_geometry_says() {
 fn penumbrae_are_as_wide_on_both_sides_of_a_cascades_end() {
     let Some(gpu) = gpu::device() else { return };
     // The view axis meets the plane at 3.45 m.
-    let outcome = pcss(&[
-        ("far", "[3.45, 8]"),
-        ("blend", "0.02"),
-        ("greatest_penumbra", "200"),
-        ("greatest_search", "200"),
-    ]);
+    let outcome =
+        pcss(&[("far", "[3.45, 8]"), ("blend", "0.02"), ("max_penumbra", "200"), ("max_search", "200")]);
     for height in [0.3, 0.6, 1.0] {
         let scene = edge(height);
         let input = frame(&scene, light(LightKind::Directional));
@@ -288,11 +284,7 @@ fn whatever_size_a_light_has_visibility_is_a_number() {
              "resources": {{ "color": {{ "texture": {{ "lifetime": "imported" }} }} }} }}"#
     );
     let with = With {
-        parameters: &[
-            ("debug_view", "\"shadow_term\""),
-            ("greatest_penumbra", "100"),
-            ("greatest_search", "100"),
-        ],
+        parameters: &[("debug_view", "\"shadow_term\""), ("max_penumbra", "100"), ("max_search", "100")],
         features: &[("light_filter", "\"pcss\"")],
         size: Some(SIZE),
         ..With::default()
@@ -383,8 +375,8 @@ fn debug_views_show_the_width_of_the_penumbra_and_the_distance_to_what_casts_it(
         let parameters = [
             ("debug_view", view),
             ("debug_distance", "2"),
-            ("greatest_penumbra", "100"),
-            ("greatest_search", "100"),
+            ("max_penumbra", "100"),
+            ("max_search", "100"),
             ("filter_radius", "0.07"),
             ("min_radius", "1"),
             ("max_radius", "60"),

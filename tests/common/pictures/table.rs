@@ -243,12 +243,7 @@ pub const VARIANTS: &[Variant] = &[
     ),
     variant(
         ["awsm", "interior", "pcss"],
-        &[
-            ("sun_angle", "0.20944"),
-            ("lamp_radius", "0.5"),
-            ("greatest_penumbra", "12"),
-            ("greatest_search", "24"),
-        ],
+        &[("sun_angle", "0.20944"), ("lamp_radius", "0.5"), ("max_penumbra", "12"), ("max_search", "24")],
         &[("light_filter", "\"pcss\""), ("reverse_z", "false")],
     ),
     variant(
