@@ -12,7 +12,7 @@ use crate::views::frame;
 
 const NAMES: [&str; 4] = ["s", "!s", "t", "!t"];
 
-/// Whether a toggle runs its passes while "s" and "t" are thrown like this.
+/// Whether a toggle runs its passes while "s" and "t" are switched like this.
 fn holds(toggle: &str, [s, t]: [bool; 2]) -> bool {
     match toggle {
         "s" => s,

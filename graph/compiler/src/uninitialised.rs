@@ -4,7 +4,7 @@
 //! notes what those writes leave of each read, and here, where sizes are known, what is left that exists is a
 //! diagnostic. It would hold what another resource left in the same memory.
 //!
-//! The same holds for what is written only with some toggle thrown one way, for layers of earlier frames that are not
+//! The same holds for what is written only with some toggle switched one way, for layers of earlier frames that are not
 //! written in each frame in which others of the history are, which would be from some frame longer ago, and for the bytes that a copy leaves between rows of
 //! texels and behind them, where something reads them.
 //!

@@ -291,7 +291,7 @@ fn is_created(one: &ResourceReport) -> bool {
 
 fn lanes(report: &Report) -> Vec<Lane<'_>> {
     let sections: [(&'static str, Belongs); 5] = [
-        ("HOST DATA", |one| one.live && one.place == "host"),
+        ("BLACKBOARD DATA", |one| one.live && one.place == "host"),
         ("IMPORTED", |one| one.live && one.place == "imported"),
         ("KEPT FROM FRAME TO FRAME", |one| is_created(one) && one.lifetime != Lifetime::Transient),
         ("TRANSIENT", |one| is_created(one) && one.lifetime == Lifetime::Transient),
