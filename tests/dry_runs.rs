@@ -1,6 +1,6 @@
 //! What `check` passes, wgpu takes: the tree's pipelines and mutations of the teaching ones, run dry.
 //!
-//! A mutation replaces one number or word of a document by another of its kind. Most are refused; what is not has to
+//! A mutation replaces one number or word of a document by another of its kind. Most are rejected; what is not has to
 //! run on wgpu's backend without a driver, on a device with just what the profile promises.
 
 mod common;

@@ -414,10 +414,10 @@ fn a_buffer_of_the_hosts_is_read_by_passes() {
         gpu.queue.write_buffer(&buffer, 0, &bytes);
         buffer
     };
-    let refused = record(&mut executor).unwrap_err();
+    let rejected = record(&mut executor).unwrap_err();
     assert!(
-        refused.contains("no buffer for \"colors\"") && refused.contains("own_buffer.json:"),
-        "{refused}"
+        rejected.contains("no buffer for \"colors\"") && rejected.contains("own_buffer.json:"),
+        "{rejected}"
     );
     let storage = wgpu::BufferUsages::STORAGE;
     for (name, colors, usage, why) in [
@@ -426,8 +426,8 @@ fn a_buffer_of_the_hosts_is_read_by_passes() {
         ("target", &[1.0; 4], storage, "imports no buffer"),
         ("others", &[1.0; 4], storage, "imports no buffer"),
     ] {
-        let refused = executor.import_buffer(name, &buffer(colors, usage)).unwrap_err().to_string();
-        assert!(refused.contains(why), "{refused}");
+        let rejected = executor.import_buffer(name, &buffer(colors, usage)).unwrap_err().to_string();
+        assert!(rejected.contains(why), "{rejected}");
     }
     executor.import_buffer("colors", &buffer(&[1.0, 0.0, 0.0, 1.0], storage)).unwrap();
     assert_eq!(record(&mut executor), Ok(vec![255, 0, 0, 255]));

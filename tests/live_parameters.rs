@@ -207,15 +207,15 @@ fn what_makes_a_parameter_structural_is_said_with_its_place() {
     assert_eq!(json["parameters"]["side"], side);
     let Some(gpu) = gpu::device() else { return };
     let executor = executor(&gpu, plan, None);
-    let refused = executor.parameter::<u32>("side").unwrap_err();
-    let text = format!("{refused:?}");
+    let rejected = executor.parameter::<u32>("side").unwrap_err();
+    let text = format!("{rejected:?}");
     assert!(text.contains("UG0230") && text.contains("/resources/target/texture/size/0"), "{text}");
     assert!(format!("{:?}", executor.parameter::<f32>("rad").unwrap_err()).contains("red"));
     assert!(executor.parameter::<bool>("red").is_err());
 }
 
 #[test]
-fn values_are_refused_as_at_load_and_the_next_frame_has_those_before() {
+fn values_are_rejected_as_at_load_and_the_next_frame_has_those_before() {
     let Some(gpu) = gpu::device() else { return };
     let outcome = checked();
     let mut executor = executor(&gpu, outcome.plan(), None);
@@ -240,8 +240,8 @@ fn values_are_refused_as_at_load_and_the_next_frame_has_those_before() {
         assert!(format!("{:?}", executor.set(red, beyond).unwrap_err()).contains("UG0204"), "{beyond}");
     }
     executor.set(low, 0.8).unwrap();
-    let refused = record(&mut executor).unwrap_err();
-    assert!(refused.contains("UG0223") && refused.contains("low is below high"), "{refused}");
+    let rejected = record(&mut executor).unwrap_err();
+    assert!(rejected.contains("UG0223") && rejected.contains("low is below high"), "{rejected}");
     assert_eq!(record(&mut executor), Ok(vec![255, 128, 191, 255]), "the values before");
     // Both together are right.
     executor.set(low, 0.8).unwrap();

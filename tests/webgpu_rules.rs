@@ -1,10 +1,10 @@
 //! The rules of WebGPU that a plan can break: each with a document that just keeps it and, one text replaced, one that
 //! does not.
 //!
-//! wgpu is the judge: what keeps a rule runs dry on its backend without a driver, and what breaks one is refused by
+//! wgpu is the judge: what keeps a rule runs dry on its backend without a driver, and what breaks one is rejected by
 //! `check` with a code of its own before wgpu is asked. Rules that no document reaches: labels and debug groups are
 //! balanced by the executor; queries belong to measuring; bundles, external textures and mapped buffers are not used;
-//! textures are not used after they are destroyed, but for imports, which `record` refuses. Limits of one shader
+//! textures are not used after they are destroyed, but for imports, which `record` rejects. Limits of one shader
 //! (workgroups, bindings of a stage, variables between stages) are tested with shaders.
 
 mod common;

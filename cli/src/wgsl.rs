@@ -56,11 +56,11 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
             }
         }
     }
-    // What is refused is printed as well: the lines of its errors are in it.
-    for (template, axes) in pipeline.refused.iter().filter(|_| arguments.target == TargetLanguage::Wgsl) {
+    // What is rejected is printed as well: the lines of its errors are in it.
+    for (template, axes) in pipeline.rejected.iter().filter(|_| arguments.target == TargetLanguage::Wgsl) {
         if let Some(text) = shader::generate(&session.templates, template, axes) {
             let axes = shader::describe(axes);
-            output.extend_from_slice(format!("// refused: {template} [{axes}]\n{text}\n").as_bytes());
+            output.extend_from_slice(format!("// rejected: {template} [{axes}]\n{text}\n").as_bytes());
         }
     }
     print_contents(&output);

@@ -92,16 +92,16 @@ fn of_a_pipeline_with_a_broken_pass_the_others_are_shown_all_the_same() {
     assert_ne!(broken, lesson);
     std::fs::write(&path, broken).unwrap();
     let path = path.to_str().unwrap();
-    // What naga refuses is printed with its errors.
+    // What naga rejects is printed with its errors.
     let own = folder.join("templates");
     std::fs::create_dir(&own).unwrap();
-    let refused = "@fragment fn refused() -> @location(0) vec4<f32> { return 1; }\n";
-    std::fs::write(own.join("gradient.wgsl.jinja"), refused).unwrap();
+    let rejected = "@fragment fn rejected() -> @location(0) vec4<f32> { return 1; }\n";
+    std::fs::write(own.join("gradient.wgsl.jinja"), rejected).unwrap();
     let templates = own.to_str().unwrap();
     let output = run(&["wgsl", "pipelines/learn/01-smallest.json", "--templates", templates]);
     let (shown, errors) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(output.status.code(), Some(1), "{errors}");
-    assert!(shown.contains("// refused: gradient.wgsl.jinja") && shown.contains(refused), "{shown}");
+    assert!(shown.contains("// rejected: gradient.wgsl.jinja") && shown.contains(rejected), "{shown}");
     assert!(errors.contains("gradient.wgsl.jinja:1:"), "{errors}");
     for arguments in [&["plan", path][..], &["wgsl", path], &["graph", path, "--format", "mermaid"]] {
         let output = run(arguments);

@@ -114,7 +114,7 @@ fn the_page_of_a_graph_shows_captures_and_times() {
     let sum: f64 = of_casters.map(|event| event["dur"].as_f64().unwrap() / 1000.0).sum();
     let shown = observed["times"]["casters"][1].as_f64().unwrap();
     assert!((sum - shown).abs() < 1e-6, "{sum} {shown}");
-    // The form is that of the extension, and what is of the page alone is refused elsewhere.
+    // The form is that of the extension, and what is of the page alone is rejected elsewhere.
     rejected(&graph(&["--out", &file("x.svg"), "--timings", &trace]), 2, &["--format html"]);
     rejected(&graph(&["--out", &file("x.png")]), 1, &["UG0808", ".svg"]);
     rejected(&graph(&["--out", &file("x.svg"), "--format", "dot"]), 1, &["UG0808", "is not the form dot"]);

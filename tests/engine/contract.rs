@@ -43,7 +43,7 @@ fn an_engine_draws_into_the_cascades_of_awsm_what_plain_draws_draw() {
 /// What is wrong with how an engine stores things is found without a device, by the name of what differs.
 #[test]
 fn storage_that_does_not_fit_is_named() {
-    let refused = |change: &dyn Fn(&mut HostInterface), wanted: &str| {
+    let rejected = |change: &dyn Fn(&mut HostInterface), wanted: &str| {
         let mut host = interface(true);
         change(&mut host);
         let text = r#"{ "format": 1, "name": "engine", "extends": "umbragraph:awsm.json",
@@ -60,31 +60,31 @@ fn storage_that_does_not_fit_is_named() {
         let error = pipeline.plan(&Options::new(64, 64)).expect_err(wanted).to_string();
         assert!(error.contains(wanted), "{error}");
     };
-    refused(
+    rejected(
         &|host| {
             let HostSlotKind::Array { stride, .. } = &mut host.object[0].kind else { panic!() };
             *stride = 160;
         },
         "elements of the host's array \"objects\" lie 160 bytes apart, in lit.wgsl.jinja 144",
     );
-    refused(
+    rejected(
         &|host| {
             let HostSlotKind::Array { members, .. } = &mut host.object[0].kind else { panic!() };
             members[2].offset = 132;
         },
         "\"objects.receive_shadow\" lies at byte 132 on the host and at byte 128",
     );
-    refused(
+    rejected(
         &|host| host.vertex_buffers_of[0].1[1].attributes.truncate(1),
         "no vertex attribute \"texcoord\" of meshes with the properties split",
     );
-    refused(
+    rejected(
         &|host| {
             host.material_layout.as_mut().unwrap().remove(1);
         },
         "the host's layout of group 2 has no binding 1, which is \"base_color_texture\"",
     );
-    refused(
+    rejected(
         &|host| {
             let entries = host.material_layout.as_mut().unwrap();
             entries[1].ty = entries[0].ty;

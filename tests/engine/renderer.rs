@@ -81,8 +81,8 @@ fn a_renderer_follows_what_changes_and_makes_nothing_otherwise() {
     assert_eq!(drawn(&gpu, &mut renderer, (&dark, &green), &large).unwrap(), [0, 255, 0, 255]);
 
     // What cannot be planned is said once, and the plan before goes on.
-    let refused = wide.set("green", 7);
-    let error = drawn(&gpu, &mut renderer, (&dark, &refused), &large).unwrap_err();
+    let rejected = wide.set("green", 7);
+    let error = drawn(&gpu, &mut renderer, (&dark, &rejected), &large).unwrap_err();
     assert!(error.to_string().contains("0 to 1"), "{error}");
-    assert_eq!(drawn(&gpu, &mut renderer, (&dark, &refused), &large).unwrap(), [0, 255, 0, 255]);
+    assert_eq!(drawn(&gpu, &mut renderer, (&dark, &rejected), &large).unwrap(), [0, 255, 0, 255]);
 }

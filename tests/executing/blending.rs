@@ -75,21 +75,21 @@ fn over(shader: &str, blend: &str) -> String {
 fn a_second_color_is_a_factor_where_the_device_has_the_feature() {
     let dual = wgpu::Features::DUAL_SOURCE_BLENDING;
     let blend = r#"{ "color": { "dst_factor": "src1" }, "alpha": { "dst_factor": "one-minus-src1-alpha" } }"#;
-    let refused = |shader: &str, features: wgpu::Features| {
+    let rejected = |shader: &str, features: wgpu::Features| {
         try_plan_with(over(shader, blend), SIDE, features).expect_err("a diagnostic")
     };
-    let found = refused("fill.wgsl.jinja", wgpu::Features::empty());
+    let found = rejected("fill.wgsl.jinja", wgpu::Features::empty());
     assert!(found.contains("for which the profile webgpu lacks \"dual-source-blending\""), "{found}");
-    let found = refused("fill.wgsl.jinja", dual);
+    let found = rejected("fill.wgsl.jinja", dual);
     assert!(found.contains("writes no @location(0) @blend_src(1), with which the pass blends"), "{found}");
-    let found = refused("two_sources.wgsl.jinja", wgpu::Features::empty());
+    let found = rejected("two_sources.wgsl.jinja", wgpu::Features::empty());
     assert!(found.contains("dual") || found.contains("DUAL"), "{found}");
     let plan = try_plan_with(over("two_sources.wgsl.jinja", blend), SIDE, dual);
     let plan = plan.unwrap_or_else(|diagnostics| panic!("{diagnostics}"));
     let Some(gpu) = gpu::device() else { return };
     if !gpu.device.features().contains(dual) {
-        let refused = umbragraph::executor::Executor::new(&gpu.device, &gpu.queue, plan, None);
-        assert!(refused.is_err());
+        let rejected = umbragraph::executor::Executor::new(&gpu.device, &gpu.queue, plan, None);
+        assert!(rejected.is_err());
         return;
     }
     let mut executor = executor(&gpu, &plan, None);

@@ -96,7 +96,7 @@ fn what_does_not_fit_the_shader_or_the_buffers_is_found() {
 }
 
 #[test]
-fn a_live_count_beyond_the_buffers_is_refused_and_the_frame_after_it_is_drawn() {
+fn a_live_count_beyond_the_buffers_is_rejected_and_the_frame_after_it_is_drawn() {
     let Some(gpu) = gpu::device() else { return };
     let instanced = POINTS.replace(r#""buffer": "points","#, r#""buffer": "points", "step": "instance","#);
     for (draw, most, buffer) in [
@@ -115,9 +115,9 @@ fn a_live_count_beyond_the_buffers_is_refused_and_the_frame_after_it_is_drawn() 
         };
         assert!(play(most).is_ok(), "{draw}");
         for beyond in [most + 1, u32::MAX] {
-            let refused = format!("{:?}", play(beyond).expect_err("a diagnostic"));
+            let rejected = format!("{:?}", play(beyond).expect_err("a diagnostic"));
             let wanted = format!("\\\"{buffer}\\\" has {most} of the {beyond} that are drawn of it");
-            assert!(refused.contains("UG0409") && refused.contains(&wanted), "{refused}");
+            assert!(rejected.contains("UG0409") && rejected.contains(&wanted), "{rejected}");
         }
         assert!(play(0).is_ok() && play(most).is_ok(), "{draw}");
     }

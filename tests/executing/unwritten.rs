@@ -23,7 +23,7 @@ fn text(layers: u32, resources: &str, passes: &[&str]) -> String {
 
 /// The first line of what is wrong.
 #[track_caller]
-fn refused(layers: u32, resources: &str, passes: &[&str]) -> String {
+fn rejected(layers: u32, resources: &str, passes: &[&str]) -> String {
     match try_plan_of_text(text(layers, resources, passes), SIDE) {
         Ok(plan) => panic!("{:?}", plan.passes.iter().map(|pass| &pass.name).collect::<Vec<_>>()),
         Err(diagnostics) => diagnostics.lines().next().unwrap_or_default().to_owned(),
@@ -76,7 +76,7 @@ fn layers_that_a_toggle_leaves_unwritten_are_diagnostics_as_far_as_they_exist() 
             assert_eq!(seen, RED);
             continue;
         }
-        let said = refused(layers, &resources, &passes);
+        let said = rejected(layers, &resources, &passes);
         let wanted = r#""shown" reads layers 1 to 2 of "all", which nothing writes while "s" is off"#;
         assert!(said.contains(wanted), "{said}");
     }
@@ -88,7 +88,7 @@ fn layers_of_a_history_that_a_toggle_leaves_stale_are_diagnostics() {
     let first = red("first", r#"{ "to": "past", "layer": 0 }"#, "");
     let reads = copy("shown", "", "past@-1", "target");
     let second = |common: &str| red("second", r#"{ "to": "past", "layer": 1 }"#, common);
-    let said = refused(2, &past, &[&first, &second(r#""toggle": "s","#), &reads]);
+    let said = rejected(2, &past, &[&first, &second(r#""toggle": "s","#), &reads]);
     assert!(
         said.contains(r#""shown" reads layer 1 of "past@-1", which nothing writes while "s" is off"#),
         "{said}"
@@ -116,7 +116,7 @@ fn layers_of_the_picture_that_a_toggle_leaves_unwritten_are_diagnostics() {
     let rest = copy("rest", r#""toggle": "s", "after": ["first"],"#, "source", "target");
     let mut passes: Vec<&str> = vec![&first, &rest];
     passes.extend(sources.iter().map(String::as_str));
-    let said = refused(3, &resources, &passes);
+    let said = rejected(3, &resources, &passes);
     assert!(said.contains(r#"nothing writes "target" while "s" is off"#), "{said}");
 }
 
@@ -131,7 +131,7 @@ fn bytes_beside_rows_of_texels_are_diagnostics_where_they_are_read() {
                 "bind": {{ "words": {{ "buffer": {{ "name": "bytes" {part} }} }} }}, "color": [{{ "to": "target" }}] }} }}"#
         )
     };
-    let said = refused(1, &resources, &[&small, &rows, &reads("")]);
+    let said = rejected(1, &resources, &[&small, &rows, &reads("")]);
     let wanted = r#"of "bytes", which "rows" leaves beside its rows of texels"#;
     assert!(said.contains(r#""shown" reads bytes 32 to 255,"#) && said.contains(wanted), "{said}");
     // A row alone is read, or the gaps are filled, or the other end has the same rows.
@@ -168,7 +168,7 @@ fn storage_of_several_mips_is_rejected() {
     let resources = texture("image", r#", "mips": 2"#);
     let half = r#""half": { "compute": { "shader": "half.wgsl.jinja", "workgroups": [1, 1, 1],
         "bind": { "image": { "texture": { "name": "image", "mips": 2 } } } } }"#;
-    let said = refused(1, &resources, &[half, &copy("shown", "", "image", "target")]);
+    let said = rejected(1, &resources, &[half, &copy("shown", "", "image", "target")]);
     assert!(said.contains("UG0302") && said.contains("storage is one mip level, these are 2"), "{said}");
 }
 
@@ -178,7 +178,7 @@ fn of_a_pass_that_no_output_needs_a_read_of_nothing_is_told_and_of_a_part_is_not
     let first = red("first", r#"{ "to": "pair", "layer": 0 }"#, "");
     let whole = red("whole", r#"{ "to": "target" }"#, "");
     let dead = r#""dead": { "copy": { "from": { "name": "pair", "layer": 1 }, "to": { "name": "dead" } } }"#;
-    let said = refused(1, &resources, &[&whole, dead]);
+    let said = rejected(1, &resources, &[&whole, dead]);
     assert!(said.contains(r#""dead" reads "pair", which nothing writes before"#), "{said}");
     let pair = [texture("dead", r#", "layers": 2"#), texture("pair", r#", "layers": 2"#)].join(", ");
     let Some((names, _)) = shown(1, &pair, &[&whole, &first, &copy("dead", "", "pair", "dead")]) else {

@@ -1,7 +1,7 @@
 //! Random pipelines with random small shaders, judged by `check` and by wgpu.
 //!
 //! A grammar draws textures, buffers and passes whose shaders bind and write them; most choices fit together, some do
-//! not. What wgpu refuses `check` has to refuse. What `check` refuses and wgpu's backend without a driver takes is
+//! not. What wgpu rejects `check` has to reject. What `check` rejects and wgpu's backend without a driver takes is
 //! counted by code, and each such code has a reason in `STRICTER`. Some of what passes is drawn where there is a device:
 //! without an error of the device, and with the texels that a CPU says ([`simulation`]).
 
@@ -29,7 +29,7 @@ use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
 
-/// Codes of what `check` refuses and wgpu takes, with the reason.
+/// Codes of what `check` rejects and wgpu takes, with the reason.
 const STRICTER: &[(&str, &str)] =
     &[("UG0401", "wgpu clears what nobody has written: it is valid, and hardly meant")];
 
@@ -78,10 +78,10 @@ fn describe(drawn: &Drawn) -> String {
 const PIPELINES: u32 = 500;
 
 #[test]
-fn what_wgpu_refuses_of_random_pipelines_check_refuses() {
+fn what_wgpu_rejects_of_random_pipelines_check_rejects() {
     let mut dry_run = pollster::block_on(DryRun::new(&TargetProfile::webgpu())).expect("a device");
     let mut random = Random(property::seed());
-    let (mut passed, mut refused, mut wrong) = (0, 0, Vec::new());
+    let (mut passed, mut rejected, mut wrong) = (0, 0, Vec::new());
     let mut said_of: BTreeMap<&'static str, usize> = BTreeMap::new();
     let mut stricter: BTreeMap<&'static str, (usize, String)> = BTreeMap::new();
     for _ in 0..PIPELINES * property::times() {
@@ -91,10 +91,10 @@ fn what_wgpu_refuses_of_random_pipelines_check_refuses() {
         let errors = outcome.diagnostics.iter().filter(|one| one.severity == Severity::Error);
         let codes: Vec<&'static str> = errors.map(|one| one.code.id).collect();
         passed += usize::from(is_sound);
-        refused += usize::from(!is_sound);
+        rejected += usize::from(!is_sound);
         codes.iter().for_each(|code| *said_of.entry(code).or_default() += 1);
         let text = outcome.text();
-        let is_whole = |pipeline: &Arc<Pipeline>| pipeline.gaps.is_empty() && pipeline.refused.is_empty();
+        let is_whole = |pipeline: &Arc<Pipeline>| pipeline.gaps.is_empty() && pipeline.rejected.is_empty();
         let pipeline = outcome.checked.pipeline.filter(is_whole);
         let Some(plan) = outcome.checked.plan.filter(|_| pipeline.is_some()) else { continue };
         let said = pollster::block_on(dry_run.run(&Arc::new(plan)));
@@ -109,11 +109,11 @@ fn what_wgpu_refuses_of_random_pipelines_check_refuses() {
             _ => {}
         }
     }
-    println!("{passed} pass, {refused} are refused: {said_of:?}");
+    println!("{passed} pass, {rejected} are rejected: {said_of:?}");
     for (code, (count, _)) in &stricter {
-        println!("{code}: refused {count} times where wgpu takes the plan");
+        println!("{code}: rejected {count} times where wgpu takes the plan");
     }
-    assert!(passed > 50 && refused > 20, "{passed} pass, {refused} are refused");
+    assert!(passed > 50 && rejected > 20, "{passed} pass, {rejected} are rejected");
     wrong.sort_by_key(String::len);
     assert!(wrong.is_empty(), "{} of {passed}, the shortest:\n{}", wrong.len(), wrong[0]);
     let unargued = stricter.iter().filter(|(code, _)| STRICTER.iter().all(|(known, _)| known != *code));

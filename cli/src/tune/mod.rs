@@ -4,7 +4,7 @@
 //! positions of the scene, or the mean error of soft shadows. The method is CMA-ES (Hansen and Ostermeier; the crate
 //! `cmaes`) over coordinates between 0 and 1 (`space`), from the values at the start on; where it has converged it begins
 //! again around the best with twice as many candidates, until as many sets of values were tried as the budget says. Values
-//! that the pipeline refuses lose against all others. The same seed finds the same values on the same adapter.
+//! that the pipeline rejects lose against all others. The same seed finds the same values on the same adapter.
 //!
 //! A parameter that changes no pixel at the start, whatever its value, is left out until half of the budget is spent, and
 //! tried again around the best then; one that changes none there either is a finding.
@@ -29,7 +29,7 @@ use umbragraph_score::Rays;
 
 use self::space::Tuned;
 use self::table::Found;
-use self::trial::{Outcome, REFUSED, Subject, Trials};
+use self::trial::{Outcome, REJECTED, Subject, Trials};
 use crate::answer::answer;
 use crate::arguments::TuneArguments;
 use crate::device;
@@ -126,7 +126,7 @@ fn tune(
         limit: arguments.budget as usize,
         known: HashMap::new(),
         tried: Vec::new(),
-        refused: 0,
+        rejected: 0,
         is_stopped,
     };
     progress.begin("tune", u64::from(arguments.budget));
@@ -144,7 +144,7 @@ fn tune(
         return Err(Diagnostics::new());
     }
     let names = search.tuned.iter().map(|one| one.name.clone()).collect();
-    let found = Found::new(arguments, &graphics.name, names, search.tried, search.refused);
+    let found = Found::new(arguments, &graphics.name, names, search.tried, search.rejected);
     let found = found.ok_or_else(Diagnostics::new)?;
     let text = file::text(&found, arguments, session, &document)?;
     replace(&arguments.out, text)?;
@@ -183,13 +183,13 @@ struct Search<'a> {
     /// The losses of values that were tried, by how they are written.
     known: HashMap<String, f64>,
     tried: Vec<Tried>,
-    refused: u32,
+    rejected: u32,
     is_stopped: Arc<AtomicBool>,
 }
 
 impl Search<'_> {
     fn is_over(&self) -> bool {
-        let count = self.tried.len() + self.refused as usize;
+        let count = self.tried.len() + self.rejected as usize;
         count >= self.limit || self.is_stopped.load(Ordering::SeqCst)
     }
 
@@ -201,8 +201,8 @@ impl Search<'_> {
                 loss
             }
             Err(_) => {
-                self.refused += 1;
-                REFUSED
+                self.rejected += 1;
+                REJECTED
             }
         };
         self.known.insert(written(values), loss);
@@ -215,7 +215,7 @@ impl Search<'_> {
             return *known;
         }
         if self.is_over() {
-            return REFUSED;
+            return REJECTED;
         }
         let outcome = self.trials.run(values, progress);
         let loss = self.keep(values, outcome);

@@ -22,9 +22,9 @@ pub(super) struct Found {
     /// The names of the scenes' files.
     pub(super) scenes: Vec<String>,
     pub(super) measure: Measure,
-    /// Sets of values that were tried, and those of them that the pipeline refused.
+    /// Sets of values that were tried, and those of them that the pipeline rejected.
     pub(super) trials: usize,
-    pub(super) refused: usize,
+    pub(super) rejected: usize,
     budget: u32,
     pub(super) names: Vec<String>,
     pub(super) before: Tried,
@@ -40,7 +40,7 @@ impl Found {
         adapter: &str,
         names: Vec<String>,
         tried: Vec<Tried>,
-        refused: u32,
+        rejected: u32,
     ) -> Option<Self> {
         let (before, after) = (tried.first()?.clone(), best(&tried)?.clone());
         let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -48,8 +48,8 @@ impl Found {
             adapter: adapter.to_owned(),
             scenes: arguments.scene.iter().map(name).collect(),
             measure: arguments.measure,
-            trials: tried.len() + refused as usize,
-            refused: refused as usize,
+            trials: tried.len() + rejected as usize,
+            rejected: rejected as usize,
             budget: arguments.budget,
             names,
             before,
@@ -90,7 +90,7 @@ impl Answer for Found {
             json!({ "score": self.score(tried.outcome.loss), "texels": texels, "taps": taps, "values": values, "scenes": scenes })
         };
         json!({
-            "adapter": self.adapter, "trials": self.trials, "refused": self.refused, "score": self.score_name(),
+            "adapter": self.adapter, "trials": self.trials, "rejected": self.rejected, "score": self.score_name(),
             "before": tried(&self.before), "after": tried(&self.after),
             "pareto": self.pareto.iter().map(tried).collect::<Vec<_>>(),
         })
@@ -98,8 +98,8 @@ impl Answer for Found {
 
     fn text(&self) -> String {
         let mut text = format!("{} of {} sets of values tried", self.trials, self.budget);
-        if self.refused > 0 {
-            let _ = write!(text, ", {} of them refused by the pipeline", self.refused);
+        if self.rejected > 0 {
+            let _ = write!(text, ", {} of them rejected by the pipeline", self.rejected);
         }
         let _ =
             writeln!(text, ", on {}\n{:<28}{:>10}{:>10}", self.adapter, self.score_name(), "before", "after");

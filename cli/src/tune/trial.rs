@@ -23,8 +23,8 @@ use crate::render::Drawing;
 use crate::score::view::View;
 use crate::session::Session;
 
-/// The loss of values that the pipeline refuses: beyond that of any picture.
-pub(crate) const REFUSED: f64 = 2.0;
+/// The loss of values that the pipeline rejects: beyond that of any picture.
+pub(crate) const REJECTED: f64 = 2.0;
 
 /// A frame of a scene, and what is true of it.
 pub(crate) struct Subject<'r> {
@@ -74,7 +74,7 @@ impl Trials<'_> {
     /// Scores values.
     ///
     /// # Errors
-    /// Values that the pipeline refuses.
+    /// Values that the pipeline rejects.
     pub(crate) fn run(
         &mut self,
         values: &[(String, Value)],

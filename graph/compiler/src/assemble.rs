@@ -67,7 +67,7 @@ impl Assembly {
             programs: vec![program],
             broken_settings: Default::default(),
             gaps: Vec::new(),
-            refused: Default::default(),
+            rejected: Default::default(),
             uncertain: Default::default(),
             sources: Sources::default(),
         };

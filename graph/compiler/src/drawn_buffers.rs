@@ -1,6 +1,6 @@
 //! What a draw reads of vertex and index buffers: as many elements as it counts.
 //!
-//! WebGPU refuses a draw that counts more than its buffers hold. Of an indexed draw that are indices, and elements by
+//! WebGPU rejects a draw that counts more than its buffers hold. Of an indexed draw that are indices, and elements by
 //! instance; which vertices indices name is not known, and what lies beyond is cut off by the device.
 
 use crate::pipeline::LiveTarget;

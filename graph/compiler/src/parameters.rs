@@ -2,7 +2,7 @@
 //!
 //! A plan keeps, for each live setting, its expression with everything folded that no live parameter changes
 //! ([`PlannedSetting`]). When a parameter has changed, these are evaluated again, in the order of the passes, and held to
-//! what loading and planning hold them to. If one is refused, all parameters have the values again that they had before.
+//! what loading and planning hold them to. If one is rejected, all parameters have the values again that they had before.
 //!
 //! Cost: linear in the live settings of the plan, in frames in which a parameter has changed; nothing in others.
 //! Elements of lists are evaluated one by one, so that no list is allocated.
@@ -20,7 +20,7 @@ use super::planned::Plan;
 use super::values::{PackedBlock, Packing, pack_member};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes};
 use crate::expression::{self, Expression, Scope, Value};
-use crate::pipeline::{LiveSettings, LiveTarget, Pipeline, refused, whole_number};
+use crate::pipeline::{LiveSettings, LiveTarget, Pipeline, rejected, whole_number};
 use crate::source::Span;
 
 pub use settings::{PlannedParameter, PlannedSetting};
@@ -205,7 +205,7 @@ impl Parameters {
         };
         let (before, given) = (&mut self.values.list[at], &mut self.given[at]);
         assign(given);
-        if let Some((code, message, help)) = refused(name, &parameter.declaration, given, before) {
+        if let Some((code, message, help)) = rejected(name, &parameter.declaration, given, before) {
             given.clone_from(before);
             return Err(Diagnostic::error(code, parameter.place, message).help(help).into());
         }
@@ -224,7 +224,7 @@ impl Parameters {
                 continue;
             };
             let value = &before.values.list[from];
-            let fits = refused(name, &parameter.declaration, value, &self.values.list[at]).is_none();
+            let fits = rejected(name, &parameter.declaration, value, &self.values.list[at]).is_none();
             if before.is_set[from] && parameter.structural.is_none() && fits {
                 self.is_set[at] = true;
                 self.is_changed |= self.values.list[at] != *value;
@@ -308,7 +308,7 @@ impl Parameters {
         set: &mut dyn FnMut(usize, Changed<'_>),
         diagnostics: &mut Diagnostics,
     ) -> Option<()> {
-        let mut refuse = |code: Code, message: String, help: &str| {
+        let mut reject = |code: Code, message: String, help: &str| {
             let diagnostic = Diagnostic::error(code, setting.place, message);
             diagnostics.push(diagnostic.pointer(&setting.pointer).help(help));
             None
@@ -323,26 +323,26 @@ impl Parameters {
                 {
                     let spelling = member.layout.spelling();
                     let help = format!("the shader declares \"{}\" as {spelling}", member.name);
-                    return refuse(codes::EXPRESSION_TYPE, message, &help);
+                    return reject(codes::EXPRESSION_TYPE, message, &help);
                 }
                 set(at, Changed::Block(block));
             }
             PlannedTarget::Workgroups(axis, limit) => {
                 let Some(count) = whole_number(value, 0..=*limit) else {
                     let help = format!("whole numbers from 0 to {limit} are possible; ceil() rounds up");
-                    return refuse(codes::DISPATCH, format!("{value} is not a workgroup count"), &help);
+                    return reject(codes::DISPATCH, format!("{value} is not a workgroup count"), &help);
                 };
                 set(at, Changed::Workgroups(*axis, count));
             }
             PlannedTarget::Drawn(target, most) => {
                 let Some(count) = whole_number(value, 0..=u32::MAX) else {
                     let message = format!("{value} cannot be set here");
-                    return refuse(codes::OUT_OF_BOUNDS, message, "write a whole number from 0");
+                    return reject(codes::OUT_OF_BOUNDS, message, "write a whole number from 0");
                 };
                 if let Some((most, buffer)) = most.as_ref().filter(|(most, _)| u64::from(count) > *most) {
                     let message = format!("\"{buffer}\" has {most} of the {count} that are drawn of it");
                     let help = "make the buffer larger, or draw less";
-                    return refuse(codes::DEVICE_RULE, message, help);
+                    return reject(codes::DEVICE_RULE, message, help);
                 }
                 let is_count = *target == LiveTarget::Count;
                 set(at, if is_count { Changed::Count(count) } else { Changed::Instances(count) });
@@ -350,7 +350,7 @@ impl Parameters {
             PlannedTarget::Other(target) => match changed(*target, value) {
                 Ok(changed) => set(at, changed),
                 Err(help) => {
-                    return refuse(codes::OUT_OF_BOUNDS, format!("{value} cannot be set here"), help);
+                    return reject(codes::OUT_OF_BOUNDS, format!("{value} cannot be set here"), help);
                 }
             },
         }
@@ -365,7 +365,7 @@ impl Parameters {
             if let Some(declaration) = &following.declaration {
                 let name = following.name.rsplit('$').next().unwrap_or_default();
                 let before = &self.values.list[first + at];
-                if let Some((code, message, help)) = refused(name, declaration, &value, before) {
+                if let Some((code, message, help)) = rejected(name, declaration, &value, before) {
                     diagnostics.push(Diagnostic::error(code, following.place, message).help(help));
                     return None;
                 }

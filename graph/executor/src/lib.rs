@@ -213,10 +213,10 @@ impl Executor {
         let Instantiated { resources, plan, .. } = &mut self.instantiated;
         let fits = |name: &str, buffer: &wgpu::Buffer| inputs::check_buffer(plan, name, buffer).is_ok();
         resources.imports.go_on_from(&before.resources.imports, fits);
-        // Values that the other plan refuses are as it says them.
-        let refused = self.instantiated.apply_parameters();
+        // Values that the other plan rejects are as it says them.
+        let rejected = self.instantiated.apply_parameters();
         self.instantiated.cpu_passes.go_on_from(before.cpu_passes);
-        self.warnings.extend(refused.err().into_iter().flatten());
+        self.warnings.extend(rejected.err().into_iter().flatten());
         Ok(())
     }
 

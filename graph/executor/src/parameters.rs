@@ -133,7 +133,7 @@ impl Instantiated {
     /// Lets passes take over the parameters that have changed.
     ///
     /// # Errors
-    /// Values that loading or planning would refuse; the ones before hold then.
+    /// Values that loading or planning would reject; the ones before hold then.
     pub(super) fn apply_parameters(&mut self) -> Result<(), Diagnostics> {
         let Self { parameters, cpu_passes, passes, blocks, plan, kept, keepers, .. } = self;
         let mut set = |at: usize, changed: Changed<'_>| {

@@ -2,7 +2,7 @@
 //!
 //! WGSL forbids calls in which one variable is passed by two pointers, or passed by a pointer and used by the called
 //! function under its own name, where one of the two writes (<https://www.w3.org/TR/WGSL/#alias-analysis>). Browsers
-//! refuse such a module; naga does not look. Functions are gone through from the called to the callers: of each it is
+//! reject such a module; naga does not look. Functions are gone through from the called to the callers: of each it is
 //! known through which of its pointers it reads and writes, and which variables of the module. Variables are taken whole.
 
 use std::collections::HashMap;

@@ -58,7 +58,7 @@ pub fn compile(
     wgsl::with_stack(|| check(templates, template, &values, &rendered, profile))
 }
 
-/// The text of one variant, also where naga refuses it; `None` where the template does not render.
+/// The text of one variant, also where naga rejects it; `None` where the template does not render.
 pub fn generate(templates: &TemplateSet, template: &str, values: &AxisValues) -> Option<String> {
     let values = complete(templates, template, values).ok()?;
     let (source, _) =

@@ -6,7 +6,7 @@
 //! a thread with a stack of its own, because it descends recursively into nested text.
 //!
 //! Limits: in a browser a panic ends the module, since nothing unwinds there, and no thread has a deeper stack. Texts that
-//! nest too deep or grow too large are refused before naga sees them, there as elsewhere; what remains are defects of naga.
+//! nest too deep or grow too large are rejected before naga sees them, there as elsewhere; what remains are defects of naga.
 //! So a pipeline that a browser loads is checked where it is built (`umbragraph check`), which runs naga on each of its texts.
 
 use std::borrow::Cow;
@@ -52,7 +52,7 @@ pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<Mo
     })
 }
 
-/// What WGSL forbids and naga lets pass: browsers refuse it.
+/// What WGSL forbids and naga lets pass: browsers reject it.
 pub(crate) fn beyond_naga(module: &Module) -> Vec<Rejection> {
     let mut found = uniformity::found(module);
     found.extend(aliasing::found(module));

@@ -146,7 +146,7 @@ impl Realized<'_> {
             is_new |= self.works.insert(hasher.finish());
         }
         let mut own = Diagnostics::new();
-        if !is_new || !pipeline.gaps.is_empty() || !pipeline.refused.is_empty() {
+        if !is_new || !pipeline.gaps.is_empty() || !pipeline.rejected.is_empty() {
             return own;
         }
         let plan = compiled(pipeline, options.plan, sources, &mut own).plan;

@@ -64,7 +64,7 @@ pub use profiles::{claimed_profiles, profile_named};
 pub use program::{Program, ProgramBinding, ProgramVariant};
 pub use schema::{FileKind, schema, schema_of, schema_of_composed};
 pub use scope::StaticScope;
-pub use setting::{Feature, Parameter, refused};
+pub use setting::{Feature, Parameter, rejected};
 pub use subresource_range::{Aspect, IndexRange, SubresourceRange, canonical};
 pub use toggle::{Condition, Passthrough, Toggle, add_fallbacks};
 
@@ -114,7 +114,7 @@ pub struct Pipeline {
     /// The programs; a [`ProgramHandle`] is a position here.
     pub programs: Vec<Program>,
     /// The variants of templates that are no programs, because of diagnostics of their own.
-    pub refused: BTreeSet<(String, crate::shader::AxisValues)>,
+    pub rejected: BTreeSet<(String, crate::shader::AxisValues)>,
     /// Resources that a pass with diagnostics of its own mentions: nothing is known about who writes or reads them.
     pub uncertain: BTreeSet<ResourceHandle>,
     /// Parameters, features and derived values without a value, because of diagnostics of their own.

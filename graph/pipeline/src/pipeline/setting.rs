@@ -403,7 +403,7 @@ fn number(
 type Misfit = (Code, String, String);
 
 /// What is wrong with a value that a live parameter is given, of which `before` is one that is right.
-pub fn refused(
+pub fn rejected(
     name: &str,
     declaration: &ParameterDeclaration,
     value: &Value,

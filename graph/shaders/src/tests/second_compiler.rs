@@ -1,8 +1,8 @@
-//! What Chrome's compiler refuses we refuse: uniformity and aliasing, held against `tint` where it is installed.
+//! What Chrome's compiler rejects we reject: uniformity and aliasing, held against `tint` where it is installed.
 //!
 //! Modules drawn at random (`random_wgsl`), and the texts of the project's templates, as they are and mutated. No module
-//! that `tint` refuses for one of the two rules may pass here. What is refused here and passes there is counted, and has
-//! to be rare. Modules that one of the two refuses for other reasons are left out, and have to be rare as well.
+//! that `tint` rejects for one of the two rules may pass here. What is rejected here and passes there is counted, and has
+//! to be rare. Modules that one of the two rejects for other reasons are left out, and have to be rare as well.
 
 use std::collections::BTreeSet;
 use std::process::{Command, Stdio};
@@ -31,7 +31,7 @@ fn ours(text: &str) -> Option<Broken> {
     Some(errors.map(|found| rule(found.code)).collect())
 }
 
-/// The same of `tint`; `None` where it refuses the module for something else.
+/// The same of `tint`; `None` where it rejects the module for something else.
 fn theirs(text: &str, folder: &ScratchFolder) -> Option<Broken> {
     static NUMBER: AtomicUsize = AtomicUsize::new(0);
     let path = folder.join(format!("{}.wgsl", NUMBER.fetch_add(1, Ordering::Relaxed)));
@@ -55,7 +55,7 @@ fn theirs(text: &str, folder: &ScratchFolder) -> Option<Broken> {
 #[derive(Debug, Default)]
 struct Tally {
     compared: usize,
-    refused: usize,
+    rejected: usize,
     left_out: usize,
     missed: Vec<String>,
     too_strict: Vec<String>,
@@ -68,7 +68,7 @@ impl Tally {
             return;
         };
         self.compared += 1;
-        self.refused += usize::from(!theirs.is_empty());
+        self.rejected += usize::from(!theirs.is_empty());
         // It looks for aliases first, and goes no further where it finds some.
         let missed = theirs.difference(&ours).next().is_some();
         if missed {
@@ -80,9 +80,9 @@ impl Tally {
 
     fn report(&self, what: &str) {
         println!(
-            "{what}: {} compared, {} refused by tint, {} too strict here, {} left out",
+            "{what}: {} compared, {} rejected by tint, {} too strict here, {} left out",
             self.compared,
-            self.refused,
+            self.rejected,
             self.too_strict.len(),
             self.left_out
         );
@@ -106,7 +106,7 @@ fn is_installed() -> bool {
 const MODULES: u32 = 330;
 
 #[test]
-fn what_chrome_s_compiler_refuses_of_random_modules_is_refused() {
+fn what_chrome_s_compiler_rejects_of_random_modules_is_rejected() {
     if !is_installed() {
         return;
     }
@@ -121,9 +121,9 @@ fn what_chrome_s_compiler_refuses_of_random_modules_is_refused() {
     tally.report("random modules");
     assert!(tally.left_out * 20 < tally.compared, "{} left out", tally.left_out);
     assert!(
-        tally.refused * 5 > tally.compared && tally.refused * 5 < tally.compared * 4,
+        tally.rejected * 5 > tally.compared && tally.rejected * 5 < tally.compared * 4,
         "{}",
-        tally.refused
+        tally.rejected
     );
     assert!(tally.too_strict.len() * 50 < tally.compared, "{} too strict", tally.too_strict.len());
 }
@@ -155,7 +155,7 @@ fn mutated(text: &str, random: &mut Random) -> String {
 }
 
 #[test]
-fn what_chrome_s_compiler_refuses_of_the_templates_and_their_mutations_is_refused() {
+fn what_chrome_s_compiler_rejects_of_the_templates_and_their_mutations_is_rejected() {
     if !is_installed() {
         return;
     }
@@ -183,7 +183,11 @@ fn what_chrome_s_compiler_refuses_of_the_templates_and_their_mutations_is_refuse
     }
     tally.report("texts of templates");
     mutations.report("mutations of texts");
-    assert_eq!(tally.refused, 0, "a text is refused");
+    assert_eq!(tally.rejected, 0, "a text is rejected");
     assert!(tally.left_out * 20 <= tally.compared, "{} left out", tally.left_out);
-    assert!(mutations.compared > 60 && mutations.refused * 10 > mutations.compared, "{}", mutations.refused);
+    assert!(
+        mutations.compared > 60 && mutations.rejected * 10 > mutations.compared,
+        "{}",
+        mutations.rejected
+    );
 }

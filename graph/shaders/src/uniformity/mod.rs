@@ -2,7 +2,7 @@
 //!
 //! Derivatives, sampling with an implicit level, barriers, `workgroupUniformLoad` and subgroup operations have meaning
 //! only where all invocations of a quad, workgroup or subgroup come together. WGSL has an analysis that decides, from the
-//! text alone, whether they do (<https://www.w3.org/TR/WGSL/#uniformity>); a browser refuses a module that fails it. naga
+//! text alone, whether they do (<https://www.w3.org/TR/WGSL/#uniformity>); a browser rejects a module that fails it. naga
 //! looks at barriers and similar only, and not at fragment stages.
 //!
 //! Functions are gone through from the called to the callers. Of each a graph is made (`flow_graph`): which control flow
@@ -16,7 +16,7 @@
 //!
 //! Limits, besides those of WGSL's own analysis: naga takes no `@diagnostic` at blocks and statements. What a subgroup
 //! operation gives counts as different in each invocation, also where it is the same in the subgroup, so that a further one
-//! behind it is refused; that is stricter than `tint`.
+//! behind it is rejected; that is stricter than `tint`.
 
 mod expressions;
 mod flow_graph;

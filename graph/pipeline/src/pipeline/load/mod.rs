@@ -122,7 +122,7 @@ pub fn load(
         hosts: registry.hosts().clone(),
         resources: shared.resources,
         passes,
-        refused: shared.programs.rejected,
+        rejected: shared.programs.rejected,
         programs: shared.programs.list.into_iter().map(Arc::unwrap_or_clone).collect(),
         uncertain,
         broken_settings: settings.broken,
