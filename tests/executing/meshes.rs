@@ -119,6 +119,12 @@ fn a_live_count_beyond_the_buffers_is_rejected_and_the_frame_after_it_is_drawn()
             let wanted = format!("\\\"{buffer}\\\" has {most} of the {beyond} that are drawn of it");
             assert!(rejected.contains("UG0409") && rejected.contains(&wanted), "{rejected}");
         }
-        assert!(play(0).is_ok() && play(most).is_ok(), "{draw}");
+        let mut shown = |count: u32| {
+            assert!(play(count).is_ok(), "{draw}");
+            crate::stage::texels(&gpu, &target, 0)
+        };
+        let (none, all) = (shown(0), shown(most));
+        // Three vertices of one instance lie in one place, where nothing is seen of them.
+        assert!(none != all || draw.contains("instances"), "{draw}");
     }
 }

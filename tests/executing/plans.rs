@@ -1,5 +1,6 @@
 //! Plans that replace one another.
 
+use umbragraph::compiler::Plan;
 use umbragraph_test_support::gpu;
 
 use crate::common::gpu::import;
@@ -46,6 +47,25 @@ fn the_same_plan_again_creates_no_texture_and_no_pipeline() {
         )
     );
     show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
+}
+
+#[test]
+fn pipelines_are_kept_for_a_plan_that_comes_back_soon_and_created_again_for_one_that_comes_back_late() {
+    let Some(gpu) = gpu::device() else { return };
+    let one = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
+    let other = plan(&target(1), &fill("one", r#"{ "to": "target", "blend": "add" }"#, "[1, 0, 0, 1]"));
+    let mut executor = executor(&gpu, &one, None);
+    let mut created = |plans: &[&std::sync::Arc<Plan>]| {
+        let before = executor.statistics().pipelines;
+        for plan in plans {
+            executor.set_plan((*plan).clone(), None).expect("a plan");
+        }
+        executor.statistics().pipelines - before
+    };
+    assert_eq!(created(&[&other]), 1);
+    assert_eq!(created(&[&one, &other]), 0);
+    assert_eq!(created(&[&other; 8]), 0);
+    assert_eq!(created(&[&one]), 1);
 }
 
 #[test]
