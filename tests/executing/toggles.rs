@@ -34,6 +34,12 @@ fn filled(name: &str, common: &str, to: &str, color: &str) -> String {
     pass.replacen(": {", &format!(": {{ {common},"), 1)
 }
 
+/// Fills "second" with green, which has "first" as its fallback.
+fn effect() -> String {
+    let common = r#""toggle": "effect", "passthrough": { "second": "first" }"#;
+    filled("effect", common, r#"{ "to": "second" }"#, GREEN_FILL)
+}
+
 fn show(source: &str) -> String {
     format!(
         r#""show": {{ "fullscreen": {{ "shader": "show.wgsl.jinja", "bind": {{ "picture": "{source}" }},
@@ -80,12 +86,7 @@ fn a_copy_under_the_toggle_of_its_source_copies_though_the_fallback_is_in_no_pla
     let passes = [
         fill("back", r#"{ "to": "target" }"#, RED_FILL),
         fill("base", r#"{ "to": "first" }"#, RED_FILL),
-        filled(
-            "effect",
-            r#""toggle": "effect", "passthrough": { "second": "first" }"#,
-            r#"{ "to": "second" }"#,
-            GREEN_FILL,
-        ),
+        effect(),
         copy.to_owned(),
     ];
     let resources = [texture("first"), texture("second")].join(", ");
@@ -97,16 +98,7 @@ fn a_copy_under_the_toggle_of_its_source_copies_though_the_fallback_is_in_no_pla
 
 #[test]
 fn a_passed_through_effect_shows_the_fallback_back_and_forth_without_anything_new() {
-    let passes = [
-        fill("base", r#"{ "to": "first" }"#, RED_FILL),
-        filled(
-            "effect",
-            r#""toggle": "effect", "passthrough": { "second": "first" }"#,
-            r#"{ "to": "second" }"#,
-            GREEN_FILL,
-        ),
-        show("second"),
-    ];
+    let passes = [fill("base", r#"{ "to": "first" }"#, RED_FILL), effect(), show("second")];
     let plan = plan(
         r#""effect": { "default": true }"#,
         &[texture("first"), texture("second")].join(","),
@@ -182,12 +174,7 @@ fn two_ways_to_make_the_same_take_turns() {
 fn a_copy_takes_the_fallback() {
     let passes = [
         fill("base", r#"{ "to": "first" }"#, RED_FILL),
-        filled(
-            "effect",
-            r#""toggle": "effect", "passthrough": { "second": "first" }"#,
-            r#"{ "to": "second" }"#,
-            GREEN_FILL,
-        ),
+        effect(),
         r#""copy": { "copy": { "from": { "name": "second" }, "to": { "name": "target" } } }"#.to_owned(),
     ];
     let plan = plan(

@@ -72,9 +72,13 @@ impl Programs {
             let beyond = self.beyond(&program, place);
             if beyond.is_empty() { Ok(program) } else { Err(beyond) }
         });
-        let mut report =
-            |own: Vec<Diagnostic>| diagnostics.extend(own.into_iter().map(|one| one.pointer(pointer)));
-        let program = program.map_err(&mut report).ok()?;
+        let program = match program {
+            Ok(program) => program,
+            Err(own) => {
+                diagnostics.extend(own.into_iter().map(|diagnostic| diagnostic.pointer(pointer)));
+                return None;
+            }
+        };
         for excess in self.excess(&program) {
             let message = format!("the variants of {template} together bind {excess} in a stage");
             let help =
