@@ -46,7 +46,7 @@ pub(super) fn allocate(plan: &mut Plan, resolved: &ResolvedResources<'_>) {
     (plan.bytes_bound, plan.bytes_peak) = peak.finish();
     let Assignment { places, bytes } = assign(&requests);
     let mut created: Vec<Physical> = Vec::new();
-    let mut physical = vec![Physical::Host; pipeline.resources.len()];
+    let mut physical = vec![Physical::Blackboard; pipeline.resources.len()];
     for at in by_start(&requests) {
         let ((handle, descriptor), place) = (wanted[at], places[at]);
         let name = &pipeline.resource(handle).name;
@@ -58,7 +58,7 @@ pub(super) fn allocate(plan: &mut Plan, resolved: &ResolvedResources<'_>) {
         match created[place] {
             Physical::Texture(index) => append(&mut plan.textures[index].label, name),
             Physical::Buffer(index) => append(&mut plan.buffers[index].label, name),
-            Physical::Imported | Physical::Host => {}
+            Physical::Imported | Physical::Blackboard => {}
         }
     }
     plan.histories = history::plan(resolved, &physical);
@@ -68,7 +68,7 @@ pub(super) fn allocate(plan: &mut Plan, resolved: &ResolvedResources<'_>) {
         let lifetime = resource.lifetime();
         let texture = properties.texture();
         let physical = match resource.kind {
-            ResourceKind::Data(_) => Physical::Host,
+            ResourceKind::Data(_) => Physical::Blackboard,
             _ if lifetime == Lifetime::Imported => Physical::Imported,
             _ => physical[handle.index()],
         };

@@ -15,8 +15,8 @@ pub enum Physical {
     Buffer(usize),
     /// The host's own.
     Imported,
-    /// Data on the CPU.
-    Host,
+    /// Blackboard data, on the CPU.
+    Blackboard,
 }
 
 /// A texture to create.

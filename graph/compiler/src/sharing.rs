@@ -22,7 +22,7 @@ pub fn why_apart(plan: &Plan, first: &str, second: &str) -> Vec<String> {
     for (name, one) in [(first, a), (second, b)] {
         match (one.physical, one.lifetime) {
             (Physical::Imported, _) => reasons.push(format!("{name} is the host's own")),
-            (Physical::Host, _) => reasons.push(format!("{name} is data on the CPU")),
+            (Physical::Blackboard, _) => reasons.push(format!("{name} is data on the CPU")),
             (_, Lifetime::Transient) if one.conditional => reasons.push(format!(
                 "a toggle can switch off what writes {name} first, so it has memory of its own"
             )),

@@ -28,7 +28,7 @@ const MAX_STEPS: u32 = 64;
 pub(super) enum Size {
     Texture(TextureSize),
     Buffer(u64),
-    Host,
+    Blackboard,
 }
 
 #[derive(Clone, Copy)]
@@ -169,7 +169,7 @@ impl<'a> Sizes<'a> {
         let pipeline: &'a Pipeline = self.pipeline;
         let resource = pipeline.resource(handle);
         match &resource.kind {
-            ResourceKind::Data(_) => Some(Size::Host),
+            ResourceKind::Data(_) => Some(Size::Blackboard),
             ResourceKind::Broken => None,
             ResourceKind::Buffer(buffer) => {
                 let bytes = self.number(resource, &buffer.size, "/buffer/size")?;

@@ -43,7 +43,7 @@ pub struct PassReport {
     pub name: String,
     /// Its node kind.
     pub kind: String,
-    /// `host`, `draw`, `compute` or `copy`.
+    /// `cpu`, `draw`, `compute` or `copy`.
     pub work: String,
     /// Whether it runs: not culled.
     pub live: bool,
@@ -286,7 +286,7 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
         kind: pass.kind.clone(),
         work: match pass.work() {
             Work::Nothing => "nothing",
-            Work::Cpu(_) => "host",
+            Work::Cpu(_) => "cpu",
             Work::Render(_) => "draw",
             Work::Compute(_) => "compute",
             Work::Transfer(_) => "copy",
@@ -359,7 +359,7 @@ fn resources(plan: &Plan, sources: &Sources, columns: &[PassHandle]) -> Vec<Reso
             Some(Physical::Texture(index)) => format!("texture {index}"),
             Some(Physical::Buffer(index)) => format!("buffer {index}"),
             Some(Physical::Imported) => "imported".to_owned(),
-            Some(Physical::Host) => "host".to_owned(),
+            Some(Physical::Blackboard) => "blackboard".to_owned(),
             None => "nowhere".to_owned(),
         };
         let shared =

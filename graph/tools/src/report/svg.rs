@@ -35,7 +35,7 @@ text { font: 12px ui-sans-serif, system-ui, 'DejaVu Sans', sans-serif; fill: #1f
 .section { font-size: 10.5px; font-weight: 650; letter-spacing: .08em; fill: #7b8794 }
 .name { font-weight: 600 } .middle { text-anchor: middle } .end { text-anchor: end }
 .pass rect.body { fill: #fff; stroke: #cbd2d9 } .pass .strip { stroke: none }
-.host .strip { fill: #9b8afb } .draw .strip { fill: #2f80ed } .compute .strip { fill: #f2994a } .copy .strip { fill: #56b3a8 }
+.cpu .strip { fill: #9b8afb } .draw .strip { fill: #2f80ed } .compute .strip { fill: #f2994a } .copy .strip { fill: #56b3a8 }
 .culled { opacity: .45 } .culled rect.body { fill: #f0f1f3; stroke-dasharray: 4 3 } .culled .strip { fill: #9aa5b1 }
 .guide { stroke: #e4e7eb; stroke-width: 1 } .stripe { fill: #f7f9fb }
 .bar { rx: 7; stroke-width: 1.2 }
@@ -104,7 +104,7 @@ fn header(out: &mut String, report: &Report) {
     for (class, y, words) in [("title", 38, &report.pipeline), ("sub", 60, &counts), ("sub", 79, &bytes)] {
         let _ = writeln!(out, "{}", text(class, [24, y], words));
     }
-    for (at, word) in ["host", "draw", "compute", "copy"].into_iter().enumerate() {
+    for (at, word) in ["cpu", "draw", "compute", "copy"].into_iter().enumerate() {
         let x = LEGEND + 84 * at;
         let _ = writeln!(
             out,
@@ -291,7 +291,7 @@ fn is_created(one: &ResourceReport) -> bool {
 
 fn lanes(report: &Report) -> Vec<Lane<'_>> {
     let sections: [(&'static str, Belongs); 5] = [
-        ("BLACKBOARD DATA", |one| one.live && one.place == "host"),
+        ("BLACKBOARD DATA", |one| one.live && one.place == "blackboard"),
         ("IMPORTED", |one| one.live && one.place == "imported"),
         ("KEPT FROM FRAME TO FRAME", |one| is_created(one) && one.lifetime != Lifetime::Transient),
         ("TRANSIENT", |one| is_created(one) && one.lifetime == Lifetime::Transient),

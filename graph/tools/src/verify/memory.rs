@@ -96,7 +96,7 @@ impl Memory<'_> {
     fn check_place(&mut self, name: &str, planned: &PlannedResource, used: &Used) {
         let kind = &self.plan.pipeline.resource(planned.handle).kind;
         let right = match (kind, planned.lifetime, planned.physical) {
-            (ResourceKind::Data(_), _, Physical::Host) => true,
+            (ResourceKind::Data(_), _, Physical::Blackboard) => true,
             (ResourceKind::Data(_), ..) => false,
             (_, Lifetime::Imported, physical) => physical == Physical::Imported,
             (ResourceKind::Texture(_), _, Physical::Texture(_))
@@ -148,7 +148,7 @@ impl Memory<'_> {
                 }
                 return;
             }
-            Physical::Host => return,
+            Physical::Blackboard => return,
         };
         let Some((is_alike, has_usages)) = found else {
             let message = format!("\"{name}\" stands at {place}, which is not there");
@@ -276,7 +276,7 @@ impl Memory<'_> {
         let kept = self.spare.iter().filter_map(|place| match place {
             Physical::Texture(at) => plan.textures.get(*at).map(|texture| texture.bytes),
             Physical::Buffer(at) => plan.buffers.get(*at).map(|buffer| buffer.bytes),
-            Physical::Imported | Physical::Host => None,
+            Physical::Imported | Physical::Blackboard => None,
         });
         let kept: u64 = kept.sum();
         let apart: u64 = kept + plan.resources.values().filter(own).map(|planned| planned.bytes).sum::<u64>();

@@ -286,7 +286,7 @@ pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[SubgraphUse
         .map(|(other, _)| other.as_str());
     let text = match planned.physical {
         Physical::Imported => "the host's own".to_owned(),
-        Physical::Host => "data on the CPU".to_owned(),
+        Physical::Blackboard => "data on the CPU".to_owned(),
         Physical::Texture(index) | Physical::Buffer(index) => {
             let kind = if matches!(planned.physical, Physical::Texture(_)) { "texture" } else { "buffer" };
             match crate::diagnostic::list_of(shares) {
