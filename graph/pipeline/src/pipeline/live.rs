@@ -95,6 +95,8 @@ pub struct Constraint {
 pub(super) struct Dependence {
     /// For each name that expressions can see the parameters that it follows from.
     of: BTreeMap<String, BTreeSet<String>>,
+    /// The number of parameters.
+    parameters: usize,
     pub(super) structural: BTreeMap<String, Structural>,
     /// In an order in which each follows from parameters and those before it.
     pub(super) following: Vec<Following>,
@@ -102,7 +104,7 @@ pub(super) struct Dependence {
 
 impl Dependence {
     pub(super) fn new(parameters: &BTreeMap<String, Parameter>, derived: &BTreeMap<String, Derived>) -> Self {
-        let mut all = Self::default();
+        let mut all = Self { parameters: parameters.len(), ..Self::default() };
         all.of.extend(parameters.keys().map(|name| (name.clone(), BTreeSet::from([name.clone()]))));
         let mut derived: Vec<(&String, &Derived)> = derived.iter().collect();
         derived.sort_by_key(|(_, one)| one.rank);
@@ -137,6 +139,11 @@ impl Dependence {
     /// Whether one of the names follows from a parameter.
     pub(super) fn any<'n>(&self, names: impl IntoIterator<Item = &'n str>) -> bool {
         names.into_iter().any(|name| self.of.contains_key(name))
+    }
+
+    /// Whether every parameter is structural.
+    pub(super) fn is_settled(&self) -> bool {
+        self.structural.len() == self.parameters
     }
 
     /// Makes structural what names follow from.

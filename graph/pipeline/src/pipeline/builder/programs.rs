@@ -86,12 +86,12 @@ impl PassBuilder<'_> {
                 }
             }
         }
+        let (place, at) = (self.place(&shader_at), self.absolute(&shader_at));
         for axis in known.iter() {
             if values.contains_key(&axis.name) {
                 continue;
             }
             let name = Expression { range: 0..0, kind: ExpressionKind::Name(axis.name.clone()) };
-            let (place, at) = (self.place(&shader_at), self.absolute(&shader_at));
             self.shared.fix(&name, self.environment, place, &at);
             let value = self.environment.axis(&axis.name, &self.shared.scope);
             let value = value.as_ref().and_then(axis_value);

@@ -29,7 +29,7 @@ impl<'a> Expander<'a, '_> {
         let section = |name: &str| subgraph.value.entries_of(name);
         let with = entry.value.entries_of("with");
         let at = format!("{pointer}/with");
-        self.shared.fix_all(&entry.value, outer, pointer, false);
+        self.shared.fix_all(&entry.value, outer, &mut pointer.clone(), false);
         let mut inner = Environment {
             prefix: format!("{name}."),
             is_file: is_path(&subgraph.key),

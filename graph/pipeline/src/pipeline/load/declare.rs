@@ -74,7 +74,7 @@ fn declare_resources<'a>(
     shared.resources.reserve(resources.len());
     for instance in resources {
         let kind = declarations.resource(&instance);
-        shared.fix_all(&instance.entry.value, &instance.environment, &instance.pointer, true);
+        shared.fix_all(&instance.entry.value, &instance.environment, &mut instance.pointer.clone(), true);
         let resource = Resource {
             name: instance.name,
             place: instance.entry.key_span,
@@ -102,7 +102,7 @@ impl<'a> Passes<'a> {
             self.gaps.push(gap);
             return;
         }
-        shared.fix_all(&instance.entry.value, &instance.environment, &instance.pointer, false);
+        shared.fix_all(&instance.entry.value, &instance.environment, &mut instance.pointer.clone(), false);
         let Some(declared) = declarations.pass(instance) else {
             self.gaps.push(gap);
             return;

@@ -121,20 +121,25 @@ impl Shared {
         place: Span,
         pointer: &str,
     ) {
-        if !matches!(expression.kind, ExpressionKind::Literal(_)) {
+        if !self.dependence.is_settled() && !matches!(expression.kind, ExpressionKind::Literal(_)) {
             let names = environment.names(expression);
             self.dependence.fix(names.iter().map(String::as_str), place, pointer);
         }
     }
 
-    /// Makes structural what the expressions in a value follow from: those in braces, or all.
+    /// Makes structural what the expressions in a value follow from: those in braces, or all. `pointer` is as before in the
+    /// end.
     pub(in crate::pipeline) fn fix_all(
         &mut self,
         value: &document::Value,
         environment: &Environment,
-        pointer: &str,
+        pointer: &mut String,
         all: bool,
     ) {
+        if self.dependence.is_settled() {
+            return;
+        }
+        let length = pointer.len();
         match &value.kind {
             document::Kind::Text(text) => {
                 if text.contains('{') {
@@ -144,13 +149,20 @@ impl Shared {
                     self.fix(&expression, environment, value.span, pointer);
                 }
             }
-            document::Kind::Array(list) => list.iter().enumerate().for_each(|(at, item)| {
-                self.fix_all(item, environment, &format!("{pointer}/{at}"), all);
-            }),
-            document::Kind::Object(entries) => entries.iter().for_each(|entry| {
-                let pointer = document::pointer_join(pointer, &entry.key);
-                self.fix_all(&entry.value, environment, &pointer, all);
-            }),
+            document::Kind::Array(list) => {
+                for (at, item) in list.iter().enumerate() {
+                    document::pointer_push(pointer, &at.to_string());
+                    self.fix_all(item, environment, pointer, all);
+                    pointer.truncate(length);
+                }
+            }
+            document::Kind::Object(entries) => {
+                for entry in entries {
+                    document::pointer_push(pointer, &entry.key);
+                    self.fix_all(&entry.value, environment, pointer, all);
+                    pointer.truncate(length);
+                }
+            }
             _ => {}
         }
     }
