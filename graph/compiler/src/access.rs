@@ -25,6 +25,8 @@ pub(super) struct PassAccess<'a> {
     pub(super) writes: bool,
     pub(super) version: &'a Version,
     pub(super) one: &'a Access,
+    /// Its index among the accesses of the pass.
+    pub(super) at: usize,
 }
 
 /// The accesses of each resource, in the order of the passes. Diagnostics: a pass that reads what it writes.
@@ -34,7 +36,7 @@ pub(super) fn accesses<'a>(
 ) -> Vec<Vec<PassAccess<'a>>> {
     let mut accesses: Vec<Vec<PassAccess<'a>>> = vec![Vec::new(); pipeline.resources.len()];
     for handle in pipeline.pass_handles() {
-        for one in pipeline.pass(handle).accesses() {
+        for (at, one) in pipeline.pass(handle).accesses().iter().enumerate() {
             let list = &mut accesses[one.resource.index()];
             let own = list.iter().rev().take_while(|access| access.pass == handle);
             let mut known = false;
@@ -68,6 +70,7 @@ pub(super) fn accesses<'a>(
                     writes,
                     version: &one.version,
                     one,
+                    at,
                 });
             }
         }

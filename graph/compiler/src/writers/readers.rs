@@ -193,8 +193,7 @@ impl Builder<'_> {
             }
         }
         let declared = pipeline.resource(resource);
-        let at =
-            || pipeline.pass(reader.pass).accesses().iter().position(|one| std::ptr::eq(one, reader.one));
+        let partial = |left| PartialRead { reader: reader.pass, at: reader.at, left };
         let own_memory = match declared.declared_lifetime() {
             Lifetime::Transient => true,
             // Before this frame writes it, it holds what was left so long ago that it has no name any more.
@@ -206,8 +205,8 @@ impl Builder<'_> {
         } else if !needs {
             // What is between rows of texels is only told to who reads it.
             let unfilled = if written { open } else { vec![extents(reader.range)] };
-            if let Some(at) = at().filter(|_| !unfilled.is_empty()) {
-                self.partial.push(PartialRead { reader: reader.pass, at, left: Left::BetweenRows(unfilled) });
+            if !unfilled.is_empty() {
+                self.partial.push(partial(Left::BetweenRows(unfilled)));
             }
         } else {
             if !written {
@@ -219,7 +218,7 @@ impl Builder<'_> {
                 let writer = &list[writers.list[rank]];
                 let (reader, writer) = ((reader.pass, reader.one), (writer.pass, writer.one.place));
                 diagnostics.push(conditions::taken_away(pipeline, reader, writer, condition, ""));
-            } else if let Some(at) = at() {
+            } else {
                 toggled.sort_by_key(|(_, rank, _)| Reverse(*rank));
                 let toggled = toggled.into_iter().map(|(extents, rank, condition)| {
                     let writer = &list[writers.list[rank]];
@@ -228,7 +227,7 @@ impl Builder<'_> {
                 let toggled: Vec<_> = toggled.collect();
                 let toggled = (!toggled.is_empty()).then_some(Left::Toggled(toggled));
                 let left = left.into_iter().chain(toggled);
-                self.partial.extend(left.map(|left| PartialRead { reader: reader.pass, at, left }));
+                self.partial.extend(left.map(partial));
             }
         }
         let mut hazards = Hazards::new(reader.range, None);
