@@ -19,7 +19,7 @@ const ELSEWHERE: &[(&str, &[&str])] = &[
     ("cli/tests/render.rs", &["UG0809", "UG0810", "UG0811"]),
     ("cli/tests/score.rs", &["UG0812", "UG0813"]),
     ("cli/tests/tune.rs", &["UG0814"]),
-    ("cli/tests/check.rs", &["UG0220"]),
+    ("cli/tests/check/main.rs", &["UG0220"]),
     ("cli/tests/permutations/configurations.rs", &["UG0553"]),
     ("cli/tests/permutations/main.rs", &["UG0560", "UG0561", "UG0562"]),
     ("cli/tests/why.rs", &["UG0008"]),
