@@ -71,12 +71,9 @@ impl CpuPasses {
     pub fn go_on_from(&mut self, mut before: Self) {
         let (plan, old) = (&self.plan, &before.plan);
         for (run, planned) in self.runs.iter_mut().zip(&plan.passes) {
+            let Some(cpu) = cpu_work(plan, planned.handle) else { continue };
             let Some(at) = old.passes.iter().position(|old| old.name == planned.name) else { continue };
-            let (Some(cpu), Some(known)) =
-                (cpu_work(plan, planned.handle), cpu_work(old, old.passes[at].handle))
-            else {
-                continue;
-            };
+            let Some(known) = cpu_work(old, old.passes[at].handle) else { continue };
             let data = self.data.get_mut(cpu.output.resource.index()).and_then(Option::as_mut);
             let kept = before.data.get_mut(known.output.resource.index()).and_then(Option::as_mut);
             if let (Some(data), Some(kept)) = (data, kept)
