@@ -154,6 +154,8 @@ fn tree(text: &str) -> Duration {
 
 const TARGET: &str =
     r#""target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#;
+/// A parameter that may change from frame to frame, as most pipelines have.
+const LIVE: &str = r#""parameters": { "exposure": { "type": "f32", "default": 1 } }"#;
 const FIRST: &str = r#""shader": "gradient.wgsl.jinja""#;
 const NEXT: &str = r#""shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" }"#;
 
@@ -213,6 +215,6 @@ fn extended(count: usize) -> Files {
 
 fn pipeline_text(before: &str, resources: &str, passes: &str) -> Files {
     Files::from(format!(
-        "{{\n  \"format\": 1, \"name\": \"bench\",\n{before}  \"resources\": {{\n{resources}    {TARGET}\n  }},\n  \"passes\": {{\n{passes}\n  }}\n}}\n"
+        "{{\n  \"format\": 1, \"name\": \"bench\",\n{before}  {LIVE},\n  \"resources\": {{\n{resources}    {TARGET}\n  }},\n  \"passes\": {{\n{passes}\n  }}\n}}\n"
     ))
 }

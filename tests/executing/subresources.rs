@@ -5,7 +5,7 @@ use umbragraph_test_support::gpu;
 
 use crate::common::gpu::import;
 use crate::squares::{RED, Squares, square};
-use crate::stage::{color, draw, executor, fill, plan, show, target, texels};
+use crate::stage::{color, draw, executor, fill, plan, show, target, texels, try_plan_of_text};
 use crate::views::frame;
 
 const GREEN: [u8; 4] = [0, 255, 0, 255];
@@ -61,6 +61,31 @@ fn depth_and_stencil_of_one_texture_are_used_apart() {
     let depth = r#""depth": { "to": "mask", "clear": 1, "compare": "less-equal" },"#;
     let found = masked("depth24plus-stencil8", depth, r#""reference": 3, "front": { "compare": "equal" }"#);
     assert!(found.is_empty() || found == halves(GREEN, BLUE), "{found:?}");
+}
+
+#[test]
+fn a_stencil_is_cleared_to_what_a_parameter_says_now() {
+    let Some(gpu) = gpu::device() else { return };
+    let text = format!(
+        r#"{{ "format": 1, "name": "test",
+          "parameters": {{ "mark": {{ "type": "u32", "default": 0, "min": 0, "max": 255 }} }},
+          "resources": {{ {}, "mask": {{ "texture": {{ "format": "stencil8", "size": "viewport" }} }} }},
+          "passes": {{ {}, "marked": {{ "fullscreen": {{ "shader": "fill.wgsl.jinja",
+              "bind": {{ "settings": {{ "values": {{ "color": [0, 1, 0, 1] }} }} }},
+              "stencil": {{ "to": "mask", "clear": "mark", "reference": 3, "front": {{ "compare": "equal" }} }},
+              "color": [{{ "to": "target" }}] }} }} }} }}"#,
+        target(1),
+        fill("back", r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#, "[0, 0, 1, 1]"),
+    );
+    let plan = try_plan_of_text(text, 8).unwrap_or_else(|said| panic!("{said}"));
+    let mut executor = executor(&gpu, &plan, None);
+    let picture = import(&gpu, &plan, "target");
+    let mark = executor.parameter::<u32>("mark").expect("a live parameter");
+    for (value, wanted) in [(0, BLUE), (3, GREEN), (2, BLUE)] {
+        executor.set(mark, value).expect("a value");
+        show(&gpu, &mut executor, None, &picture, &frame(&[]));
+        assert_eq!(color(&gpu, &picture, 0), wanted, "cleared to {value}");
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use crate::work::PassHandle;
 #[derive(Clone, Debug)]
 pub(super) struct PartialRead {
     pub(super) reader: PassHandle,
-    /// The position of the use in its pass.
+    /// The index of the access among those of its pass.
     pub(super) at: usize,
     pub(super) left: Left,
 }

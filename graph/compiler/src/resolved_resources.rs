@@ -370,3 +370,23 @@ fn scrolls(pipeline: &Pipeline, texture: ResourceHandle, wants: &format::FormatR
         scrolls && render.depth.as_ref().is_some_and(|depth| depth.to.resource == texture)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_texture_has_the_bytes_of_all_its_mips_layers_and_samples() {
+        let bytes = |format, [width, height, layers, mips, samples]: [u32; 5], volume| {
+            let size = TextureSize { width, height, layers, mips, samples };
+            let usages = TextureUsages::empty();
+            texture_bytes(&TextureProperties { format, size, volume, usages, view_format: None })
+        };
+        let [layered, volume] =
+            [false, true].map(|volume| bytes(TextureFormat::Rgba8Unorm, [8, 6, 4, 3, 1], volume));
+        assert_eq!(layered, 4 * 4 * (8 * 6 + 4 * 3 + 2));
+        assert_eq!(volume, 4 * (8 * 6 * 4 + 4 * 3 * 2 + 2));
+        assert_eq!(bytes(TextureFormat::Bc1RgbaUnorm, [10, 4, 1, 2, 1], false), 8 * (3 + 2));
+        assert_eq!(bytes(TextureFormat::Depth32Float, [8, 8, 1, 1, 4], false), 4 * 64 * 4);
+    }
+}

@@ -2,7 +2,7 @@
 //!
 //! A pass depends on the features and parameters that its text mentions outside of `bind`, or for which a template that
 //! it names has an axis; and on those of what it refers to: of resources and subgraphs, and of these of theirs; of a
-//! pass that it names, or with which it shares the name of data that one of them publishes. Data passes through host
+//! pass that it names, or with which it shares the name of data that one of them publishes. Data passes through CPU
 //! passes, those without a shader, however many.
 //!
 //! The document is one in which derived values are inlined ([`crate::pipeline::inlined`]): a template with an axis of the
@@ -123,7 +123,7 @@ mod tests {
           "resources": { "wide": { "texture": { "format": "f ? 'a' : 'b'" } }, "narrow": { "texture": { "size": "wide" } } },
           "subgraphs": { "blur": { "passes": { "x": { "compute": { "shader": "axes.wgsl.jinja", "when": "g" } } } } },
           "passes": {
-            "fit": { "host": { "to": "sun", "count": "h" } },
+            "fit": { "cpu": { "to": "sun", "count": "h" } },
             "draw": { "draw": { "shader": "plain.wgsl.jinja", "bind": { "sun": "sun", "s": { "values": { "x": "i" } } } } },
             "read": { "draw": { "shader": "plain.wgsl.jinja", "bind": { "image": "narrow" } } },
             "smooth": { "use": "blur", "with": { "a": "j" } },

@@ -319,7 +319,7 @@ impl<'a, 's> Expander<'a, 's> {
         environment: &Environment,
     ) -> Option<Value> {
         if let Ok(expression) = expression_of(value) {
-            self.shared.fix(&expression, environment, value.span, pointer);
+            self.shared.fix(&expression, environment, value.span, &pointer);
         }
         self.evaluate(value, pointer, environment)
     }

@@ -11,6 +11,7 @@
 //! Limits: no data flow; what one branch alone needs counts for the whole expression.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
 use super::{Derived, Parameter};
 use crate::expression::{Expression, ExpressionKind, Value};
@@ -147,11 +148,16 @@ impl Dependence {
     }
 
     /// Makes structural what names follow from.
-    pub(super) fn fix<'n>(&mut self, names: impl IntoIterator<Item = &'n str>, place: Span, pointer: &str) {
+    pub(super) fn fix<'n>(
+        &mut self,
+        names: impl IntoIterator<Item = &'n str>,
+        place: Span,
+        pointer: &dyn fmt::Display,
+    ) {
         for name in names {
             for parameter in self.of.get(name).into_iter().flatten() {
                 if !self.structural.contains_key(parameter) {
-                    let pointer = pointer.to_owned();
+                    let pointer = pointer.to_string();
                     self.structural.insert(parameter.clone(), Structural { place, pointer });
                 }
             }

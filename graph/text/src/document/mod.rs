@@ -19,7 +19,7 @@ mod syntax;
 pub use decode::decode_entries;
 pub(crate) use keys::Keys;
 pub use parse::parse;
-pub use pointer::{Pointer, pointer_join, pointer_push};
+pub use pointer::{Pointer, pointer_join};
 
 use crate::source::Span;
 

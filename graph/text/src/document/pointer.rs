@@ -51,15 +51,10 @@ impl From<&Pointer<'_>> for String {
 pub fn pointer_join(pointer: &str, key: &str) -> String {
     let mut joined = String::with_capacity(pointer.len() + 1 + key.len());
     joined.push_str(pointer);
-    pointer_push(&mut joined, key);
-    joined
-}
-
-/// Makes a pointer that of a member.
-pub fn pointer_push(pointer: &mut String, key: &str) {
-    pointer.push('/');
+    joined.push('/');
     // Writing to a string does not fail.
-    let _ = escaped(key, pointer);
+    let _ = escaped(key, &mut joined);
+    joined
 }
 
 fn escaped(key: &str, text: &mut impl fmt::Write) -> fmt::Result {

@@ -43,7 +43,7 @@ pub struct PassReport {
     pub name: String,
     /// Its node kind.
     pub kind: String,
-    /// `cpu`, `draw`, `compute` or `copy`.
+    /// `cpu`, `draw`, `compute`, `copy` or `nothing`.
     pub work: String,
     /// Whether it runs: not culled.
     pub live: bool,
@@ -106,7 +106,8 @@ pub struct ResourceReport {
     pub description: String,
     /// Its bytes.
     pub bytes: u64,
-    /// The physical resource, such as `texture 3`; resources with the same words share memory.
+    /// The physical resource, such as `texture 3`; resources with the same words share memory. Else `imported`,
+    /// `blackboard`, or `nowhere` for what the plan leaves out.
     pub place: String,
     /// The other resources at the same place.
     pub shares_with: Vec<String>,

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::{Evaluate, PassBuilder};
 use crate::diagnostic::{Code, Diagnostic, codes};
-use crate::expression::{Expression, ExpressionError, ExpressionKind, UnknownName, Value};
+use crate::expression::{Expression, ExpressionError, UnknownName, Value};
 use crate::language::Expr;
 use crate::pipeline::expression_diagnostic::expression_diagnostic;
 use crate::pipeline::live::{LiveSetting, LiveTarget, names};
@@ -96,8 +96,10 @@ impl PassBuilder<'_> {
         let expression = self.parse(expr)?;
         let environment = self.environment;
         match self.target {
-            None if matches!(expression.kind, ExpressionKind::Literal(_)) => {}
-            None => self.shared.fix(&expression, environment, self.place(pointer), &self.absolute(pointer)),
+            None => {
+                let place = self.place(pointer);
+                self.shared.fix(&expression, environment, place, &format_args!("{}{pointer}", self.pointer));
+            }
             Some(target) => {
                 let closed = environment.close_live(&expression, &|name| self.shared.find(name).is_some());
                 // A node is given all of its settings.

@@ -86,13 +86,13 @@ impl PassBuilder<'_> {
                 }
             }
         }
-        let (place, at) = (self.place(&shader_at), self.absolute(&shader_at));
+        let place = self.place(&shader_at);
         for axis in known.iter() {
             if values.contains_key(&axis.name) {
                 continue;
             }
             let name = Expression { range: 0..0, kind: ExpressionKind::Name(axis.name.clone()) };
-            self.shared.fix(&name, self.environment, place, &at);
+            self.shared.fix(&name, self.environment, place, &format_args!("{}{shader_at}", self.pointer));
             let value = self.environment.axis(&axis.name, &self.shared.scope);
             let value = value.as_ref().and_then(axis_value);
             values.extend(value.map(|value| (axis.name.clone(), value)));
@@ -107,7 +107,6 @@ impl PassBuilder<'_> {
         if !fine {
             return None;
         }
-        let place = self.place(&shader_at);
         let entry_points = entry_points.clone();
         let chosen = Chosen { template: template.to_owned(), axes: values, properties, entry_points };
         self.shared.programs.modules.want(self.name, &chosen, place);

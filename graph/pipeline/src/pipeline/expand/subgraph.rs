@@ -13,7 +13,7 @@ use std::sync::Arc;
 use super::{Expander, Gap, expression_of, gap};
 use crate::compose::is_path;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, suggested_name};
-use crate::document::{self, Entry, Kind, pointer_join};
+use crate::document::{self, Entry, Kind, Pointer, pointer_join};
 use crate::expression::{Expression, Value};
 use crate::language::{ParameterDeclaration, ParameterType, Reference};
 use crate::pipeline::environment::{Environment, Given, Input};
@@ -29,7 +29,7 @@ impl<'a> Expander<'a, '_> {
         let section = |name: &str| subgraph.value.entries_of(name);
         let with = entry.value.entries_of("with");
         let at = format!("{pointer}/with");
-        self.shared.fix_all(&entry.value, outer, &mut pointer.clone(), false);
+        self.shared.fix_all(&entry.value, outer, &Pointer::Text(pointer), false);
         let mut inner = Environment {
             prefix: format!("{name}."),
             is_file: is_path(&subgraph.key),

@@ -6,7 +6,7 @@ use super::Shared;
 use super::declared::{Declarations, Declared};
 use super::sound::Broken;
 use crate::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
-use crate::document::{Document, Entry, pointer_join};
+use crate::document::{Document, Entry, Pointer, pointer_join};
 use crate::node::Registry;
 use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::expand::Expander;
@@ -74,7 +74,7 @@ fn declare_resources<'a>(
     shared.resources.reserve(resources.len());
     for instance in resources {
         let kind = declarations.resource(&instance);
-        shared.fix_all(&instance.entry.value, &instance.environment, &mut instance.pointer.clone(), true);
+        shared.fix_all(&instance.entry.value, &instance.environment, &Pointer::Text(&instance.pointer), true);
         let resource = Resource {
             name: instance.name,
             place: instance.entry.key_span,
@@ -102,7 +102,12 @@ impl<'a> Passes<'a> {
             self.gaps.push(gap);
             return;
         }
-        shared.fix_all(&instance.entry.value, &instance.environment, &mut instance.pointer.clone(), false);
+        shared.fix_all(
+            &instance.entry.value,
+            &instance.environment,
+            &Pointer::Text(&instance.pointer),
+            false,
+        );
         let Some(declared) = declarations.pass(instance) else {
             self.gaps.push(gap);
             return;

@@ -1,6 +1,7 @@
 //! The state that all passes of one pipeline share while they are declared.
 
 use std::collections::{BTreeMap, HashMap};
+use std::fmt;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -8,7 +9,7 @@ use super::VIEWPORT;
 use super::programs::Programs;
 use crate::data::ValueType;
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::document;
+use crate::document::{self, Pointer};
 use crate::expression::{
     Expression, ExpressionError, ExpressionKind, Scope as _, Value, parse, unknown_name,
 };
@@ -119,7 +120,7 @@ impl Shared {
         expression: &Expression,
         environment: &Environment,
         place: Span,
-        pointer: &str,
+        pointer: &dyn fmt::Display,
     ) {
         if !self.dependence.is_settled() && !matches!(expression.kind, ExpressionKind::Literal(_)) {
             let names = environment.names(expression);
@@ -127,19 +128,17 @@ impl Shared {
         }
     }
 
-    /// Makes structural what the expressions in a value follow from: those in braces, or all. `pointer` is as before in the
-    /// end.
+    /// Makes structural what the expressions in a value follow from: those in braces, or all.
     pub(in crate::pipeline) fn fix_all(
         &mut self,
         value: &document::Value,
         environment: &Environment,
-        pointer: &mut String,
+        pointer: &Pointer<'_>,
         all: bool,
     ) {
         if self.dependence.is_settled() {
             return;
         }
-        let length = pointer.len();
         match &value.kind {
             document::Kind::Text(text) => {
                 if text.contains('{') {
@@ -149,20 +148,12 @@ impl Shared {
                     self.fix(&expression, environment, value.span, pointer);
                 }
             }
-            document::Kind::Array(list) => {
-                for (at, item) in list.iter().enumerate() {
-                    document::pointer_push(pointer, &at.to_string());
-                    self.fix_all(item, environment, pointer, all);
-                    pointer.truncate(length);
-                }
-            }
-            document::Kind::Object(entries) => {
-                for entry in entries {
-                    document::pointer_push(pointer, &entry.key);
-                    self.fix_all(&entry.value, environment, pointer, all);
-                    pointer.truncate(length);
-                }
-            }
+            document::Kind::Array(list) => list.iter().enumerate().for_each(|(at, item)| {
+                self.fix_all(item, environment, &pointer.element(at), all);
+            }),
+            document::Kind::Object(entries) => entries.iter().for_each(|entry| {
+                self.fix_all(&entry.value, environment, &pointer.key(&entry.key), all);
+            }),
             _ => {}
         }
     }
