@@ -107,3 +107,15 @@ fn loops_of_many_rounds_are_no_hairball() {
     let picture = draw(&report, GraphFormat::Svg, None);
     assert_eq!(picture.matches("data-from=").count(), 1);
 }
+
+#[test]
+fn cpu_passes_have_a_colour_and_their_data_a_lane() {
+    let outcome = check_file("pipelines/nebula.json", &With::default());
+    let graph = outcome.checked.graph.as_ref().expect("a graph");
+    let picture = draw(&Report::new(outcome.plan(), graph, &outcome.sources), GraphFormat::Svg, None);
+    assert!(picture.contains(">BLACKBOARD DATA<"));
+    for work in ["cpu", "draw"] {
+        assert!(picture.contains(&format!("class=\"pass {work}\"")), "no pass of {work}");
+        assert!(picture.contains(&format!(".{work} .strip {{ fill:")), "no colour of {work}");
+    }
+}
