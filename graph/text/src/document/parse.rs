@@ -31,6 +31,9 @@ const MAX_VALUES: usize = 1_500_000;
 /// Where a text has more values than are read, counted by what begins or parts them outside of strings: a scan of a
 /// hundredth of a second, where the tree of such a text would take seconds and gigabytes.
 fn beyond_the_values(text: &str) -> Option<usize> {
+    if text.len() <= MAX_VALUES {
+        return None;
+    }
     let (mut count, mut in_string, mut is_escaped) = (0, false, false);
     for (at, byte) in text.bytes().enumerate() {
         match byte {
