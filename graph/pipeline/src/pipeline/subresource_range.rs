@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::Usage;
 
-use crate::language::{TextureDeclaration, format_name, parse_format};
+use crate::language::{TextureDeclaration, parse_format};
 
 /// Successive mip levels, layers or bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
@@ -144,10 +144,8 @@ impl std::fmt::Display for SubresourceRange {
 
 /// The subresource range as the compiler tells ranges apart: depth and stencil only where the format may have both.
 pub fn canonical(texture: &TextureDeclaration, range: SubresourceRange, usage: Usage) -> SubresourceRange {
-    let both = texture.format.names().iter().filter_map(|name| parse_format(name)).any(|format| {
-        let name = format_name(format);
-        name.starts_with("depth") && format.has_stencil_aspect()
-    });
+    let mut formats = texture.format.names().iter().filter_map(|name| parse_format(name));
+    let both = formats.any(|format| format.is_combined_depth_stencil_format());
     let aspect = match (usage.aspect(), range.aspect) {
         _ if !both => Aspect::All,
         (Aspect::All, Aspect::All) if usage == Usage::Sampled => Aspect::DepthOnly,

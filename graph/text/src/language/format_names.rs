@@ -5,6 +5,8 @@
 use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::Deserialize as _;
+use serde::de::value::{Error as ValueError, StrDeserializer};
 use wgpu_types::TextureFormat;
 
 use crate::diagnostic::{Diagnostic, codes};
@@ -29,7 +31,7 @@ impl JsonSchema for FormatName {
 
 /// A texture format by its WebGPU name.
 pub fn parse_format(name: &str) -> Option<TextureFormat> {
-    serde_json::from_value(name.into()).ok()
+    TextureFormat::deserialize(StrDeserializer::<ValueError>::new(name)).ok()
 }
 
 /// The WebGPU name of a format.
