@@ -16,7 +16,6 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::live::names;
 use super::load::VIEWPORT;
 use super::version::Version;
 use crate::diagnostic::{Diagnostic, codes};
@@ -219,20 +218,19 @@ impl Environment {
         Inside { environment: self, is_resource: &|_| false, scope }
     }
 
-    /// The names outside that the value of an expression here follows from.
-    pub(super) fn names(&self, expression: &Expression) -> Vec<String> {
-        let outside = |name: &str| match self.locals.contains_key(name) {
-            true => self.following.get(name).cloned(),
-            false => Some(self.close_name(name, &|_| false).into_owned()),
-        };
-        names(expression).into_iter().filter_map(outside).collect()
+    /// The name outside that the value of a name here follows from.
+    pub(super) fn followed<'a>(&'a self, name: &'a str) -> Option<&'a str> {
+        match self.locals.contains_key(name) {
+            true => self.following.get(name).map(String::as_str),
+            false => self.sees(name).then_some(name),
+        }
     }
 
-    /// The same of the expressions in braces of a reference.
-    pub(super) fn names_of_reference(&self, text: &str) -> Vec<String> {
-        let inner = text.split('{').skip(1).filter_map(|rest| rest.split('}').next());
-        let parsed = inner.filter_map(|inner| expression::parse(inner).ok());
-        parsed.flat_map(|expression| self.names(&expression)).collect()
+    /// Whether a name that is neither a local nor a resource is what it is outside.
+    fn sees(&self, name: &str) -> bool {
+        let head = name.split_once('.').map_or(name, |(head, _)| head);
+        // What stands for an input that is misgiven is not what has its name outside.
+        VIEWPORT.contains(&name) || !self.is_file && !self.inputs.contains_key(head)
     }
 
     /// The same expression with names as they are outside. `is_resource` says of a name outside whether it is one.
@@ -264,9 +262,7 @@ impl Environment {
         let outside = self.resource(head);
         let is_input = self.inputs.contains_key(head);
         if !(is_input || outside != head) || !is_resource(&outside) {
-            // What stands for an input that is misgiven is not what has its name outside.
-            let is_seen = VIEWPORT.contains(&name) || !is_input && !self.is_file;
-            return if is_seen { name.into() } else { format!("{UNSEEN}{name}").into() };
+            return if self.sees(name) { name.into() } else { format!("{UNSEEN}{name}").into() };
         }
         match tail {
             None => outside.into_owned().into(),

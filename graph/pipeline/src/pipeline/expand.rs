@@ -24,6 +24,7 @@ use std::sync::Arc;
 use super::environment::Environment;
 use super::expression_diagnostic::expression_diagnostic;
 use super::instance::Instance;
+use super::live::Structural;
 use super::load::{Shared, name_diagnostic};
 use crate::compose::is_path;
 use crate::diagnostic::{Code, Diagnostic, codes};
@@ -319,7 +320,8 @@ impl<'a, 's> Expander<'a, 's> {
         environment: &Environment,
     ) -> Option<Value> {
         if let Ok(expression) = expression_of(value) {
-            self.shared.fix(&expression, environment, value.span, &pointer);
+            let at = || Structural { place: value.span, pointer: pointer.to_owned() };
+            self.shared.fix(&expression, environment, &at);
         }
         self.evaluate(value, pointer, environment)
     }

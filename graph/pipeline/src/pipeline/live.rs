@@ -11,7 +11,6 @@
 //! Limits: no data flow; what one branch alone needs counts for the whole expression.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 
 use super::{Derived, Parameter};
 use crate::expression::{Expression, ExpressionKind, Value};
@@ -147,19 +146,11 @@ impl Dependence {
         self.structural.len() == self.parameters
     }
 
-    /// Makes structural what names follow from.
-    pub(super) fn fix<'n>(
-        &mut self,
-        names: impl IntoIterator<Item = &'n str>,
-        place: Span,
-        pointer: &dyn fmt::Display,
-    ) {
-        for name in names {
-            for parameter in self.of.get(name).into_iter().flatten() {
-                if !self.structural.contains_key(parameter) {
-                    let pointer = pointer.to_string();
-                    self.structural.insert(parameter.clone(), Structural { place, pointer });
-                }
+    /// Makes structural what a name follows from, because of what stands at a place.
+    pub(super) fn fix(&mut self, name: &str, at: &dyn Fn() -> Structural) {
+        for parameter in self.of.get(name).into_iter().flatten() {
+            if !self.structural.contains_key(parameter) {
+                self.structural.insert(parameter.clone(), at());
             }
         }
     }

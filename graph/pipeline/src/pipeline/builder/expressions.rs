@@ -7,7 +7,7 @@ use crate::diagnostic::{Code, Diagnostic, codes};
 use crate::expression::{Expression, ExpressionError, UnknownName, Value};
 use crate::language::Expr;
 use crate::pipeline::expression_diagnostic::expression_diagnostic;
-use crate::pipeline::live::{LiveSetting, LiveTarget, names};
+use crate::pipeline::live::{LiveSetting, LiveTarget, Structural, names};
 use crate::work::Deferred;
 
 impl Evaluate for PassBuilder<'_> {
@@ -75,10 +75,10 @@ impl PassBuilder<'_> {
             Ok(expression)
         });
         let expression = parsed.map_err(|error| self.expression_error(&error, pointer)).ok()?;
-        let (place, absolute) = (self.place(pointer), self.absolute(pointer));
         if self.target.is_none() {
-            self.shared.fix(&expression, self.environment, place, &absolute);
+            self.fix(&expression, pointer);
         }
+        let (place, absolute) = (self.place(pointer), self.absolute(pointer));
         let expression = if self.environment.is_top() {
             Rc::unwrap_or_clone(expression)
         } else {
@@ -92,16 +92,21 @@ impl PassBuilder<'_> {
         Some(Deferred { expression, place, pointer: absolute })
     }
 
-    pub(super) fn evaluate(&mut self, expr: &Expr, pointer: &str) -> Result<Value, ExpressionError> {
+    fn evaluate(&mut self, expr: &Expr, pointer: &str) -> Result<Value, ExpressionError> {
         let expression = self.parse(expr)?;
+        self.evaluate_parsed(&expression, pointer)
+    }
+
+    pub(super) fn evaluate_parsed(
+        &mut self,
+        expression: &Expression,
+        pointer: &str,
+    ) -> Result<Value, ExpressionError> {
         let environment = self.environment;
         match self.target {
-            None => {
-                let place = self.place(pointer);
-                self.shared.fix(&expression, environment, place, &format_args!("{}{pointer}", self.pointer));
-            }
+            None => self.fix(expression, pointer),
             Some(target) => {
-                let closed = environment.close_live(&expression, &|name| self.shared.find(name).is_some());
+                let closed = environment.close_live(expression, &|name| self.shared.find(name).is_some());
                 // A node is given all of its settings.
                 if target == LiveTarget::Node || self.shared.dependence.any(names(&closed)) {
                     let (place, absolute) = (self.place(pointer), self.absolute(pointer));
@@ -112,20 +117,21 @@ impl PassBuilder<'_> {
             }
         }
         let shared = &*self.shared;
-        environment.evaluate(&expression, &|name| shared.find(name).is_some(), &shared.scope)
+        environment.evaluate(expression, &|name| shared.find(name).is_some(), &shared.scope)
     }
 
-    /// The parsed expression; what many instances share is parsed once.
-    fn parse(&mut self, expr: &Expr) -> Result<Rc<Expression>, ExpressionError> {
-        let Some(text) = expr.0.as_str().filter(|_| !self.environment.is_top()) else {
-            return expr.parse().map(Rc::new);
-        };
-        if let Some(known) = self.shared.expressions.get(text) {
-            return Ok(known.clone());
+    /// Makes structural what an expression follows from, because of a setting.
+    fn fix(&mut self, expression: &Expression, pointer: &str) {
+        let (settings, above) = (self.settings, &self.pointer);
+        let at = || Structural { place: settings.nearest(pointer).span, pointer: [above, pointer].concat() };
+        self.shared.fix(expression, self.environment, &at);
+    }
+
+    pub(super) fn parse(&mut self, expr: &Expr) -> Result<Rc<Expression>, ExpressionError> {
+        match expr.0.as_str() {
+            Some(text) => self.shared.parse(text),
+            None => expr.parse().map(Rc::new),
         }
-        let parsed = Rc::new(expr.parse()?);
-        self.shared.expressions.insert(text.to_owned(), parsed.clone());
-        Ok(parsed)
     }
 
     pub(super) fn expression_error(&mut self, error: &ExpressionError, pointer: &str) {

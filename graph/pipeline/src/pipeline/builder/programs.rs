@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use super::{Evaluate, PassBuilder};
 use crate::diagnostic::{Diagnostic, codes, suggested_name};
 use crate::document;
-use crate::expression::{Expression, ExpressionKind, Value};
+use crate::expression::{ExpressionKind, Value};
 use crate::language::Expr;
+use crate::pipeline::live::Structural;
 use crate::pipeline::load::Shared;
 use crate::pipeline::modules::{Chosen, EntryPoints};
 use crate::shader::{self, Axis, AxisKind, AxisValue, AxisValues};
@@ -53,14 +54,16 @@ impl PassBuilder<'_> {
                 fine = false;
                 continue;
             };
-            match self.evaluate(expr, &at()) {
-                Ok(value) => match axis_value(&value) {
+            let parsed = self.parse(expr);
+            let result = parsed.and_then(|parsed| Ok((self.evaluate_parsed(&parsed, &at())?, parsed)));
+            match result {
+                Ok((value, parsed)) => match axis_value(&value) {
                     Some(value) if !axis.kind.contains(&value) => {
                         self.axis_value_error(template, axis, &value, &at());
                         fine = false;
                     }
                     Some(value) => {
-                        if expr.parse().is_ok_and(|each| matches!(each.kind, ExpressionKind::Literal(_))) {
+                        if matches!(parsed.kind, ExpressionKind::Literal(_)) {
                             self.fixed.insert(name.clone(), value.clone());
                         }
                         values.insert(name.clone(), value);
@@ -91,8 +94,8 @@ impl PassBuilder<'_> {
             if values.contains_key(&axis.name) {
                 continue;
             }
-            let name = Expression { range: 0..0, kind: ExpressionKind::Name(axis.name.clone()) };
-            self.shared.fix(&name, self.environment, place, &format_args!("{}{shader_at}", self.pointer));
+            let at = || Structural { place, pointer: [&self.pointer, &*shader_at].concat() };
+            self.shared.fix_name(&axis.name, self.environment, &at);
             let value = self.environment.axis(&axis.name, &self.shared.scope);
             let value = value.as_ref().and_then(axis_value);
             values.extend(value.map(|value| (axis.name.clone(), value)));

@@ -1,7 +1,6 @@
 //! The state that all passes of one pipeline share while they are declared.
 
 use std::collections::{BTreeMap, HashMap};
-use std::fmt;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -15,8 +14,8 @@ use crate::expression::{
 };
 use crate::language::GeometryDeclaration;
 use crate::pipeline::environment::Environment;
-use crate::pipeline::live::Dependence;
-use crate::pipeline::{Resource, ResourceKind, StaticScope};
+use crate::pipeline::live::{Dependence, names};
+use crate::pipeline::{Resource, ResourceKind, StaticScope, Structural};
 use crate::source::{Sources, Span};
 use crate::work::ResourceHandle;
 
@@ -46,8 +45,8 @@ pub(in crate::pipeline) struct Shared {
     pub(in crate::pipeline) diagnostics: Diagnostics,
     /// Diagnostics about what subgraphs are given; they stand where the subgraph is used.
     pub(in crate::pipeline) misgiven: Diagnostics,
-    /// Expressions of subgraphs and loops, by their text.
-    pub(in crate::pipeline) expressions: HashMap<String, Rc<Expression>>,
+    /// Expressions by their text.
+    expressions: HashMap<String, Rc<Expression>>,
     /// How often a pass had an error that only follows from a diagnostic elsewhere.
     pub(in crate::pipeline) withheld: usize,
     pub(super) sources: Sources,
@@ -114,17 +113,37 @@ impl Shared {
         })
     }
 
-    /// Makes structural what an expression follows from.
+    /// The parsed text of an expression; what stands in many places is parsed once.
+    pub(in crate::pipeline) fn parse(&mut self, text: &str) -> Result<Rc<Expression>, ExpressionError> {
+        if let Some(known) = self.expressions.get(text) {
+            return Ok(known.clone());
+        }
+        let parsed = Rc::new(parse(text)?);
+        self.expressions.insert(text.to_owned(), parsed.clone());
+        Ok(parsed)
+    }
+
+    /// Makes structural what an expression follows from, because of what stands at a place.
     pub(in crate::pipeline) fn fix(
         &mut self,
         expression: &Expression,
         environment: &Environment,
-        place: Span,
-        pointer: &dyn fmt::Display,
+        at: &dyn Fn() -> Structural,
     ) {
-        if !self.dependence.is_settled() && !matches!(expression.kind, ExpressionKind::Literal(_)) {
-            let names = environment.names(expression);
-            self.dependence.fix(names.iter().map(String::as_str), place, pointer);
+        names(expression).into_iter().for_each(|name| self.fix_name(name, environment, at));
+    }
+
+    /// The same of a name.
+    pub(in crate::pipeline) fn fix_name(
+        &mut self,
+        name: &str,
+        environment: &Environment,
+        at: &dyn Fn() -> Structural,
+    ) {
+        if !self.dependence.is_settled()
+            && let Some(name) = environment.followed(name)
+        {
+            self.dependence.fix(name, at);
         }
     }
 
@@ -141,11 +160,15 @@ impl Shared {
         }
         match &value.kind {
             document::Kind::Text(text) => {
+                let at = || Structural { place: value.span, pointer: pointer.into() };
                 if text.contains('{') {
-                    let names = environment.names_of_reference(text);
-                    self.dependence.fix(names.iter().map(String::as_str), value.span, pointer);
-                } else if all && let Ok(expression) = parse(text.strip_prefix('=').unwrap_or(text)) {
-                    self.fix(&expression, environment, value.span, pointer);
+                    for inner in text.split('{').skip(1).filter_map(|rest| rest.split('}').next()) {
+                        if let Ok(expression) = self.parse(inner) {
+                            self.fix(&expression, environment, &at);
+                        }
+                    }
+                } else if all && let Ok(expression) = self.parse(text.strip_prefix('=').unwrap_or(text)) {
+                    self.fix(&expression, environment, &at);
                 }
             }
             document::Kind::Array(list) => list.iter().enumerate().for_each(|(at, item)| {
