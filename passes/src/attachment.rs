@@ -269,7 +269,7 @@ impl Attached {
     }
 
     fn discards(&self, pass: &mut PassBuilder<'_>, at: &str) -> Option<bool> {
-        Some(pass.word_or(&self.store, &format!("{at}/store"), Store::Automatic)? == Store::Discard)
+        Some(pass.word_or(&self.store, format_args!("{at}/store"), Store::Automatic)? == Store::Discard)
     }
 }
 
@@ -304,7 +304,7 @@ impl ColorSettings {
 
 impl DepthSettings {
     fn declare(&self, pass: &mut PassBuilder<'_>, at: &str) -> Option<DepthAttachment> {
-        let write = pass.boolean_or(&self.write, &format!("{at}/write"), true)?;
+        let write = pass.boolean_or(&self.write, format_args!("{at}/write"), true)?;
         let compare = pass.word(&self.compare, &format!("{at}/compare"))?;
         let load = self.attached.load(
             pass,
@@ -382,12 +382,12 @@ fn byte(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str) -> Option<u32> {
 impl StencilFace {
     fn declare(&self, pass: &mut PassBuilder<'_>, at: &str) -> Option<StencilFaceState> {
         let mut operation = |word: &Option<Word<StencilOperationName>>, key: &str| {
-            pass.word_or(word, &format!("{at}/{key}"), StencilOperationName::Keep).map(Into::into)
+            pass.word_or(word, format_args!("{at}/{key}"), StencilOperationName::Keep).map(Into::into)
         };
         let fail_op = operation(&self.fail, "fail");
         let depth_fail_op = operation(&self.depth_fail, "depth_fail");
         let pass_op = operation(&self.pass, "pass");
-        let compare = pass.word_or(&self.compare, &format!("{at}/compare"), Compare::Always)?.into();
+        let compare = pass.word_or(&self.compare, format_args!("{at}/compare"), Compare::Always)?.into();
         let (fail_op, depth_fail_op, pass_op) = (fail_op?, depth_fail_op?, pass_op?);
         Some(StencilFaceState { compare, fail_op, depth_fail_op, pass_op })
     }

@@ -178,7 +178,7 @@ pub(crate) fn blend_constant(
 
 impl BlendComponentSettings {
     fn declare(&self, pass: &mut PassBuilder<'_>, at: &str) -> Option<BlendComponent> {
-        let operation = pass.word_or(&self.operation, &format!("{at}/operation"), Operation::Add)?;
+        let operation = pass.word_or(&self.operation, format_args!("{at}/operation"), Operation::Add)?;
         if matches!(operation, Operation::Min | Operation::Max) {
             for (factor, key) in [(&self.src_factor, "src_factor"), (&self.dst_factor, "dst_factor")] {
                 if factor.is_some() {
@@ -190,8 +190,8 @@ impl BlendComponentSettings {
             let one = BlendFactor::One;
             return Some(BlendComponent { src_factor: one, dst_factor: one, operation: operation.into() });
         }
-        let src_factor = pass.word_or(&self.src_factor, &format!("{at}/src_factor"), Factor::One)?;
-        let dst_factor = pass.word_or(&self.dst_factor, &format!("{at}/dst_factor"), Factor::Zero)?;
+        let src_factor = pass.word_or(&self.src_factor, format_args!("{at}/src_factor"), Factor::One)?;
+        let dst_factor = pass.word_or(&self.dst_factor, format_args!("{at}/dst_factor"), Factor::Zero)?;
         Some(BlendComponent {
             src_factor: src_factor.into(),
             dst_factor: dst_factor.into(),

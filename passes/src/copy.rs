@@ -197,8 +197,8 @@ fn buffer_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, bytes: bool, at: &
     let help = "rows lie in a buffer whose other end is a texture: remove it";
     let rows = foreign(pass, &keys, "bytes have no rows", help, at);
     textures.and(rows)?;
-    let bytes_per_row = pass.count_if(&settings.bytes_per_row, &format!("{at}/bytes_per_row"))?;
-    let rows_per_image = pass.count_if(&settings.rows_per_image, &format!("{at}/rows_per_image"))?;
+    let bytes_per_row = pass.count_if(&settings.bytes_per_row, format_args!("{at}/bytes_per_row"))?;
+    let rows_per_image = pass.count_if(&settings.rows_per_image, format_args!("{at}/rows_per_image"))?;
     if let Some(bytes) = bytes_per_row.filter(|bytes| bytes % 256 != 0) {
         let message = format!("rows begin every {bytes} bytes");
         let help = "choose a multiple of 256";

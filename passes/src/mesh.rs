@@ -207,13 +207,14 @@ impl VertexSettings {
         let here = format!("/vertices/{at}");
         let mut attributes = Vec::with_capacity(self.attributes.len());
         for (position, attribute) in self.attributes.iter().enumerate() {
-            let offset = pass.count_if(&attribute.offset, &format!("{here}/attributes/{position}/offset"))?;
+            let offset =
+                pass.count_if(&attribute.offset, format_args!("{here}/attributes/{position}/offset"))?;
             let offset = offset.map(u64::from);
             attributes.push((attribute.name.as_str(), attribute.format.as_str(), offset));
         }
         let found = pass.vertex_attributes(program, &attributes, &format!("{here}/attributes"));
-        let step = pass.word_or(&self.step, &format!("{here}/step"), Step::Vertex)?;
-        let stride = pass.count_if(&self.stride, &format!("{here}/stride"))?;
+        let step = pass.word_or(&self.step, format_args!("{here}/step"), Step::Vertex)?;
+        let stride = pass.count_if(&self.stride, format_args!("{here}/stride"))?;
         let buffer = pass.buffer(&self.buffer, &format!("{here}/buffer"));
         let (attributes, end) = found?;
         let stride = stride.map_or(end.next_multiple_of(4), u64::from);

@@ -103,18 +103,20 @@ impl<'a, 's> Expander<'a, 's> {
         environment: &Arc<Environment>,
         depth: usize,
     ) {
+        let above = [pointer, "/resources"].concat();
         for entry in owner.entries_of("resources") {
             if self.full || self.resources.len() >= MAX_PASSES {
                 self.too_many(entry, pointer);
                 return;
             }
             let name = environment.resource(&entry.key).into_owned();
-            let resource = self.instance(entry, name, &[pointer, "/resources"].concat(), environment);
+            let resource = self.instance(entry, name, &above, environment);
             self.resources.push(resource);
         }
+        let above = [pointer, "/passes"].concat();
         for entry in owner.entries_of("passes") {
             let name = environment.pass(&entry.key);
-            let pass = self.instance(entry, name, &[pointer, "/passes"].concat(), environment);
+            let pass = self.instance(entry, name, &above, environment);
             self.looped(pass, depth);
         }
     }

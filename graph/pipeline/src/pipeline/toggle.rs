@@ -119,7 +119,8 @@ pub(super) fn toggles(
     diagnostics: &mut Diagnostics,
 ) -> Vec<Toggle> {
     let section = |name: &str| document.root.entries_of(name);
-    let mentioned = mentioned(document);
+    let mentions = mentions(document);
+    let mentioned: BTreeSet<&str> = mentions.iter().map(|mention| mention.name).collect();
     let mut toggles = Vec::new();
     for entry in section("toggles") {
         let pointer = pointer_join("/toggles", &entry.key);
@@ -156,39 +157,40 @@ pub(super) fn toggles(
         });
     }
     toggles.sort_by(|a, b| a.name.cmp(&b.name));
-    unknown(document, diagnostics);
+    unknown(document, &mentions, diagnostics);
     toggles
 }
 
-/// The entries of all passes, those of subgraphs too, each with its pointer.
-fn pass_entries(document: &Document) -> Vec<(String, &Entry)> {
+/// The toggle that a pass has.
+struct Mention<'a> {
+    pointer: String,
+    value: &'a Value,
+    text: &'a str,
+    name: &'a str,
+}
+
+/// The toggles that passes have, those of subgraphs too, whether or not they are there in this configuration.
+fn mentions(document: &Document) -> Vec<Mention<'_>> {
     let subgraphs = document.root.entries_of("subgraphs");
     let subgraphs = subgraphs.iter().map(|entry| (pointer_join("/subgraphs", &entry.key), &entry.value));
     let owners = std::iter::once((String::new(), &document.root)).chain(subgraphs);
-    let entries = owners.flat_map(|(owner, value)| {
-        let passes = value.entries_of("passes");
-        passes.iter().map(move |entry| (pointer_join(&format!("{owner}/passes"), &entry.key), entry))
+    let mentions = owners.flat_map(|(owner, value)| {
+        value.entries_of("passes").iter().filter_map(move |entry| {
+            let value = entry.value.get("toggle")?;
+            let text = value.text()?;
+            let pointer = pointer_join(&format!("{owner}/passes"), &entry.key) + "/toggle";
+            Some(Mention { pointer, value, text, name: text.strip_prefix('!').unwrap_or(text) })
+        })
     });
-    entries.collect()
-}
-
-/// The names of the toggles that passes have, whether or not they are there in this configuration.
-fn mentioned(document: &Document) -> BTreeSet<&str> {
-    let texts = pass_entries(document).into_iter().filter_map(|(_, entry)| entry.value.get("toggle")?.text());
-    texts.map(|text| text.strip_prefix('!').unwrap_or(text)).collect()
+    mentions.collect()
 }
 
 /// Finds passes with a toggle that is not declared, each once, however often its subgraph is used.
-fn unknown(document: &Document, diagnostics: &mut Diagnostics) {
+fn unknown(document: &Document, mentions: &[Mention<'_>], diagnostics: &mut Diagnostics) {
     let declared = document.root.entries_of("toggles");
     let names: Vec<&str> = declared.iter().map(|entry| entry.key.as_str()).collect();
-    for (pointer, entry) in pass_entries(document) {
-        let Some((value, text)) = entry.value.get("toggle").and_then(|value| Some((value, value.text()?)))
-        else {
-            continue;
-        };
-        let name = text.strip_prefix('!').unwrap_or(text);
-        if names.contains(&name) {
+    for Mention { pointer, value, text, name } in mentions {
+        if names.contains(name) {
             continue;
         }
         let message = format!("there is no toggle \"{name}\"");
@@ -198,7 +200,7 @@ fn unknown(document: &Document, diagnostics: &mut Diagnostics) {
             [] => "declare it under \"toggles\"".to_owned(),
             names => format!("the toggles are {}", list_of(names.iter().copied())),
         });
-        diagnostics.push(diagnostic.pointer(format!("{pointer}/toggle")));
+        diagnostics.push(diagnostic.pointer(pointer));
     }
 }
 

@@ -4,6 +4,7 @@
 //! pass is declared ([`PassBuilder::live`](super::PassBuilder::live)), and when a live parameter has changed
 //! ([`CpuNode::update`](crate::work::CpuNode::update)). So both ask the same of a value.
 
+use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use serde::de::IntoDeserializer as _;
@@ -89,33 +90,33 @@ pub trait Evaluate {
     }
 
     /// A whole number from 0, or what counts without an expression.
-    fn count_or(&mut self, expr: &Option<Expr>, pointer: &str, without: u32) -> Option<u32> {
-        expr.as_ref().map_or(Some(without), |expr| self.count(expr, pointer))
+    fn count_or(&mut self, expr: &Option<Expr>, pointer: impl Display, without: u32) -> Option<u32> {
+        expr.as_ref().map_or(Some(without), |expr| self.count(expr, &pointer.to_string()))
     }
 
     /// A whole number from 0, if there is an expression; `None` after a diagnostic.
-    fn count_if(&mut self, expr: &Option<Expr>, pointer: &str) -> Option<Option<u32>> {
-        expr.as_ref().map_or(Some(None), |expr| self.count(expr, pointer).map(Some))
+    fn count_if(&mut self, expr: &Option<Expr>, pointer: impl Display) -> Option<Option<u32>> {
+        expr.as_ref().map_or(Some(None), |expr| self.count(expr, &pointer.to_string()).map(Some))
     }
 
     /// A number, or what counts without an expression.
-    fn number_or(&mut self, expr: &Option<Expr>, pointer: &str, without: f64) -> Option<f64> {
-        expr.as_ref().map_or(Some(without), |expr| self.number(expr, pointer))
+    fn number_or(&mut self, expr: &Option<Expr>, pointer: impl Display, without: f64) -> Option<f64> {
+        expr.as_ref().map_or(Some(without), |expr| self.number(expr, &pointer.to_string()))
     }
 
     /// A boolean, or what counts without an expression.
-    fn boolean_or(&mut self, expr: &Option<Expr>, pointer: &str, without: bool) -> Option<bool> {
-        expr.as_ref().map_or(Some(without), |expr| self.boolean(expr, pointer))
+    fn boolean_or(&mut self, expr: &Option<Expr>, pointer: impl Display, without: bool) -> Option<bool> {
+        expr.as_ref().map_or(Some(without), |expr| self.boolean(expr, &pointer.to_string()))
     }
 
     /// A word, or the one that counts without it.
     fn word_or<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(
         &mut self,
         word: &Option<Word<T>>,
-        pointer: &str,
+        pointer: impl Display,
         without: T,
     ) -> Option<T> {
-        word.as_ref().map_or(Some(without), |word| self.word(word, pointer))
+        word.as_ref().map_or(Some(without), |word| self.word(word, &pointer.to_string()))
     }
 
     /// A word, or the one that its expression yields.

@@ -19,8 +19,8 @@ impl PassBuilder<'_> {
             wgpu_types::SamplerBindingType::NonFiltering => Filter::Nearest,
             _ => Filter::Linear,
         };
-        let filter = self.word_or(&settings.filter, &format!("{at}/filter"), usual)?;
-        let address = self.word_or(&settings.address, &format!("{at}/address"), Address::default())?;
+        let filter = self.word_or(&settings.filter, format_args!("{at}/filter"), usual)?;
+        let address = self.word_or(&settings.address, format_args!("{at}/address"), Address::default())?;
         let compare = match &settings.compare {
             Some(word) => Some(self.word(word, &format!("{at}/compare"))?),
             None => None,

@@ -74,7 +74,7 @@ impl PassBuilder<'_> {
             }
             layer = Some(IndexRange::one(first));
         }
-        let aspect = self.word_or(&settings.aspect, &format!("{at}/aspect"), Aspect::All)?;
+        let aspect = self.word_or(&settings.aspect, format_args!("{at}/aspect"), Aspect::All)?;
         Some(SubresourceRange { mip, layer, aspect, bytes: None })
     }
 
@@ -85,8 +85,8 @@ impl PassBuilder<'_> {
         at: &str,
         [one, several]: [&str; 2],
     ) -> Option<Option<IndexRange<u32>>> {
-        let first = self.count_if(first, &format!("{at}/{one}"))?;
-        let count = self.count_if(count, &format!("{at}/{several}"))?;
+        let first = self.count_if(first, format_args!("{at}/{one}"))?;
+        let count = self.count_if(count, format_args!("{at}/{several}"))?;
         if count == Some(0) {
             let message = format!("{several} are counted from 1");
             let help = format!("remove \"{several}\" for all, or give a positive number");
