@@ -32,7 +32,7 @@ impl PassBuilder<'_> {
             let names: Vec<&str> = members.iter().map(|member| member.name.as_str()).collect();
             let here = document::pointer_join(at, name);
             let member = (binding.name.as_str(), Some(name.as_str()));
-            if !self.is_of_another_variant(&program.template, member, &here, &names) {
+            if !self.is_of_another_variant(program, member, &here, &names) {
                 unknown.push(name);
                 fine = false;
             }

@@ -20,13 +20,14 @@ pub use evaluate::{Evaluate, LiveSettings, whole_number};
 pub use programs::axis_value;
 pub use subresources::{Face, SubresourceRangeSettings};
 
+use std::collections::BTreeSet;
+
 use super::environment::Environment;
 use super::live::{LiveSetting, LiveTarget};
 use super::load::Shared;
 use super::located::Located as _;
 use crate::diagnostic::{Code, Diagnostic, codes};
 use crate::document;
-use crate::shader::AxisValues;
 use crate::source::Span;
 use crate::work::Work;
 
@@ -38,8 +39,8 @@ pub struct PassBuilder<'a> {
     /// The pointer of the settings in the document.
     pub(in crate::pipeline) pointer: String,
     pub(in crate::pipeline) environment: &'a Environment,
-    /// The axes of the pass's template that have the same value in every configuration.
-    pub(in crate::pipeline) fixed: AxisValues,
+    /// The axes of the pass's template that may have another value in another configuration.
+    pub(in crate::pipeline) open_axes: BTreeSet<String>,
     /// What the expressions that are evaluated now set, where they are live.
     pub(in crate::pipeline) target: Option<LiveTarget>,
     /// The live settings so far.

@@ -7,10 +7,11 @@ use crate::diagnostic::{Diagnostic, codes, suggested_name};
 use crate::document;
 use crate::expression::{ExpressionKind, Value};
 use crate::language::Expr;
+use crate::pipeline::Program;
 use crate::pipeline::live::Structural;
 use crate::pipeline::load::Shared;
 use crate::pipeline::modules::{Chosen, EntryPoints};
-use crate::shader::{self, Axis, AxisKind, AxisValue, AxisValues};
+use crate::shader::{self, Axes, Axis, AxisKind, AxisValue, AxisValues};
 use crate::work::ProgramHandle;
 
 impl PassBuilder<'_> {
@@ -30,7 +31,7 @@ impl PassBuilder<'_> {
         entry_points: &EntryPoints,
         pointer: &str,
     ) -> Option<ProgramHandle> {
-        let shader_at = format!("{pointer}/shader");
+        let shader_at = [pointer, "/shader"].concat();
         let templates = self.shared.programs.templates.clone();
         let Some(known) = templates.axes(template) else {
             let diagnostic = templates.unknown(template, self.place(&shader_at));
@@ -63,8 +64,8 @@ impl PassBuilder<'_> {
                         fine = false;
                     }
                     Some(value) => {
-                        if matches!(parsed.kind, ExpressionKind::Literal(_)) {
-                            self.fixed.insert(name.clone(), value.clone());
+                        if !matches!(parsed.kind, ExpressionKind::Literal(_)) {
+                            self.open_axes.insert(name.clone());
                         }
                         values.insert(name.clone(), value);
                     }
@@ -97,16 +98,15 @@ impl PassBuilder<'_> {
             let at = || Structural { place, pointer: [&self.pointer, &*shader_at].concat() };
             self.shared.fix_name(&axis.name, self.environment, &at);
             let value = self.environment.axis(&axis.name, &self.shared.scope);
-            let value = value.as_ref().and_then(axis_value);
-            values.extend(value.map(|value| (axis.name.clone(), value)));
+            if let Some(value) = value.as_ref().and_then(axis_value) {
+                self.open_axes.insert(axis.name.clone());
+                values.insert(axis.name.clone(), value);
+            }
         }
         let contract = geometry.and_then(|geometry| self.shared.geometry.get(geometry));
         let properties = contract.into_iter().flat_map(|contract| &contract.variants);
         let properties: Vec<String> = properties.filter(|name| known.get(name).is_some()).cloned().collect();
-        // What neither the pass nor the pipeline says has its default, whatever the configuration.
-        let said = |name: &String| values.contains_key(name) || properties.contains(name);
-        let unsaid = known.iter().filter(|axis| !said(&axis.name));
-        self.fixed.extend(unsaid.map(|axis| (axis.name.clone(), axis.default.clone())));
+        self.open_axes.extend(properties.iter().filter(|name| !values.contains_key(*name)).cloned());
         if !fine {
             return None;
         }
@@ -117,8 +117,18 @@ impl PassBuilder<'_> {
         let at = &self.pointer;
         let Shared { programs, diagnostics, .. } = &mut *self.shared;
         let program = programs.program(chosen, place, &|| [at.as_str(), &shader_at].concat(), diagnostics)?;
-        self.check_entry_points(program, &named, &format!("{pointer}/entry_points"))?;
+        self.check_entry_points(program, &named, pointer)?;
         Some(program)
+    }
+
+    /// The axes of a program that have the same value in every configuration: what the pass says as a literal, and
+    /// the default where neither the pass nor the pipeline says anything.
+    pub(super) fn fixed_axes(&self, program: &Program) -> AxisValues {
+        let known = self.shared.programs.templates.axes(&program.template);
+        let mut values = known.map(Axes::defaults).unwrap_or_default();
+        values.extend(program.axes.clone());
+        values.retain(|name, _| !self.open_axes.contains(name));
+        values
     }
 
     /// Reports a value that is none of its axis.
@@ -155,7 +165,7 @@ impl PassBuilder<'_> {
             let known: Vec<&str> = known.map(|entry| entry.name.as_str()).collect();
             let (code, stage) = (codes::UNKNOWN_ENTRY_POINT, stage.name());
             let message = format!("{} has no @{stage} entry point \"{name}\"", program.template);
-            let at = format!("{pointer}/{stage}");
+            let at = format!("{pointer}/entry_points/{stage}");
             self.report_unknown(code, &at, message, name, &known, || match &known[..] {
                 [] => format!("it has none of the stage @{stage}"),
                 known => format!("it has {}", known.join(", ")),

@@ -35,12 +35,12 @@ impl PassBuilder<'_> {
             }
             let names: Vec<&str> = program.bindings.iter().map(|binding| binding.name.as_str()).collect();
             let here = document::pointer_join(&at, name);
-            if !self.is_of_another_variant(&program.template, (name, None), &here, &names) {
+            if !self.is_of_another_variant(&program, (name, None), &here, &names) {
                 unknown.push(name);
                 fine = false;
             }
         }
-        let mut slots = Vec::new();
+        let mut slots = Vec::with_capacity(program.bindings.len());
         for binding in &program.bindings {
             if geometry.is_some() && binding.group >= MATERIAL_GROUP {
                 continue;
@@ -75,16 +75,18 @@ impl PassBuilder<'_> {
     /// have, so that it is merely not needed here; else reports it, with the `names` that there are.
     pub(super) fn is_of_another_variant(
         &mut self,
-        template: &str,
+        program: &Program,
         (binding, member): (&str, Option<&str>),
         here: &str,
         names: &[&str],
     ) -> bool {
+        let template = &program.template;
+        let mut own = self.fixed_axes(program);
         let templates = self.shared.programs.templates.clone();
         let mut declares = |fixed: &AxisValues| {
             self.shared.programs.modules.declares(&templates, template, fixed, binding, member)
         };
-        if declares(&self.fixed).is_some() {
+        if declares(&own).is_some() {
             return true;
         }
         let (what, known) = match member {
@@ -100,18 +102,17 @@ impl PassBuilder<'_> {
             let is_other = |fixed: &AxisValues, axis: &String, value: &AxisValue| {
                 fixed.get(axis).is_some_and(|fixed| fixed != value)
             };
-            let mut free = self.fixed.clone();
+            let mut free = own.clone();
             free.retain(|axis, value| !is_other(&other, axis, value));
-            for (axis, value) in &self.fixed {
+            for (axis, value) in &own {
                 let mut fewer = free.clone();
                 fewer.insert(axis.clone(), value.clone());
                 if let Some(found) = declares(&fewer) {
                     (free, other) = (fewer, found);
                 }
             }
-            other.retain(|axis, value| is_other(&self.fixed, axis, value));
-            let own = self.fixed.iter().filter(|(axis, _)| other.contains_key(*axis));
-            let own: AxisValues = own.map(|(axis, value)| (axis.clone(), value.clone())).collect();
+            other.retain(|axis, value| is_other(&own, axis, value));
+            own.retain(|axis, _| other.contains_key(axis));
             let message = format!("{what} with {}, as this pass always has", describe(&own));
             let help =
                 format!("it has with {}: let the pass take these values, or remove this", describe(&other));

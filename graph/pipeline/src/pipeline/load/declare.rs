@@ -12,7 +12,6 @@ use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::expand::Expander;
 use crate::pipeline::instance::Instance;
 use crate::pipeline::{Evaluate, LiveSetting, Pass, Produced, Resource, Toggle, history, toggle};
-use crate::shader::AxisValues;
 
 /// The passes of a document, as far as they could be declared.
 pub(super) struct Passes<'a> {
@@ -173,7 +172,7 @@ fn produce(instance: &Instance<'_>, declared: &Declared<'_>, shared: &mut Shared
         pointer: pointer.clone(),
         environment,
         shared,
-        fixed: AxisValues::new(),
+        open_axes: BTreeSet::new(),
         target: None,
         live: Vec::new(),
     };
