@@ -28,7 +28,8 @@ pub use choice::{AdapterSummary, preference};
 pub const OPTIONAL_FEATURES: wgpu::Features = wgpu::Features::FLOAT32_FILTERABLE
     .union(wgpu::Features::TIMESTAMP_QUERY)
     .union(wgpu::Features::DEPTH_CLIP_CONTROL)
-    .union(wgpu::Features::DUAL_SOURCE_BLENDING);
+    .union(wgpu::Features::DUAL_SOURCE_BLENDING)
+    .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM);
 
 /// A device that has computed, and what it came from.
 #[derive(Clone, Debug)]
