@@ -351,6 +351,33 @@ fn imports_that_are_missing_or_not_as_planned_are_rejected_and_the_next_frame_is
 }
 
 #[test]
+fn a_texture_for_what_is_not_the_hosts_is_rejected_and_one_that_no_pass_uses_is_not() {
+    let Some(gpu) = gpu::device() else { return };
+    let texture = r#""texture": { "format": "rgba8unorm", "size": "viewport""#;
+    let resources =
+        format!(r#""inner": {{ {texture} }} }}, "spare": {{ {texture}, "lifetime": "imported" }} }},"#);
+    let passes = [
+        fill("one", "inner", "[1, 1, 1, 1]", ""),
+        r#""two": { "copy": { "from": { "name": "inner" }, "to": { "name": "target" } } }"#.to_owned(),
+    ];
+    let outcome = outcome(&resources, &passes, false);
+    let mut executor = executor(&gpu, outcome.plan(), None);
+    let (input, target) = (empty_frame(), import(&gpu, outcome.plan(), "target"));
+    let mut record = |name: &str| {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let imports = [("target", &target), (name, &target)];
+        let recorded = executor.record(&mut encoder, &Frame::new(&input).imports(&imports));
+        recorded.err().map(|error| error.to_string())
+    };
+    assert_eq!(record("spare"), None);
+    for (name, way_out) in [("inner", "it imports target"), ("targets", "did you mean \"target\"?")] {
+        let said = record(name).expect("a diagnostic");
+        let reason = format!("a texture for \"{name}\", which is none of its own in this pipeline");
+        assert!(said.contains("UG0802") && said.contains(&reason) && said.contains(way_out), "{said}");
+    }
+}
+
+#[test]
 fn a_pipeline_that_draws_meshes_wants_a_source_of_them() {
     let Some(gpu) = gpu::device() else { return };
     let outcome = check_file("pipelines/nebula.json", &With::default());

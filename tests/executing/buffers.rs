@@ -92,4 +92,8 @@ fn a_shader_sees_the_length_of_its_buffer_whatever_it_shares_memory_with() {
     show(&gpu, &mut executor, None, &picture, &frame(&[]));
     let words = texels(&gpu, &picture, 0).into_iter().map(u32::from_le_bytes);
     assert_eq!(words.take(4).collect::<Vec<_>>(), [2, 900 / 4, 1000 / 4, 0]);
+    // The host sees them, too.
+    let sizes = ["short", "long", "lengths"].map(|name| executor.buffer(name).map(wgpu::Buffer::size));
+    assert_eq!(sizes, [Some(1000), Some(1000), Some(2048)]);
+    assert!(executor.buffer("target").is_none() && executor.texture("lengths").is_none());
 }

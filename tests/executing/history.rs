@@ -7,7 +7,8 @@ use umbragraph::executor::{Executor, Frame};
 use umbragraph_test_support::gpu::{self, Gpu};
 
 use crate::common::gpu::import;
-use crate::stage::{color, executor, fill, plan, plan_of_size, show, target};
+use crate::squares::{RED, Squares, square};
+use crate::stage::{color, draw, executor, fill, plan, plan_of_size, play, show, target};
 use crate::views::frame;
 
 /// A history of two frames that begins with one 255th of red.
@@ -117,6 +118,7 @@ fn in_a_steady_frame_nothing_is_created_however_the_copies_turn() {
     }
     let before = executor.statistics();
     assert_eq!((before.textures, before.bind_groups), (3, 6), "three copies, two passes in three states");
+    assert_eq!(before.buffers, 0, "there are no blocks");
     for _ in 0..8 {
         show(&gpu, &mut executor, None, &target, &frame(&[]));
     }
@@ -134,6 +136,29 @@ fn a_record_that_fails_is_no_frame() {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             assert!(executor.record(&mut encoder, &Frame::new(&frame(&[]))).is_err());
             next(&gpu, &mut executor, &target)
+        })
+        .collect();
+    assert_eq!(seen, fibonacci(5));
+}
+
+#[test]
+fn a_record_whose_meshes_lack_something_is_no_frame() {
+    let Some(gpu) = gpu::device() else { return };
+    let passes = FIBONACCI.replace(r#"{ "to": "target" }"#, r#"{ "to": "target", "layer": 0 }"#);
+    let squares = draw(1, r#"{ "to": "target", "layer": 1 }"#);
+    let plan = plan(&format!("{NUMBERS}, {}", target(2)), &format!("{passes}, {squares}"));
+    let mut squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
+    let mut executor = executor(&gpu, &plan, Some(&squares));
+    let target = import(&gpu, &plan, "target");
+    let seen: Vec<u8> = (0..5)
+        .map(|at| {
+            if at % 2 == 1 {
+                (squares.lacks_material, squares.generation) = (true, at);
+                assert!(play(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"])).is_err());
+                squares.lacks_material = false;
+            }
+            show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
+            color(&gpu, &target, 0)[0]
         })
         .collect();
     assert_eq!(seen, fibonacci(5));
@@ -203,6 +228,30 @@ fn buffers_begin_with_their_initial_words() {
         show(&gpu, &mut executor, None, &target, &frame(&[]));
         assert_eq!(color(&gpu, &target, 0), [51, 0, 0, 255]);
     }
+}
+
+#[test]
+fn words_go_on_in_a_plan_of_the_same_size_and_begin_again_in_one_of_another() {
+    let Some(gpu) = gpu::device() else { return };
+    let counted = |size: u32| {
+        let resources = format!(
+            r#""words": {{ "buffer": {{ "size": {size}, "lifetime": "history", "initial": {{ "u32": 50 }} }} }}, {}"#,
+            target(1)
+        );
+        let passes = r#""keep": { "copy": { "from": { "name": "words@-1" }, "to": { "name": "words" } } },
+            "bump": { "compute": { "shader": "bump.wgsl.jinja", "workgroups": [1, 1, 1],
+                "bind": { "words": "words@keep", "settings": { "values": { "number": 1 } } } } },
+            "show": { "fullscreen": { "shader": "word.wgsl.jinja", "bind": { "words": "words@bump" }, "color": [{ "to": "target" }] } }"#;
+        plan(&resources, passes)
+    };
+    let mut executor = executor(&gpu, &counted(16), None);
+    let target = import(&gpu, executor.plan(), "target");
+    let mut seen = Vec::new();
+    for size in [16, 16, 32] {
+        executor.set_plan(counted(size), None).expect("another plan");
+        seen.extend([(); 2].map(|()| next(&gpu, &mut executor, &target)));
+    }
+    assert_eq!(seen, [51, 52, 53, 54, 51, 52]);
 }
 
 #[test]

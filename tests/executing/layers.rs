@@ -4,7 +4,7 @@ use umbragraph_test_support::gpu;
 
 use crate::common::gpu::import;
 use crate::squares::{GREEN, RED, Square, Squares, square};
-use crate::stage::{color, draw, executor, plan, show, target, texels};
+use crate::stage::{color, draw, executor, fill, plan, show, target, texels};
 use crate::views::frame;
 
 const CLEARED: [u8; 4] = [0, 0, 255, 255];
@@ -103,6 +103,47 @@ fn depth_layers_without_a_fragment_stage_are_drawn_and_cleared_each_on_its_own()
             let target = import(&gpu, &plan, "target");
             show(&gpu, &mut executor, Some(&squares), &target, &frame(views));
             assert_eq!(color(&gpu, &target, 0)[0], wanted, "layer {layer} with views {views:?}");
+        }
+    }
+}
+
+#[test]
+fn layers_of_stencil_are_cleared_each_on_its_own() {
+    let Some(gpu) = gpu::device() else { return };
+    let marks = r#""marks": { "texture": { "format": "stencil8", "size": "viewport", "layers": 2, "lifetime": "persistent" } }"#;
+    // A pass that paints a layer white where its stencil is a number.
+    let shown = |layer: u32, mark: u32| {
+        let to = format!(r#"{{ "to": "target", "layer": {layer} }}"#);
+        let equal = format!(
+            r#""stencil": {{ "to": "marks", "layer": {layer}, "reference": {mark}, "front": {{ "compare": "equal" }} }}, "color": [{{"#
+        );
+        fill(&format!("show_{layer}"), &to, "[1, 1, 1, 1]").replace(r#""color": [{"#, &equal)
+    };
+    const WHITE: [u8; 4] = [255; 4];
+    for (views, marks_shown, wanted) in [
+        // What is drawn counts from 3 to 4, and the rest is 3.
+        (&["0"][..], [4, 3], [[WHITE, CLEARED], [WHITE, WHITE]]),
+        (&["1"], [3, 4], [[WHITE, WHITE], [WHITE, CLEARED]]),
+        (&["0", "1"], [4, 4], [[WHITE, CLEARED], [WHITE, CLEARED]]),
+        (&["0", "1"], [3, 3], [[DRAWN, WHITE], [DRAWN, WHITE]]),
+    ] {
+        let count = r#""stencil": { "to": "marks", "clear": 3, "reference": 3,
+            "front": { "compare": "equal", "pass": "increment-clamp" } }, "color": [{"#;
+        let squares =
+            draw(2, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#).replace(r#""color": [{"#, count);
+        let passes = [squares, shown(0, marks_shown[0]), shown(1, marks_shown[1])].join(", ");
+        let plan = plan(&format!("{}, {marks}", target(2)), &passes);
+        let half = Square { rectangle: [-1.0, -1.0, 0.0, 1.0], ..square(RED) };
+        let squares = Squares::new(&gpu.device, &gpu.queue, &[half], &[[1.0; 4]]);
+        let mut executor = executor(&gpu, &plan, Some(&squares));
+        let target = import(&gpu, &plan, "target");
+        for _ in 0..2 {
+            show(&gpu, &mut executor, Some(&squares), &target, &frame(views));
+            let seen = [0, 1].map(|layer| {
+                let texels = texels(&gpu, &target, layer);
+                [texels[0], texels[7]]
+            });
+            assert_eq!(seen, wanted, "{views:?}, where stencil is {marks_shown:?}");
         }
     }
 }

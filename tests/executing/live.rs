@@ -47,8 +47,7 @@ fn whatever_a_live_parameter_sets_draws_what_a_new_plan_draws() {
             r#""stencil": {{ "to": "stencil", "clear": {clear}, "reference": {reference}, "front": {{ "compare": "equal" }} }},"#
         )
     };
-    let constant =
-        r#""clear": [0, 0, 1, 1], "blend": { "color": { "src_factor": "constant" }, "constant": "[live, live, live, 1]" }"#;
+    let constant = r#""clear": [0, 0, 1, 1], "blend": { "color": { "src_factor": "constant" }, "constant": "[live, live, live, 1]" }"#;
     let half = r#""half": { "compute": { "shader": "half.wgsl.jinja", "workgroups": ["live", 1, 1],
         "bind": { "image": { "texture": { "name": "target", "contents": "load" } } } } }"#;
     let squares_of = |to: &str| draw(1, &format!(r#"{{ "to": "target", {to} }}"#));
@@ -62,8 +61,18 @@ fn whatever_a_live_parameter_sets_draws_what_a_new_plan_draws() {
             fills("left.wgsl.jinja", r#""clear": "[live, 0, 0, 1]""#, ""),
         ),
         ("the clear depth of a fill", share, [0.2, 1.0], fills("own_triangle.wgsl.jinja", blue, depth)),
-        ("the clear value of stencil", count, [0.0, 1.0], fills("fill.wgsl.jinja", blue, &stencil(r#""live""#, "1"))),
-        ("the stencil reference", count, [0.0, 1.0], fills("fill.wgsl.jinja", blue, &stencil("1", r#""live""#))),
+        (
+            "the clear value of stencil",
+            count,
+            [0.0, 1.0],
+            fills("fill.wgsl.jinja", blue, &stencil(r#""live""#, "1")),
+        ),
+        (
+            "the stencil reference",
+            count,
+            [0.0, 1.0],
+            fills("fill.wgsl.jinja", blue, &stencil("1", r#""live""#)),
+        ),
         ("the blend constant", share, [0.2, 1.0], fills("fill.wgsl.jinja", constant, "")),
         (
             "a workgroup count",
@@ -130,8 +139,7 @@ fn parameters_are_set_in_the_type_that_the_pipeline_declares_and_in_no_other() {
         (list, "live[1]", "list"),
         (whole, "live / 5", "number"),
     ] {
-        let plan =
-            plan(parameter, &fill("fill", r#"{ "to": "target" }"#, &format!(r#""[{red}, 0, 0, 1]""#)));
+        let plan = plan(parameter, &fill("fill", r#"{ "to": "target" }"#, &format!(r#""[{red}, 0, 0, 1]""#)));
         let executor = executor(&gpu, &plan, None);
         let has = [
             ("bool", executor.parameter::<bool>("live").is_ok()),

@@ -10,7 +10,8 @@ fn read(gpu: &Gpu, format: Format, bytes: &[u8]) -> Texels {
     let size = format.block_copy_size(None).expect("a format of one aspect");
     let extent = wgpu::Extent3d { width: bytes.len() as u32 / size, height: 1, depth_or_array_layers: 1 };
     let texture = texture(gpu, format, extent, wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC);
-    let layout = wgpu::TexelCopyBufferLayout { bytes_per_row: Some(bytes.len() as u32), ..Default::default() };
+    let layout =
+        wgpu::TexelCopyBufferLayout { bytes_per_row: Some(bytes.len() as u32), ..Default::default() };
     gpu.queue.write_texture(texture.as_image_copy(), bytes, layout, extent);
     pollster::block_on(read_back(&gpu.device, &gpu.queue, &texture)).expect("numbers")
 }
@@ -93,7 +94,8 @@ fn depth_that_cannot_be_copied_is_read_layer_by_layer() {
                 ..Default::default()
             });
             let clear = wgpu::Operations { load: wgpu::LoadOp::Clear(depth), store: wgpu::StoreOp::Store };
-            let clear_stencil = wgpu::Operations { load: wgpu::LoadOp::Clear(7), store: wgpu::StoreOp::Store };
+            let clear_stencil =
+                wgpu::Operations { load: wgpu::LoadOp::Clear(7), store: wgpu::StoreOp::Store };
             drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                     view: &view,
@@ -107,7 +109,8 @@ fn depth_that_cannot_be_copied_is_read_layer_by_layer() {
         let texels = pollster::block_on(read_back(&gpu.device, &gpu.queue, &texture)).expect("numbers");
         assert_eq!((texels.width, texels.height, texels.layers, texels.channels), (11, 9, 2, 1));
         let (near, far) = texels.values.split_at(99);
-        let is_near = |texel: &[f32; 4], depth: f32| (texel[0] - depth).abs() < 1e-6 && texel[1..] == [0.0, 0.0, 1.0];
+        let is_near =
+            |texel: &[f32; 4], depth: f32| (texel[0] - depth).abs() < 1e-6 && texel[1..] == [0.0, 0.0, 1.0];
         assert!(near.iter().all(|texel| is_near(texel, 0.25)), "{format:?}: {near:?}");
         assert!(far.len() == 99 && far.iter().all(|texel| is_near(texel, 0.75)), "{format:?}: {far:?}");
     }

@@ -152,6 +152,11 @@ fn what_a_view_still_shows_is_moved_along_and_strips_are_drawn() {
     assert_eq!(stage.play(&["1 0 0 8 8 1"]), 1);
     let rows = stage.steps();
     assert!(rows.chunks(8).all(|row| row[..4] == [STEPS; 4] && row[4..] == [0; 4]), "{rows:?}");
+    // By less than can be seen.
+    assert_eq!(stage.play(&["1 0 0 8 8 1.0000001"]), 0);
+    let mut left = PassCounts::default();
+    left.kept = 1;
+    assert_eq!(stage.executor.pass_counts().collect::<Vec<_>>(), [("squares", left)]);
     // Two tiles, of which one moves; what lies beside it stays.
     stage.play(&["1 0 0 4 8", "1 4 0 4 8"]);
     stage.shown.store(7, Ordering::Relaxed);

@@ -92,6 +92,32 @@ fn times_are_told_for_each_pass_if_asked_for() {
 }
 
 #[test]
+fn times_of_the_gpu_are_told_for_each_pass_from_the_begin_of_the_first() {
+    let Some(gpu) = gpu::device() else { return };
+    let between = r#""between": { "texture": { "format": "rgba8unorm", "size": [512, 512] } }"#;
+    let shown = r#""show": { "fullscreen": { "shader": "show.wgsl.jinja", "bind": { "picture": "between" },
+        "color": [{ "to": "target" }] } }"#;
+    let passes = format!("{}, {shown}", fill("one", r#"{ "to": "between" }"#, "[1, 0, 0, 1]"));
+    let plan = plan(&format!("{between}, {}", target(1)), &passes);
+    let mut executor = executor(&gpu, &plan, None);
+    let target = import(&gpu, &plan, "target");
+    if !executor.measure_gpu_times(true) {
+        return;
+    }
+    for _ in 0..2 {
+        show(&gpu, &mut executor, None, &target, &frame(&[]));
+        let times = executor.gpu_times();
+        assert_eq!(times.iter().map(|one| one.pass.as_str()).collect::<Vec<_>>(), ["one", "show"]);
+        assert!(times[0].start.is_zero() && times[1].start >= times[0].time, "{times:?}");
+        assert!(times.iter().all(|one| !one.time.is_zero()), "{times:?}");
+        assert_eq!(executor.gpu_times(), [], "asked a second time");
+    }
+    executor.measure_gpu_times(false);
+    show(&gpu, &mut executor, None, &target, &frame(&[]));
+    assert_eq!(executor.gpu_times(), []);
+}
+
+#[test]
 fn a_cpu_pass_that_publishes_what_it_did_not_declare_is_found_out() {
     let Some(gpu) = gpu::device() else { return };
     let passes = r#""views": { "views": { "to": "views", "max": 1, "lies": true } },

@@ -1,5 +1,5 @@
 //! A node kind whose views each frame chooses, through the names of its lights: `LAYER`, `LAYER X Y WIDTH HEIGHT`, or
-//! the same with how far the view moves everything to the right.
+//! the same with how far the view moves everything to the right, which may be a fraction.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -49,16 +49,17 @@ impl CpuNode for Run {
             data.set_f32("undeclared", 1.0);
         }
         for light in &context.frame.lights {
-            let numbers: Vec<u32> = light.name.split(' ').filter_map(|word| word.parse().ok()).collect();
-            let (layer, viewport, shift) = match numbers[..] {
-                [layer] => (layer, None, 0),
-                [layer, x, y, width, height] => (layer, Some([x, y, width, height]), 0),
-                [layer, x, y, width, height, shift] => (layer, Some([x, y, width, height]), shift),
+            let words: Vec<&str> = light.name.split(' ').collect();
+            let shift = words.get(5).map_or(0.0, |word| word.parse().expect("a number"));
+            let numbers: Vec<u32> = words.iter().take(5).filter_map(|word| word.parse().ok()).collect();
+            let (layer, viewport) = match numbers[..] {
+                [layer] => (layer, None),
+                [layer, x, y, width, height] => (layer, Some([x, y, width, height])),
                 _ => panic!("{} is no view", light.name),
             };
             data.push_view(
                 View::new(
-                    glam::DMat4::from_translation(glam::DVec3::X * f64::from(shift)),
+                    glam::DMat4::from_translation(glam::DVec3::X * shift),
                     glam::DMat4::IDENTITY,
                     glam::DVec3::ZERO,
                     glam::DVec3::NEG_Z,
