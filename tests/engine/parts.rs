@@ -10,10 +10,12 @@ const COPIED: &str = r#"{
   "format": 1, "name": "parts",
   "resources": {
     "own": { "texture": { "format": "rgba8unorm", "size": "viewport" } },
-    "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }
+    "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } },
+    "drawn": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }
   },
   "passes": {
     "draw": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "own" }] } },
+    "draw_too": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "drawn" }] } },
     "hand_over": { "copy": { "from": { "name": "own" }, "to": { "name": "target" } } }
   }
 }"#;
@@ -93,6 +95,7 @@ fn what_is_copied_is_a_whole_texture() {
     let mut executor = Executor::new(&gpu.device, &gpu.queue, plan, None).unwrap();
     let error = executor.import_part("target", Some(ImportPart::new(1, 0))).unwrap_err();
     assert!(error.to_string().contains("\"hand_over\" copies \"target\""), "{error}");
+    executor.import_part("drawn", Some(ImportPart::new(1, 0))).expect("a part of what no pass copies");
 }
 
 /// The first texel of a layer of a mip.

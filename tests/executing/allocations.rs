@@ -29,10 +29,15 @@ fn a_steady_record_allocates_what_the_same_calls_by_hand_allocate() {
         )
     };
     let pass = |name: &str| {
-        fill(&format!("fill_{name}"), &format!(r#"{{ "to": "{name}" }}"#), r#""[red * 2, 0, 0, 1]""#)
+        fill(
+            &format!("fill_{name}"),
+            &format!(r#"{{ "to": "{name}" }}"#),
+            r#""[red * 2, tint[0], tint[1], 1]""#,
+        )
     };
     let text = format!(
-        r#"{{ "format": 1, "name": "test", "parameters": {{ "red": {{ "type": "f32", "default": 0.5, "min": 0, "max": 1 }} }},
+        r#"{{ "format": 1, "name": "test", "parameters": {{ "red": {{ "type": "f32", "default": 0.5, "min": 0, "max": 1 }},
+            "tint": {{ "type": "f32[]", "default": [0, 1], "min": 0, "max": 1, "min_length": 2, "max_length": 2 }} }},
             "resources": {{ {} }}, "passes": {{ {} }} }}"#,
         TARGETS.map(texture).join(", "),
         TARGETS.map(pass).join(", ")
@@ -41,6 +46,7 @@ fn a_steady_record_allocates_what_the_same_calls_by_hand_allocate() {
     let made = umbragraph::executor::Executor::new(&device, &queue, plan.clone(), None);
     let mut executor = made.expect("an executor");
     let red = executor.parameter::<f32>("red").expect("a live parameter");
+    let tint = executor.parameter::<[f32; 2]>("tint").expect("a live parameter");
     let textures = TARGETS.map(|name| import_on(&device, &plan, name));
     let imports: Vec<(&str, &wgpu::Texture)> = TARGETS.iter().copied().zip(&textures).collect();
     let input = frame(&[]);
@@ -50,7 +56,9 @@ fn a_steady_record_allocates_what_the_same_calls_by_hand_allocate() {
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let frame = Frame::new(&input).imports(&imports);
         let ours = measure(|| {
-            executor.set(red, round as f32 / 16.0).expect("a value within its range");
+            let value = round as f32 / 16.0;
+            executor.set(red, value).expect("a value within its range");
+            executor.set(tint, [value; 2]).expect("values within their range");
             executor.record(&mut encoder, &frame).expect("a record");
         });
         queue.submit([encoder.finish()]);

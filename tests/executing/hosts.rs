@@ -88,6 +88,39 @@ fn another_interface_wants_the_plan_again() {
 }
 
 #[test]
+fn materials_of_the_hosts_own_are_bound_only_where_a_shader_reads_them() {
+    let Some(gpu) = gpu::device() else { return };
+    let depth =
+        r#""depth": { "texture": { "format": "depth32float", "size": "viewport", "view": "2d-array" } }"#;
+    let passes = r#""views": { "views": { "to": "views", "max": 1 } },
+        "squares": { "draw": { "geometry": "squares", "filter": "all", "views": "views", "shader": "square_depth.wgsl.jinja",
+            "depth": { "to": "depth", "clear": 1, "compare": "less" } } },
+        "show": { "fullscreen": { "shader": "show_depth.wgsl.jinja",
+            "bind": { "settings": { "values": { "layer": 0 } }, "maps": "depth" }, "color": [{ "to": "target" }] } }"#;
+    let plan = plan(&format!("{}, {depth}", target(1)), passes);
+    let mut squares =
+        Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]).drawing(|pass, corners| {
+            pass.render_pass().set_vertex_buffer(0, corners.slice(..));
+            pass.render_pass().draw(0..6, 0..1);
+        });
+    let block = wgpu::BindGroupLayoutEntry {
+        binding: 0,
+        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+        ty: wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    };
+    squares.interface = squares.interface.material_layout([block]);
+    let mut executor = executor(&gpu, &plan, Some(&squares));
+    let target = import(&gpu, &plan, "target");
+    show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
+    assert_eq!(color(&gpu, &target, 0), [128, 128, 128, 255]);
+}
+
+#[test]
 fn a_frame_without_meshes_is_rejected_where_they_are_drawn() {
     let Some(gpu) = gpu::device() else { return };
     let plan = plan(&target(1), &clearing());

@@ -79,6 +79,31 @@ fn an_attachment_of_one_layer_beside_one_of_several_is_cleared_once() {
 }
 
 #[test]
+fn a_color_of_several_layers_after_one_of_one_layer_is_cleared_in_each() {
+    let Some(gpu) = gpu::device() else { return };
+    let flat =
+        r#""flat": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "persistent" } }"#;
+    let to = r#"{ "to": "flat", "clear": [0, 0, 0, 1] }, { "to": "target", "clear": [0, 0, 1, 1] }"#;
+    let twice = draw(2, to).replace("square.wgsl.jinja", "square_twice.wgsl.jinja");
+    let plan = plan(&format!("{}, {flat}", target(2)), &twice);
+    let half = Square { rectangle: [-1.0, -1.0, 0.0, 1.0], ..square(RED) };
+    let squares = Squares::new(&gpu.device, &gpu.queue, &[half], &[[1.0; 4]]);
+    let mut executor = executor(&gpu, &plan, Some(&squares));
+    let target = import(&gpu, &plan, "target");
+    let (drawn, cleared) = ([DRAWN, CLEARED], [CLEARED, CLEARED]);
+    for (views, wanted) in
+        [(&["0"][..], [drawn, cleared]), (&["1"], [cleared, drawn]), (&["0", "1"], [drawn, drawn])]
+    {
+        show(&gpu, &mut executor, Some(&squares), &target, &frame(views));
+        let seen = [0, 1].map(|layer| {
+            let texels = texels(&gpu, &target, layer);
+            [texels[0], texels[7]]
+        });
+        assert_eq!(seen, wanted, "{views:?}");
+    }
+}
+
+#[test]
 fn depth_layers_without_a_fragment_stage_are_drawn_and_cleared_each_on_its_own() {
     let Some(gpu) = gpu::device() else { return };
     for (views, wanted) in [(&["1"][..], [255, 64]), (&["0", "1"][..], [64, 64]), (&[][..], [255, 255])] {

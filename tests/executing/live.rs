@@ -50,9 +50,12 @@ fn whatever_a_live_parameter_sets_draws_what_a_new_plan_draws() {
     let constant = r#""clear": [0, 0, 1, 1], "blend": { "color": { "src_factor": "constant" }, "constant": "[live, live, live, 1]" }"#;
     let half = r#""half": { "compute": { "shader": "half.wgsl.jinja", "workgroups": ["live", 1, 1],
         "bind": { "image": { "texture": { "name": "target", "contents": "load" } } } } }"#;
+    let triangle = r#""triangle": { "mesh": { "shader": "left_triangles.wgsl.jinja", "count": COUNT, "instances": INSTANCES,
+        "bind": { "settings": { "values": { "color": [1, 0, 0, 1] } } },
+        "color": [{ "to": "target", "clear": [0, 0, 1, 1] }] } }"#;
     let squares_of = |to: &str| draw(1, &format!(r#"{{ "to": "target", {to} }}"#));
     let share = r#""type": "f32", "default": DEFAULT, "min": 0, "max": 1"#;
-    let count = r#""type": "u32", "default": DEFAULT, "min": 0, "max": 2"#;
+    let count = r#""type": "u32", "default": DEFAULT, "min": 0, "max": 3"#;
     for (what, parameter, [before, after], passes) in [
         (
             "the clear color of a fill",
@@ -72,6 +75,18 @@ fn whatever_a_live_parameter_sets_draws_what_a_new_plan_draws() {
             count,
             [0.0, 1.0],
             fills("fill.wgsl.jinja", blue, &stencil("1", r#""live""#)),
+        ),
+        (
+            "the number of vertices",
+            count,
+            [0.0, 3.0],
+            triangle.replace("COUNT", r#""live""#).replace("INSTANCES", "1"),
+        ),
+        (
+            "the number of instances",
+            count,
+            [0.0, 1.0],
+            triangle.replace("COUNT", "3").replace("INSTANCES", r#""live""#),
         ),
         ("the blend constant", share, [0.2, 1.0], fills("fill.wgsl.jinja", constant, "")),
         (

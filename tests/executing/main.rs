@@ -28,6 +28,7 @@ mod passthroughs;
 mod plans;
 mod read_back;
 mod redraw;
+mod samplers;
 mod simulation;
 mod squares;
 mod stage;

@@ -226,9 +226,15 @@ pub(crate) fn try_plan_with(text: String, side: u32, features: wgpu::Features) -
     // Squares that lie as many steps of depth farther away as the first word says.
     let sunk = DEPTH_TEMPLATE.replace("object.depth", "object.depth + f32(words[0]) / 85.0");
     let sunk = format!("{sunk}@group(1) @binding(0) var<storage, read> words: array<u32>;\n");
+    // Squares in two colors.
+    let paint = "@location(0) vec4<f32> { return object.color * material.tint; }";
+    let twice = "Twice { let color = object.color * material.tint; return Twice(color, color); }";
+    let twice = TEMPLATE.replace(paint, twice)
+        + "struct Twice { @location(0) first: vec4<f32>, @location(1) second: vec4<f32> }\n";
     let own = [
         ("square.wgsl.jinja", TEMPLATE),
         ("square_depth.wgsl.jinja", DEPTH_TEMPLATE),
+        ("square_twice.wgsl.jinja", &twice),
         ("sunk_depth.wgsl.jinja", &sunk),
         ("fill.wgsl.jinja", FILL),
         ("clock.wgsl.jinja", CLOCK),
