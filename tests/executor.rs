@@ -24,7 +24,7 @@ struct Eye { time: f32 }
 const REACH: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
 struct Sun { count: u32, far: array<f32> }
 @group(0) @binding(0) var<storage, read> sun: Sun;
-@fragment fn fill(covered: Covered) -> @location(0) vec4<f32> { return vec4<f32>(sun.far[2] / 100.0, 0.0, 0.0, 1.0); }
+@fragment fn fill(covered: Covered) -> @location(0) vec4<f32> { return vec4<f32>(sun.far[2] / 100.0, f32(arrayLength(&sun.far)) / 255.0, 0.0, 1.0); }
 "#;
 
 const DOUBLE: &str = "@group(0) @binding(0) var source: texture_2d<f32>;
@@ -136,7 +136,7 @@ fn records_of_one_submission_do_not_disturb_one_another() {
 fn an_array_without_a_count_is_as_long_as_what_is_published() {
     let Some(gpu) = gpu::device() else { return };
     let passes = [
-        r#""fit": { "cascades": { "to": "sun", "far": [10, 20, 40], "resolution": 64 } }"#.to_owned(),
+        r#""fit": { "cascades": { "to": "sun", "far": [10, 20, 40, 80], "resolution": 64 } }"#.to_owned(),
         r#""show": { "fullscreen": { "shader": "reach.wgsl.jinja", "bind": { "sun": "sun" }, "color": [{ "to": "target" }] } }"#.to_owned(),
     ];
     let outcome = outcome("", &passes, false);
@@ -150,7 +150,7 @@ fn an_array_without_a_count_is_as_long_as_what_is_published() {
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     executor.record(&mut encoder, &Frame::new(&input).imports(&[("target", &target)])).unwrap();
     gpu.queue.submit([encoder.finish()]);
-    assert_eq!(read(&gpu, &target).rgba_pixels().next(), Some([102, 0, 0, 255]));
+    assert_eq!(read(&gpu, &target).rgba_pixels().next(), Some([102, 4, 0, 255]));
 }
 
 #[test]

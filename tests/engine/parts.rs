@@ -95,6 +95,8 @@ fn what_is_copied_is_a_whole_texture() {
     let mut executor = Executor::new(&gpu.device, &gpu.queue, plan, None).unwrap();
     let error = executor.import_part("target", Some(ImportPart::new(1, 0))).unwrap_err();
     assert!(error.to_string().contains("\"hand_over\" copies \"target\""), "{error}");
+    let error = executor.import_part("own", None).unwrap_err();
+    assert!(error.to_string().contains("imports no texture \"own\""), "{error}");
     executor.import_part("drawn", Some(ImportPart::new(1, 0))).expect("a part of what no pass copies");
 }
 

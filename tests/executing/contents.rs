@@ -176,6 +176,21 @@ fn what_is_discarded_is_not_stored_and_no_output() {
             assert_eq!(color(&gpu, &picture, 0), RED);
         }
     }
+    // Nothing is left of it for the host.
+    let flat =
+        r#""flat": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "persistent" } }"#;
+    for (store, left) in [("", RED), (r#", "store": "discard""#, [0; 4])] {
+        let to = format!(
+            r#"{{ "to": "flat", "clear": [0, 0, 1, 1] }}, {{ "to": "target", "clear": [0, 0, 1, 1]{store} }}"#
+        );
+        let twice = draw(1, &to).replace("square.wgsl.jinja", "square_twice.wgsl.jinja");
+        let plan = plan(&format!("{}, {flat}", target(1)), &twice);
+        let squares = Squares::new(&gpu.device, &gpu.queue, &[square(crate::squares::RED)], &[[1.0; 4]]);
+        let mut executor = executor(&gpu, &plan, Some(&squares));
+        let picture = import(&gpu, &plan, "target");
+        show(&gpu, &mut executor, Some(&squares), &picture, &frame(&["0"]));
+        assert_eq!(color(&gpu, &picture, 0), left, "{store}");
+    }
     let red = fill("red", r#"{ "to": "image", "store": "discard" }"#, "[1, 0, 0, 1]");
     let other = fill("other", r#"{ "to": "target" }"#, "[1, 0, 0, 1]");
     let plan = plan(&format!("{}, {IMAGE}", target(1)), &format!("{red}, {other}"));

@@ -118,7 +118,8 @@ fn in_a_steady_frame_nothing_is_created_however_the_copies_turn() {
     }
     let before = executor.statistics();
     assert_eq!((before.textures, before.bind_groups), (3, 6), "three copies, two passes in three states");
-    assert_eq!(before.buffers, 0, "there are no blocks");
+    assert_eq!((before.bytes, before.buffers), (3 * 8 * 8 * 4, 0), "there are no blocks");
+    assert_eq!((before.views, before.import_views), (9, 1), "copies are cleared, drawn into and read");
     for _ in 0..8 {
         show(&gpu, &mut executor, None, &target, &frame(&[]));
     }

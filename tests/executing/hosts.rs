@@ -18,7 +18,9 @@ fn clearing() -> String {
 #[test]
 fn another_generation_binds_again_and_the_same_does_not() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(1), &clearing());
+    let twice = draw(8, r#"{ "to": "target@squares" }"#);
+    let again = twice.split_once(r#""squares":"#).expect("a draw").1;
+    let plan = plan(&target(1), &format!("{}, \"again\":{again}", clearing()));
     let mut squares = Squares::new(&gpu.device, &gpu.queue, &[square([1.0; 4])], &[RED]);
     let other = Squares::new(&gpu.device, &gpu.queue, &[square([1.0; 4])], &[[0.0, 1.0, 0.0, 1.0]]);
     let mut executor = executor(&gpu, &plan, Some(&squares));
@@ -32,7 +34,7 @@ fn another_generation_binds_again_and_the_same_does_not() {
     squares.generation += 1;
     show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
     assert_eq!(color(&gpu, &target, 0), [0, 255, 0, 255]);
-    // One material and the objects.
+    // One material and the objects, which both passes bind.
     assert_eq!(executor.statistics().bind_groups, before.bind_groups + 2);
 }
 

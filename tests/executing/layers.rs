@@ -132,19 +132,40 @@ fn depth_layers_without_a_fragment_stage_are_drawn_and_cleared_each_on_its_own()
     }
 }
 
+const WHITE: [u8; 4] = [255; 4];
+
+/// Stencil of two layers.
+const MARKS: &str = r#""marks": { "texture": { "format": "stencil8", "size": "viewport", "layers": 2, "lifetime": "persistent" } }"#;
+
+/// A pass that paints a layer white where its stencil is a number.
+fn shown(layer: u32, mark: u32) -> String {
+    let to = format!(r#"{{ "to": "target", "layer": {layer} }}"#);
+    let equal = format!(
+        r#""stencil": {{ "to": "marks", "layer": {layer}, "reference": {mark}, "front": {{ "compare": "equal" }} }}, "color": [{{"#
+    );
+    fill(&format!("show_{layer}"), &to, "[1, 1, 1, 1]").replace(r#""color": [{"#, &equal)
+}
+
+#[test]
+fn stencil_alone_is_cleared_in_each_layer() {
+    let Some(gpu) = gpu::device() else { return };
+    let marking = r#""views": { "views": { "to": "views", "max": 2 } },
+        "squares": { "draw": { "geometry": "squares", "filter": "all", "views": "views", "shader": "square_depth.wgsl.jinja",
+            "stencil": { "to": "marks", "clear": 3, "front": { "pass": "increment-clamp" } } } }"#;
+    let passes = [marking.to_owned(), shown(0, 3), shown(1, 4)].join(", ");
+    let plan = plan(&format!("{}, {MARKS}", target(2)), &passes);
+    let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
+    let mut executor = executor(&gpu, &plan, Some(&squares));
+    let target = import(&gpu, &plan, "target");
+    for _ in 0..2 {
+        show(&gpu, &mut executor, Some(&squares), &target, &frame(&["1"]));
+        assert_eq!([0, 1].map(|layer| color(&gpu, &target, layer)), [WHITE; 2]);
+    }
+}
+
 #[test]
 fn layers_of_stencil_are_cleared_each_on_its_own() {
     let Some(gpu) = gpu::device() else { return };
-    let marks = r#""marks": { "texture": { "format": "stencil8", "size": "viewport", "layers": 2, "lifetime": "persistent" } }"#;
-    // A pass that paints a layer white where its stencil is a number.
-    let shown = |layer: u32, mark: u32| {
-        let to = format!(r#"{{ "to": "target", "layer": {layer} }}"#);
-        let equal = format!(
-            r#""stencil": {{ "to": "marks", "layer": {layer}, "reference": {mark}, "front": {{ "compare": "equal" }} }}, "color": [{{"#
-        );
-        fill(&format!("show_{layer}"), &to, "[1, 1, 1, 1]").replace(r#""color": [{"#, &equal)
-    };
-    const WHITE: [u8; 4] = [255; 4];
     for (views, marks_shown, wanted) in [
         // What is drawn counts from 3 to 4, and the rest is 3.
         (&["0"][..], [4, 3], [[WHITE, CLEARED], [WHITE, WHITE]]),
@@ -157,7 +178,7 @@ fn layers_of_stencil_are_cleared_each_on_its_own() {
         let squares =
             draw(2, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#).replace(r#""color": [{"#, count);
         let passes = [squares, shown(0, marks_shown[0]), shown(1, marks_shown[1])].join(", ");
-        let plan = plan(&format!("{}, {marks}", target(2)), &passes);
+        let plan = plan(&format!("{}, {MARKS}", target(2)), &passes);
         let half = Square { rectangle: [-1.0, -1.0, 0.0, 1.0], ..square(RED) };
         let squares = Squares::new(&gpu.device, &gpu.queue, &[half], &[[1.0; 4]]);
         let mut executor = executor(&gpu, &plan, Some(&squares));

@@ -68,6 +68,7 @@ fn vertices_are_drawn_as_often_as_numbers_or_a_buffer_say() {
 fn indices_choose_the_vertices() {
     let found = row(r#""count": 6, "indices": { "buffer": "order" }"#);
     assert!(found.is_empty() || (found[10][2] == 128 && found[50] == [0, 0, 255, 255]), "{found:?}");
+    assert_eq!(row(r#""count": 6, "indices": { "buffer": "order" }, "topology": "triangle-strip""#), found);
 }
 
 #[test]

@@ -93,6 +93,9 @@ fn only_what_changed_is_drawn_again_and_the_rest_stays() {
     let Some(gpu) = gpu::device() else { return };
     let mut stage = Stage::new(&gpu, &kept(3, 1, CHANGED));
     assert_eq!(stage.play(&["0", "1", "2"]), 3);
+    let mut drawn = PassCounts::default();
+    (drawn.views, drawn.draws, drawn.texels) = (3, 3, 3 * 64);
+    assert_eq!(stage.executor.pass_counts().collect::<Vec<_>>(), [("squares", drawn)]);
     assert_eq!(stage.play(&["0", "1", "2"]), 0);
     let mut left = PassCounts::default();
     left.kept = 3;

@@ -16,13 +16,16 @@ struct Settings { blue: f32 }
 }
 "#;
 
-/// What a sampler sees at a place of a level.
+/// What a sampler sees at a place of a level, or at a slant.
 const SEEN: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
 struct Settings { place: vec3<f32> }
 @group(1) @binding(0) var<uniform> settings: Settings;
 @group(1) @binding(1) var quarters: texture_2d<f32>;
 @group(1) @binding(2) var quarters_sampler: sampler;
 @fragment fn show(covered: Covered) -> @location(0) vec4<f32> {
+    if settings.place.z < 0.0 {
+        return textureSampleGrad(quarters, quarters_sampler, settings.place.xy, vec2<f32>(0.25, 0.0), vec2<f32>(0.0));
+    }
     return textureSampleLevel(quarters, quarters_sampler, settings.place.xy, settings.place.z);
 }
 "#;
@@ -50,6 +53,9 @@ fn each_setting_of_a_sampler_is_the_one_that_is_written() {
         (r#""lod_min_clamp": 1"#, "[0.25, 0.25, 0]", [255, 255, 102]),
         (r#""lod_min_clamp": 0.5"#, "[0.25, 0.25, 0]", [255, 255, 51]),
         (r#""lod_max_clamp": 1"#, "[0.25, 0.25, 2]", [255, 255, 102]),
+        // At a slant the coarsest level, or several samples of the finest.
+        ("", "[0.25, 0.25, -1]", [255, 255, 204]),
+        (r#""max_anisotropy": 16"#, "[0.25, 0.25, -1]", [255, 255, 0]),
     ];
     for (sampler, place, wanted) in cases {
         let level = |mip: u32, blue: f64| {

@@ -191,7 +191,7 @@ impl DrawSource for Squares {
         Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: &self.object_blocks,
             offset: 0,
-            size: wgpu::BufferSize::new(48),
+            size: None,
         }))
     }
 

@@ -45,7 +45,10 @@ fn textures_of_the_host_that_take_turns_are_seen_once_each() {
     };
     let first = (0..6).map(&mut turn).last().expect("a turn");
     assert_eq!((first.import_views, first.bind_groups), (5, 2));
-    assert_eq!((6..24).map(turn).last(), Some(first));
+    assert_eq!((6..24).map(&mut turn).last(), Some(first));
+    // Those that stay away for long are forgotten.
+    assert_eq!([0; 6].map(&mut turn)[5], first);
+    assert_eq!(turn(1).import_views, first.import_views + 2);
 }
 
 #[test]
@@ -88,6 +91,7 @@ fn times_are_told_for_each_pass_if_asked_for() {
     assert!(starts.len() == 2 && starts[0] < starts[1] && starts[1] >= starts[0] + times[0].1, "{starts:?}");
     assert!(!executor.preparation_time().is_zero(), "the block of the view is uploaded");
     executor.measure_times(false);
+    show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
     assert_eq!((executor.times().count(), executor.preparation_time().is_zero()), (0, true));
 }
 
