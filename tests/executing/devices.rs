@@ -89,38 +89,43 @@ fn bind_groups_and_blocks_beyond_the_device_are_named() {
 }
 
 /// A limit of a device.
-type Limit = fn(&mut wgpu::Limits) -> &mut u32;
+type Limit = fn(&mut wgpu::Limits, u32);
 
 #[test]
 fn a_limit_may_be_met_exactly_and_not_be_exceeded_by_one() {
     let resources = format!(
         r#""sums": {{ "buffer": {{ "size": 1024 }} }},
-           "between": {{ "texture": {{ "format": "rgba8unorm", "size": [512, 300] }} }}, {}"#,
+           "between": {{ "texture": {{ "format": "rgba8unorm", "size": [512, 300] }} }},
+           "stack": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "layers": 5, "lifetime": "persistent" }} }}, {}"#,
         target(1)
     );
     let passes = format!(
-        r#"{}, "none": {{ "clear": {{ "buffer": "sums" }} }},
+        r#"{}, {}, "none": {{ "clear": {{ "buffer": "sums" }} }},
            "sum": {{ "compute": {{ "shader": "shared.wgsl.jinja", "bind": {{ "sums": "sums" }}, "workgroups": [3, 1, 1] }} }},
            "show": {{ "fullscreen": {{ "shader": "show.wgsl.jinja", "bind": {{ "picture": "between" }},
              "color": [{{ "to": "target" }}] }} }},
            "word": {{ "fullscreen": {{ "shader": "word.wgsl.jinja", "bind": {{ "words": "sums" }},
              "color": [{{ "to": "target", "blend": "add" }}] }} }}"#,
-        fill("one", r#"{ "to": "between" }"#, "[1, 0, 0, 1]")
+        fill("one", r#"{ "to": "between" }"#, "[1, 0, 0, 1]"),
+        fill("top", r#"{ "to": "stack", "layer": 4 }"#, "[1, 0, 0, 1]")
     );
     let plan = plan(&resources, &passes);
-    let limits: [(u32, Limit); 9] = [
-        (512, |limits| &mut limits.max_texture_dimension_2d),
-        (2, |limits| &mut limits.max_bind_groups),
-        (1, |limits| &mut limits.max_color_attachments),
-        (16, |limits| &mut limits.max_compute_workgroup_size_x),
-        (4, |limits| &mut limits.max_compute_workgroup_size_y),
-        (2, |limits| &mut limits.max_compute_workgroup_size_z),
-        (128, |limits| &mut limits.max_compute_invocations_per_workgroup),
-        (512, |limits| &mut limits.max_compute_workgroup_storage_size),
-        (3, |limits| &mut limits.max_compute_workgroups_per_dimension),
+    let limits: [(u32, Limit); 12] = [
+        (512, |limits, to| limits.max_texture_dimension_2d = to),
+        (5, |limits, to| limits.max_texture_array_layers = to),
+        (1024, |limits, to| limits.max_buffer_size = to.into()),
+        (16, |limits, to| limits.max_uniform_buffer_binding_size = to.into()),
+        (2, |limits, to| limits.max_bind_groups = to),
+        (1, |limits, to| limits.max_color_attachments = to),
+        (16, |limits, to| limits.max_compute_workgroup_size_x = to),
+        (4, |limits, to| limits.max_compute_workgroup_size_y = to),
+        (2, |limits, to| limits.max_compute_workgroup_size_z = to),
+        (128, |limits, to| limits.max_compute_invocations_per_workgroup = to),
+        (512, |limits, to| limits.max_compute_workgroup_storage_size = to),
+        (3, |limits, to| limits.max_compute_workgroups_per_dimension = to),
     ];
     for (at, (needed, limit)) in limits.into_iter().enumerate() {
-        let with = |allowed| device(wgpu::Features::empty(), |limits| *limit(limits) = allowed);
+        let with = |allowed| device(wgpu::Features::empty(), |limits| limit(limits, allowed));
         if let Err(error) = instantiate(&plan, &with(needed)) {
             panic!("limit {at}, {needed}: {:?}", said(&error));
         }
@@ -130,6 +135,28 @@ fn a_limit_may_be_met_exactly_and_not_be_exceeded_by_one() {
             "limit {at}: {found:?}"
         );
     }
+}
+
+#[test]
+fn what_only_the_device_rejects_is_said_at_the_resource_or_the_pass() {
+    let noop = device(wgpu::Features::empty(), |_| {});
+    let places = |plan: Plan| -> Vec<String> {
+        let rejected = instantiate(&Arc::new(plan), &noop).err().expect("a diagnostic");
+        rejected.iter().map(|one| format!("{} {}", one.code.id, one.pointer)).collect()
+    };
+    let plan = (*through("rgba8unorm", r#""viewport""#, "show.wgsl.jinja")).clone();
+    let mut of_resource = plan.clone();
+    of_resource.textures[0].size.samples = 3;
+    assert_eq!(places(of_resource)[0], "UG0803 /resources/between");
+    let mut pipeline = (*plan.pipeline).clone();
+    for pass in &mut pipeline.passes {
+        if let umbragraph::work::Work::Render(render) = pass.tamper().0 {
+            render.color[0].format = Some(wgpu::TextureFormat::Rgba8Uint);
+        }
+    }
+    let mut of_passes = plan;
+    of_passes.pipeline = Arc::new(pipeline);
+    assert_eq!(places(of_passes), ["UG0803 /passes/one", "UG0803 /passes/show"]);
 }
 
 #[test]

@@ -27,6 +27,40 @@ fn neighbours_that_add_to_one_attachment_are_one_render_pass() {
     show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
     let [left, right] = [[51, 102, 0, 255], [51, 102, 153, 255]];
     assert_eq!(texels(&gpu, &target, 0)[..8], [left, left, left, left, right, right, right, right]);
+    // Where the device tells.
+    if executor.measure_gpu_times(true) {
+        show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
+        let begun: Vec<String> = executor.gpu_times().into_iter().map(|one| one.pass).collect();
+        assert_eq!(begun, ["one"]);
+    }
+}
+
+#[test]
+fn stencil_that_one_pass_tests_against_and_the_next_writes_is_one_render_pass() {
+    let Some(gpu) = gpu::device() else { return };
+    let marks =
+        r#""marks": { "texture": { "format": "stencil8", "size": "viewport", "lifetime": "persistent" } }"#;
+    let stencil = |pass: &str| {
+        format!(
+            r#""stencil": {{ "to": "marks", "front": {{ "compare": "equal", "pass": "{pass}" }} }}, "color": [{{"#
+        )
+    };
+    let tests = fill("tests", r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#, "[0.4, 0, 0, 1]");
+    let writes = fill("writes", r#"{ "to": "target", "blend": "add" }"#, "[0.2, 0, 0, 0]");
+    let passes = [
+        tests.replace(r#""color": [{"#, &stencil("keep")),
+        writes
+            .replace(r#""color": [{"#, &stencil("increment-clamp"))
+            .replace(r#""writes": {"#, r#""writes": { "after": ["tests"],"#),
+    ];
+    let plan = plan(&format!("{}, {marks}", target(1)), &passes.join(","));
+    assert_eq!(plan.passes[0].group, plan.passes[1].group);
+    let mut executor = executor(&gpu, &plan, None);
+    let target = import(&gpu, &plan, "target");
+    for wanted in [[153, 0, 0, 255], [0, 0, 255, 255]] {
+        show(&gpu, &mut executor, None, &target, &frame(&[]));
+        assert_eq!(crate::stage::color(&gpu, &target, 0), wanted);
+    }
 }
 
 #[test]

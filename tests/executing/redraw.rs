@@ -100,6 +100,9 @@ fn only_what_changed_is_drawn_again_and_the_rest_stays() {
     let mut left = PassCounts::default();
     left.kept = 3;
     assert_eq!(stage.executor.pass_counts().collect::<Vec<_>>(), [("squares", left)]);
+    left += drawn;
+    left += left;
+    assert_eq!((left.views, left.kept, left.draws, left.texels), (6, 6, 6, 6 * 64));
     stage.change();
     // A view moved, in a frame in which the others vanish, and come back.
     assert_eq!(stage.play(&["1 0 0 8 8 2"]), 1);

@@ -24,6 +24,8 @@ fn a_view_draws_into_its_texels_only() {
             assert_eq!(at(&gpu, &target, x, y), if is_inside { DRAWN } else { CLEARED }, "{x}, {y}");
         }
     }
+    let (_, counts) = executor.pass_counts().next().expect("a pass that draws");
+    assert_eq!((counts.views, counts.draws, counts.texels), (2, 2, 3 * 4 + 1));
 }
 
 #[test]
