@@ -3,7 +3,7 @@
 use umbragraph::executor::{Executor, Frame};
 use umbragraph_test_support::gpu;
 
-use crate::common::gpu::import;
+use crate::common::gpu::{import, import_on};
 use crate::squares::{RED, Squares, square};
 use crate::stage::{draw, executor, fill, plan, play, said, show, target};
 use crate::views::frame;
@@ -69,6 +69,38 @@ fn records_in_flight_have_a_buffer_each_and_use_them_again() {
         let statistics = executor.statistics();
         assert_eq!((statistics.buffers, statistics.bind_groups), (5, 5));
     }
+}
+
+#[test]
+fn buffers_that_are_long_unused_or_too_small_are_made_again() {
+    let (device, queue) = crate::devices::device(wgpu::Features::empty(), |_| {});
+    let one = fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]");
+    let two = fill("two", r#"{ "to": "target", "blend": "add" }"#, "[1, 0, 0, 1]");
+    let (small, large) = (plan(&target(1), &one), plan(&target(1), &format!("{one}, {two}")));
+    let mut executor = Executor::new(&device, &queue, small.clone(), None).expect("an executor");
+    let target = import_on(&device, &small, "target");
+    // The number of buffers made so far, after so many records in flight at once.
+    let made = |executor: &mut Executor, records: usize| {
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        for _ in 0..records {
+            let input = frame(&[]);
+            executor
+                .record(&mut encoder, &Frame::new(&input).imports(&[("target", &target)]))
+                .expect("a record");
+        }
+        queue.submit([encoder.finish()]);
+        device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
+        executor.statistics().buffers
+    };
+    assert_eq!([made(&mut executor, 2), made(&mut executor, 2)], [2, 2]);
+    for _ in 0..300 {
+        assert_eq!(made(&mut executor, 1), 2);
+    }
+    assert_eq!(made(&mut executor, 2), 3);
+    executor.set_plan(large, None).expect("another plan");
+    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    assert_eq!(made(&mut executor, 1), 4);
+    assert!(pollster::block_on(scope.pop()).is_none());
 }
 
 #[test]

@@ -177,3 +177,43 @@ impl DrawPass for ScenePass<'_> {
         self.pass
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{DMat4, DVec3, DVec4};
+
+    use super::*;
+
+    const TEXELS: [u32; 4] = [8, 16, 64, 32];
+
+    fn seen(clip_from_world: DMat4, min: [f64; 3], max: [f64; 3]) -> Option<[u32; 4]> {
+        let view = View::new(clip_from_world, DMat4::IDENTITY, DVec3::ZERO, DVec3::NEG_Z);
+        covered(&Bounds::between(min, max), &view, TEXELS)
+    }
+
+    #[test]
+    fn what_bounds_cover_is_where_they_are_seen_and_a_texel_around() {
+        let flat = |min, max| seen(DMat4::IDENTITY, min, max);
+        assert_eq!(flat([-0.5, 0.0, 0.0], [0.5, 1.0, 1.0]), Some([8 + 15, 16, 34, 17]));
+        assert_eq!(flat([-9.0, -9.0, 0.0], [9.0, 9.0, 1.0]), Some(TEXELS));
+        assert_eq!(flat([1.5, 0.0, 0.0], [2.0, 1.0, 1.0]), None, "beyond the right edge");
+        assert_eq!(flat([0.0, -3.0, 0.0], [1.0, -2.0, 1.0]), None, "beyond the lower edge");
+        assert_eq!(flat([0.0, 0.0, 0.0], [f64::INFINITY, 1.0, 1.0]), Some(TEXELS), "nowhere");
+        let view = View::new(DMat4::IDENTITY, DMat4::IDENTITY, DVec3::ZERO, DVec3::NEG_Z);
+        assert_eq!(covered(&Bounds::EMPTY, &view, TEXELS), None);
+        // What is twice as far away is half as large.
+        let eye = DMat4::from_cols(DVec4::X, DVec4::Y, -DVec4::W, DVec4::Z);
+        assert_eq!(seen(eye, [-1.0, 0.0, -4.0], [1.0, 1.0, -2.0]), Some([8 + 15, 16 + 7, 34, 10]));
+        assert_eq!(seen(eye, [-1.0, 0.0, -4.0], [1.0, 1.0, 2.0]), Some(TEXELS), "in part behind the eye");
+        assert_eq!(seen(eye, [-1.0, 0.0, -4.0], [1.0, 1.0, 0.0]), Some(TEXELS), "as far as the eye");
+    }
+
+    #[test]
+    fn rectangles_have_in_common_what_lies_in_both() {
+        assert_eq!(common([0, 0, 4, 4], [2, 1, 8, 2]), Some([2, 1, 2, 2]));
+        assert_eq!(common([3, 5, 4, 4], [0, 0, 8, 6]), Some([3, 5, 4, 1]));
+        assert_eq!(common([0, 0, 4, 4], [4, 0, 4, 4]), None, "side by side");
+        assert_eq!(common([0, 0, 4, 4], [0, 4, 4, 4]), None, "one above the other");
+        assert_eq!(common([0, 0, 4, 4], [9, 9, 1, 1]), None);
+    }
+}

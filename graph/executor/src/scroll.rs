@@ -183,10 +183,16 @@ mod tests {
         assert_eq!(to(0.3, 0.0, 0.0), None);
         assert_eq!(to(2.0, 0.0, 0.0), None, "nothing is left in view");
         assert_eq!(to(0.25, 0.0, 1e-9), None, "another depth");
-        assert_eq!(moved(&from, &view(DVec3::splat(2.0), DVec3::ZERO), [8, 8]), None);
-        let mut perspective = view(DVec3::ONE, DVec3::X);
+        for scale in [DVec3::new(2.0, 1.0, 1.0), DVec3::new(1.0, 2.0, 1.0), DVec3::new(1.0, 1.0, 2.0)] {
+            assert_eq!(moved(&from, &view(scale, DVec3::ZERO), [8, 8]), None, "{scale}");
+        }
+        let mut perspective = view(DVec3::ONE, DVec3::ZERO);
         perspective.clip_from_world.z_axis.w = -1.0;
-        assert_eq!(moved(&perspective, &perspective, [8, 8]), None);
+        let mut nearer = view(DVec3::ONE, DVec3::ZERO);
+        nearer.clip_from_world.w_axis.w = 2.0;
+        for (from, to) in [(&perspective, &perspective), (&from, &nearer), (&nearer, &from)] {
+            assert_eq!(moved(from, to, [8, 8]), None);
+        }
     }
 
     #[test]
@@ -197,6 +203,7 @@ mod tests {
             let [left, top] = [by[0].max(0) as u32, by[1].max(0) as u32];
             let (wide, high) = (width - i32::unsigned_abs(by[0]), height - i32::unsigned_abs(by[1]));
             let kept = [x + left, y + top, wide, high];
+            assert!(strips([x, y, width, height], by).all(|[_, _, width, height]| width > 0 && height > 0));
             for [x, y, width, height] in strips([x, y, width, height], by).chain([kept]) {
                 for at in 0..width * height {
                     covered[((y + at / width) * 20 + x + at % width) as usize] += 1;
