@@ -42,8 +42,8 @@ pub(super) struct Attachments {
 struct Attachment<V> {
     /// A view of each layer that can be drawn into; one where the layer is fixed or the only one.
     layers: Vec<Viewed>,
-    /// The resolve targets: a view for each layer, or one.
-    resolve: Vec<Viewed>,
+    /// The resolve target. What has several samples has one layer.
+    resolve: Option<Viewed>,
     load: wgpu::LoadOp<V>,
     store: wgpu::StoreOp,
 }
@@ -52,12 +52,6 @@ impl<V: Copy> Attachment<V> {
     /// The position of a view's layer.
     fn position(&self, layer: u32) -> usize {
         if self.layers.len() > 1 { layer as usize } else { 0 }
-    }
-
-    /// The resolve target of a layer.
-    fn resolved<'a>(&'a self, position: usize, resources: &'a Resources) -> Option<&'a wgpu::TextureView> {
-        let at = if self.resolve.len() > 1 { position } else { 0 };
-        self.resolve.get(at)?.get(resources)
     }
 
     fn operations(&self, is_first: bool) -> wgpu::Operations<V> {
@@ -80,11 +74,10 @@ impl Attachment<wgpu::Color> {
     fn of_color<'a>(
         &'a self,
         view: &'a wgpu::TextureView,
-        position: usize,
         resources: &'a Resources,
         ops: wgpu::Operations<wgpu::Color>,
     ) -> wgpu::RenderPassColorAttachment<'a> {
-        let resolve_target = self.resolved(position, resources);
+        let resolve_target = self.resolve.as_ref().and_then(|to| to.get(resources));
         wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target, ops }
     }
 }
@@ -125,8 +118,8 @@ impl Attachments {
             let load = load(attachment.load, |[r, g, b, a]| wgpu::Color { r, g, b, a });
             let layers = view_layers(resources, attachment.to.target(), attachment.format)?;
             let resolve = match &attachment.resolve {
-                Some(to) => view_layers(resources, to.target(), attachment.format)?,
-                None => Vec::new(),
+                Some(to) => view_layers(resources, to.target(), attachment.format)?.into_iter().next(),
+                None => None,
             };
             color.push(Attachment { layers, resolve, load, store: store(planned.store) });
         }
@@ -135,7 +128,7 @@ impl Attachments {
             Some((attachment, planned)) => {
                 let load = load(attachment.load, |value| (value as f32).clamp(0.0, 1.0));
                 let layers = view_layers(resources, attachment.to.target(), None)?;
-                Some(Attachment { layers, resolve: Vec::new(), load, store: store(planned.store) })
+                Some(Attachment { layers, resolve: None, load, store: store(planned.store) })
             }
         };
         let stencil = match render.stencil.as_ref().zip(planned.stencil.as_ref()) {
@@ -143,7 +136,7 @@ impl Attachments {
             Some((attachment, planned)) => {
                 let load = load(attachment.load, |value| value);
                 let layers = view_layers(resources, attachment.to.target(), None)?;
-                Some(Attachment { layers, resolve: Vec::new(), load, store: store(planned.store) })
+                Some(Attachment { layers, resolve: None, load, store: store(planned.store) })
             }
         };
         let is_read_only =
@@ -227,7 +220,7 @@ impl Attachments {
             let position = color.position(layer);
             let ops = color.operations(drawn.is_first(at * count + position));
             let view = color.layers.get(position)?.get(resources)?;
-            *slot = Some(color.of_color(view, position, resources, ops));
+            *slot = Some(color.of_color(view, resources, ops));
         }
         let mut view = None;
         let mut depth_ops = None;
@@ -290,7 +283,7 @@ impl Attachments {
                 if !drawn.contains(at * count + position)
                     && let Some((view, ops)) = color.cleared(position, resources)
                 {
-                    *slot = Some(color.of_color(view, position, resources, ops));
+                    *slot = Some(color.of_color(view, resources, ops));
                 }
             }
             let is_left = |aspect: usize| !drawn.contains((self.color.len() + aspect) * count + position);

@@ -241,7 +241,6 @@ fn clear_texture(
                     base_mip_level: mip,
                     mip_level_count: Some(1),
                     base_array_layer: layer,
-                    array_layer_count: Some(1),
                     ..wgpu::TextureViewDescriptor::default()
                 },
             );

@@ -178,8 +178,7 @@ impl Pipelines<'_, '_> {
             let format = format(resource)?;
             let depth = render.depth.as_ref();
             // A format with depth wants to be told also where only its stencil is attached.
-            let unused = (depth.is_none() && format.has_depth_aspect())
-                .then_some((false, wgpu::CompareFunction::Always));
+            let unused = format.has_depth_aspect().then_some((false, wgpu::CompareFunction::Always));
             let (write, compare) = depth.map(|depth| (depth.write, depth.compare)).or(unused).unzip();
             let slope_scale = depth.map_or(0.0, |depth| depth.slope_bias);
             Some(wgpu::DepthStencilState {

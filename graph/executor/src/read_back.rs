@@ -139,8 +139,6 @@ fn read_depth(
     let view = texture.create_view(&wgpu::TextureViewDescriptor {
         aspect: wgpu::TextureAspect::DepthOnly,
         dimension: Some(wgpu::TextureViewDimension::D2Array),
-        base_mip_level: 0,
-        mip_level_count: Some(1),
         ..Default::default()
     });
     let words = device.create_buffer(&wgpu::BufferDescriptor {
