@@ -378,6 +378,31 @@ fn a_texture_for_what_is_not_the_hosts_is_rejected_and_one_that_no_pass_uses_is_
 }
 
 #[test]
+fn an_import_has_at_least_the_mips_that_are_planned() {
+    let Some(gpu) = gpu::device() else { return };
+    let texture = |mips: u32| {
+        let size = r#""format": "rgba8unorm", "size": "viewport""#;
+        let chain =
+            format!(r#""chain": {{ "texture": {{ {size}, "mips": {mips}, "lifetime": "imported" }} }},"#);
+        let fills = [fill("one", "chain", "[1, 1, 1, 1]", ""), fill("two", "target", "[1, 1, 1, 1]", "")];
+        outcome(&chain, &fills, false)
+    };
+    let planned = texture(2);
+    let mut executor = executor(&gpu, planned.plan(), None);
+    let (input, target) = (empty_frame(), import(&gpu, planned.plan(), "target"));
+    let mut record = |mips: u32| {
+        let chain = import(&gpu, texture(mips).plan(), "chain");
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let imports = [("target", &target), ("chain", &chain)];
+        let recorded = executor.record(&mut encoder, &Frame::new(&input).imports(&imports));
+        recorded.err().map(|error| error.to_string())
+    };
+    let said = record(1).expect("a diagnostic");
+    assert!(said.contains("has 1 mips and 1 samples, planned are 2 and 1"), "{said}");
+    assert_eq!([2, 3].map(record), [None, None]);
+}
+
+#[test]
 fn a_pipeline_that_draws_meshes_wants_a_source_of_them() {
     let Some(gpu) = gpu::device() else { return };
     let outcome = check_file("pipelines/nebula.json", &With::default());

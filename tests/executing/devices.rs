@@ -142,6 +142,7 @@ fn what_only_the_device_rejects_is_said_at_the_resource_or_the_pass() {
     let noop = device(wgpu::Features::empty(), |_| {});
     let places = |plan: Plan| -> Vec<String> {
         let rejected = instantiate(&Arc::new(plan), &noop).err().expect("a diagnostic");
+        assert!(rejected.iter().all(|one| one.message.lines().count() == 1), "{rejected}");
         rejected.iter().map(|one| format!("{} {}", one.code.id, one.pointer)).collect()
     };
     let plan = (*through("rgba8unorm", r#""viewport""#, "show.wgsl.jinja")).clone();
@@ -160,7 +161,7 @@ fn what_only_the_device_rejects_is_said_at_the_resource_or_the_pass() {
 }
 
 #[test]
-fn a_lost_device_is_no_panic() {
+fn a_lost_device_is_said_and_no_panic() {
     lose(&device(wgpu::Features::empty(), |_| {}), true);
     lose(&device(wgpu::Features::empty(), |_| {}), false);
     if let Some(gpu) = umbragraph_test_support::gpu::device() {
@@ -193,11 +194,11 @@ fn lose(gpu: &(wgpu::Device, wgpu::Queue), waits: bool) {
         gpu.0.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
     }
     gpu.0.destroy();
-    // Whether wgpu says anything of this is its own affair; it may not panic.
-    for _ in 0..3 {
-        drop(record());
-    }
-    drop(instantiate(&made, gpu));
+    // What wgpu says of this is its own affair; it may not panic. Once something has to be made, the loss is said.
+    let lost = [("UG0820", "the device is lost".to_owned())];
+    let last = (0..3).map(|_| record()).last().and_then(Result::err).expect("a diagnostic");
+    assert!(said(&last).contains(&lost[0]), "{last}");
+    assert_eq!(rejected(&made, gpu), lost);
 }
 
 #[test]

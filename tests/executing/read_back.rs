@@ -78,12 +78,22 @@ fn numbers_are_those_that_a_shader_reads() {
 }
 
 #[test]
-fn depth_that_cannot_be_copied_is_read_layer_by_layer() {
+fn depth_is_read_layer_by_layer_also_where_it_cannot_be_copied() {
     let Some(gpu) = gpu::device() else { return };
-    for format in [Format::Depth24Plus, Format::Depth24PlusStencil8] {
+    for format in
+        [Format::Depth32Float, Format::Depth32FloatStencil8, Format::Depth24Plus, Format::Depth24PlusStencil8]
+    {
+        if !gpu.device.features().contains(format.required_features()) {
+            continue;
+        }
         // More than a workgroup, and rows that are no multiple of what copies want.
         let size = wgpu::Extent3d { width: 11, height: 9, depth_or_array_layers: 2 };
-        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+        let seen = if matches!(format, Format::Depth32Float | Format::Depth32FloatStencil8) {
+            wgpu::TextureUsages::COPY_SRC
+        } else {
+            wgpu::TextureUsages::TEXTURE_BINDING
+        };
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | seen;
         let texture = texture(&gpu, format, size, usage);
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         for (layer, depth) in [(0, 0.25), (1, 0.75)] {

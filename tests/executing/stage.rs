@@ -72,6 +72,23 @@ const SUM_OF_ALL: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
 }
 "#;
 
+/// The numbers of layers and of mips that it sees, as 255ths of red and green.
+const EXTENT: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+@group(1) @binding(0) var pictures: texture_2d_array<f32>;
+@fragment fn show(covered: Covered) -> @location(0) vec4<f32> {
+    let extent = vec2<f32>(vec2<u32>(textureNumLayers(pictures), textureNumLevels(pictures)));
+    return vec4<f32>(extent / 255.0, 0.0, 1.0);
+}
+"#;
+
+/// Stencil as 255ths of red.
+const SHOW_STENCIL: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+@group(1) @binding(0) var marks: texture_2d<u32>;
+@fragment fn show(covered: Covered) -> @location(0) vec4<f32> {
+    return vec4<f32>(f32(textureLoad(marks, vec2<i32>(covered.position.xy), 0).r) / 255.0, 0.0, 0.0, 1.0);
+}
+"#;
+
 /// Words of buffers as 255ths of red and green.
 const WORDS: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
 @group(1) @binding(0) var<storage, read> words: array<u32>;
@@ -242,6 +259,8 @@ pub(crate) fn try_plan_with(text: String, side: u32, features: wgpu::Features) -
         ("show.wgsl.jinja", SHOW),
         ("add.wgsl.jinja", ADD),
         ("sum_of_all.wgsl.jinja", SUM_OF_ALL),
+        ("extent.wgsl.jinja", EXTENT),
+        ("show_stencil.wgsl.jinja", SHOW_STENCIL),
         ("words.wgsl.jinja", WORDS),
         ("counts.wgsl.jinja", COUNTS),
         ("count.wgsl.jinja", COUNT),

@@ -68,6 +68,7 @@ fn records_in_flight_have_a_buffer_each_and_use_them_again() {
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
         let statistics = executor.statistics();
         assert_eq!((statistics.buffers, statistics.bind_groups), (5, 5));
+        assert_eq!((statistics.bytes, statistics.shader_modules), (5 * 256, 1));
     }
 }
 
@@ -133,10 +134,14 @@ fn times_of_the_gpu_are_told_for_each_pass_from_the_begin_of_the_first() {
     let between = r#""between": { "texture": { "format": "rgba8unorm", "size": [512, 512] } }"#;
     let shown = r#""show": { "fullscreen": { "shader": "show.wgsl.jinja", "bind": { "picture": "between" },
         "color": [{ "to": "target" }] } }"#;
-    let passes = format!("{}, {shown}", fill("one", r#"{ "to": "between" }"#, "[1, 0, 0, 1]"));
-    let plan = plan(&format!("{between}, {}", target(1)), &passes);
+    let kept =
+        r#""kept": { "texture": { "format": "rgba8unorm", "size": [512, 512], "lifetime": "persistent" } }"#;
+    let copied = r#""copy": { "after": ["show"], "copy": { "from": { "name": "between" }, "to": { "name": "kept" } } }"#;
+    let passes = format!("{}, {shown}, {copied}", fill("one", r#"{ "to": "between" }"#, "[1, 0, 0, 1]"));
+    let plan = plan(&format!("{between}, {kept}, {}", target(1)), &passes);
     let mut executor = executor(&gpu, &plan, None);
     let target = import(&gpu, &plan, "target");
+    let between_passes = gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS);
     let can = gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
     assert_eq!(executor.measure_gpu_times(true), can);
     if !can {
@@ -145,7 +150,8 @@ fn times_of_the_gpu_are_told_for_each_pass_from_the_begin_of_the_first() {
     for _ in 0..2 {
         show(&gpu, &mut executor, None, &target, &frame(&[]));
         let times = executor.gpu_times();
-        assert_eq!(times.iter().map(|one| one.pass.as_str()).collect::<Vec<_>>(), ["one", "show"]);
+        let names: Vec<&str> = times.iter().map(|one| one.pass.as_str()).collect();
+        assert_eq!(names, &["one", "show", "copy"][..if between_passes { 3 } else { 2 }]);
         assert!(times[0].start.is_zero() && times[1].start >= times[0].time, "{times:?}");
         assert!(times.iter().all(|one| !one.time.is_zero()), "{times:?}");
         assert_eq!(executor.gpu_times(), [], "asked a second time");

@@ -64,6 +64,42 @@ fn depth_and_stencil_of_one_texture_are_used_apart() {
 }
 
 #[test]
+fn a_shader_sees_the_layers_the_mips_and_the_aspect_that_are_bound() {
+    let Some(gpu) = gpu::device() else { return };
+    let resources = format!(
+        r#"{}, "scratch": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport" }} }},
+           "mask": {{ "texture": {{ "format": "depth24plus-stencil8", "size": "viewport" }} }},
+           "stack": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "layers": 5, "mips": 4, "lifetime": "persistent" }} }}"#,
+        target(1)
+    );
+    let shown = |shader: &str, bind: &str| {
+        format!(
+            r#""show": {{ "fullscreen": {{ "shader": "{shader}", "bind": {{ {bind} }}, "color": [{{ "to": "target" }}] }} }}"#
+        )
+    };
+    let mark = draw(1, r#"{ "to": "scratch", "clear": [0, 0, 0, 0] }"#).replace(
+        r#""color":"#,
+        r#""depth": { "to": "mask", "clear": 1, "compare": "less" },
+           "stencil": { "to": "mask", "clear": 0, "reference": 3, "front": { "pass": "replace" } }, "color":"#,
+    );
+    let part =
+        r#""pictures": { "texture": { "name": "stack", "layer": 1, "layers": 2, "mip": 1, "mips": 3 } }"#;
+    let stencil = r#""marks": { "texture": { "name": "mask", "aspect": "stencil-only" } }"#;
+    let filled = fill("filled", r#"{ "to": "stack", "layer": 1, "mip": 1 }"#, "[1, 0, 0, 1]");
+    for (before, shown, wanted) in [
+        (filled, shown("extent.wgsl.jinja", part), [2, 3, 0, 255]),
+        (mark, shown("show_stencil.wgsl.jinja", stencil), [3, 0, 0, 255]),
+    ] {
+        let plan = plan(&resources, &format!("{before}, {shown}"));
+        let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
+        let mut executor = executor(&gpu, &plan, Some(&squares));
+        let picture = import(&gpu, &plan, "target");
+        show(&gpu, &mut executor, Some(&squares), &picture, &frame(&["0"]));
+        assert_eq!(color(&gpu, &picture, 0), wanted, "{shown}");
+    }
+}
+
+#[test]
 fn a_stencil_is_cleared_to_what_a_parameter_says_now() {
     let Some(gpu) = gpu::device() else { return };
     let text = format!(

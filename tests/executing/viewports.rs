@@ -77,8 +77,10 @@ fn an_empty_part_draws_nothing() {
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
     let mut executor = executor(&gpu, &plan, Some(&squares));
     let target = import(&gpu, &plan, "target");
-    show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0 8 8 0 0", "0 0 0 8 0"]));
+    show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0 8 8 0 0", "0 0 0 8 0", "0 0 0 0 8"]));
     assert_eq!(color(&gpu, &target, 0), CLEARED);
+    // Nor is the host asked to.
+    assert!(executor.pass_counts().all(|(_, counts)| counts.draws == 0));
 }
 
 #[test]
