@@ -178,6 +178,19 @@ fn what_a_view_still_shows_is_moved_along_and_strips_are_drawn() {
 }
 
 #[test]
+fn what_moved_up_or_down_is_moved_along_too() {
+    let Some(gpu) = gpu::device() else { return };
+    let mut stage = Stage::new(&gpu, &kept(2, 1, &format!(r#"{CHANGED}, "scroll": true"#)));
+    stage.play(&["1 0 0 8 8"]);
+    stage.shown.store(5, Ordering::Relaxed);
+    for (view, upper, lower) in [("1 0 0 8 8 0 1", 0, STEPS), ("1 0 0 8 8", 5, 0)] {
+        assert_eq!(stage.play(&[view]), 1);
+        let rows = stage.steps();
+        assert!(rows[..32] == [upper; 32] && rows[32..] == [lower; 32], "{view}: {rows:?}");
+    }
+}
+
+#[test]
 fn tiles_are_cleared_by_themselves() {
     let Some(gpu) = gpu::device() else { return };
     let mut stage = Stage::new(&gpu, &kept(1, 0, CHANGED));

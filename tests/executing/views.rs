@@ -1,5 +1,5 @@
 //! A node kind whose views each frame chooses, through the names of its lights: `LAYER`, `LAYER X Y WIDTH HEIGHT`, or
-//! the same with how far the view moves everything to the right, which may be a fraction.
+//! the same with how far the view moves everything to the right and up, in fractions if need be.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -50,7 +50,8 @@ impl CpuNode for Run {
         }
         for light in &context.frame.lights {
             let words: Vec<&str> = light.name.split(' ').collect();
-            let shift = words.get(5).map_or(0.0, |word| word.parse().expect("a number"));
+            let [right, up] =
+                [5, 6].map(|at| words.get(at).map_or(0.0, |word| word.parse().expect("a number")));
             let numbers: Vec<u32> = words.iter().take(5).filter_map(|word| word.parse().ok()).collect();
             let (layer, viewport) = match numbers[..] {
                 [layer] => (layer, None),
@@ -59,7 +60,7 @@ impl CpuNode for Run {
             };
             data.push_view(
                 View::new(
-                    glam::DMat4::from_translation(glam::DVec3::X * shift),
+                    glam::DMat4::from_translation(glam::DVec3::new(right, up, 0.0)),
                     glam::DMat4::IDENTITY,
                     glam::DVec3::ZERO,
                     glam::DVec3::NEG_Z,
