@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use umbragraph::compiler::Plan;
 use umbragraph::executor::{Executor, PassCounts};
+use umbragraph::frame::Bounds;
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::random::Random;
 
@@ -116,6 +117,27 @@ fn only_what_changed_is_drawn_again_and_the_rest_stays() {
     assert_eq!(stage.play(&["0", "1"]), 2);
     stage.squares.revision = None;
     assert_eq!((stage.play(&["0"]), stage.play(&["0"])), (1, 1));
+}
+
+#[test]
+fn views_that_see_nothing_are_not_drawn_again_whatever_changes() {
+    let Some(gpu) = gpu::device() else { return };
+    let mut stage = Stage::new(&gpu, &kept(1, 0, CHANGED));
+    let mut play = |view: &str, x: f64| {
+        stage.change();
+        let elsewhere = Bounds::between([8.0, -1.0, 0.0], [9.0, 1.0, 1.0]);
+        let there = Bounds::between([x, -1.0, 0.0], [x + 1.0, 1.0, 1.0]);
+        let input = frame(&[view]).filter_bounds("others", elsewhere).filter_bounds("all", there);
+        show(&gpu, &mut stage.executor, Some(&stage.squares), &stage.target, &input);
+        let counts =
+            stage.executor.pass_counts().map(|(_, counts)| [counts.views, counts.kept, counts.draws]);
+        counts.collect::<Vec<_>>()
+    };
+    // What is beyond the right edge is cleared once, and then kept.
+    assert_eq!([play("0", 3.0), play("0", 3.0)], [[[1, 0, 0]], [[0, 1, 0]]]);
+    assert_eq!([play("0", 0.0), play("0", 0.0)], [[[1, 0, 1]], [[1, 0, 1]]]);
+    // A view of no texels is none.
+    assert_eq!([play("0 0 0 8 0", 0.0), play("0 0 0 0 8", 0.0)], [[[0, 0, 0]]; 2]);
 }
 
 #[test]
