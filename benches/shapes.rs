@@ -52,6 +52,7 @@ pub(crate) fn pipeline(graph: &Graph) -> (Arc<Pipeline>, Sources) {
         .enumerate()
         .map(|(at, [width, height])| assembly.sized_texture(&format!("r{at}"), *width, *height))
         .collect();
+    let mut previous = None;
     for (at, pass) in graph.passes.iter().enumerate() {
         let mut new = assembly.pass(&format!("p{at}"));
         for resource in &pass.reads {
@@ -63,7 +64,8 @@ pub(crate) fn pipeline(graph: &Graph) -> (Arc<Pipeline>, Sources) {
         for resource in &pass.updates {
             new = new.updates(textures[*resource]);
         }
-        if let Some(previous) = new.previous().filter(|_| pass.after_previous) {
+        let handle = new.handle();
+        if let Some(previous) = previous.replace(handle).filter(|_| pass.after_previous) {
             new = new.after(previous);
         }
         if pass.output {

@@ -3,7 +3,9 @@
 mod common;
 
 use common::check;
-use umbragraph::compiler::{CullReason, Physical, StoreOperation};
+use umbragraph::compiler::{Assembly, CullReason, Physical, StoreOperation, build};
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::report::{EdgeKind, Report};
 
 const TEXTURE: &str = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
 const TARGET: &str =
@@ -68,6 +70,13 @@ fn a_read_of_the_frame_before_waits_for_no_writer_and_keeps_it_alive() {
     assert_eq!(why("b"), ["late reads h@-1 in the next frame", "writes the output target"]);
     assert_eq!(why("a"), ["b reads a", "late reads h@-1 in the next frame", "writes the output target"]);
     assert_eq!(plan.textures.len(), 3, "two copies of the history, and a");
+    let graph = outcome.checked.graph.as_ref().expect("a graph");
+    let report = Report::new(plan, graph, &outcome.sources);
+    let later = report.edges.iter().filter(|edge| edge.kind == EdgeKind::LaterFrame);
+    let named = |at: usize| report.passes[at].name.as_str();
+    let later: Vec<_> =
+        later.map(|edge| (named(edge.from), named(edge.to), edge.resource.as_deref())).collect();
+    assert_eq!(later, [("b", "late", Some("h@-1"))]);
 }
 
 #[test]
@@ -246,7 +255,75 @@ fn a_cycle_names_all_of_its_members() {
     assert_eq!(outcome.codes(), ["UG0403"]);
     let diagnostic = outcome.diagnostics.iter().next().unwrap();
     assert_eq!(diagnostic.message, "the passes \"p1\", \"p2\", \"p3\" wait for one another");
-    assert_eq!(diagnostic.related.len(), 3);
+    let steps: Vec<&str> = diagnostic.related.iter().map(|related| related.message.as_str()).collect();
+    assert_eq!(
+        steps,
+        ["\"p2\" reads \"a\" of \"p1\"", "\"p3\" reads \"b\" of \"p2\"", "\"p1\" reads \"c\" of \"p3\""]
+    );
+}
+
+#[test]
+fn a_cycle_says_what_is_overwritten() {
+    let said = |assembly: Assembly| {
+        let mut diagnostics = Diagnostics::new();
+        assert!(build(&assembly.finish().0, &mut diagnostics).is_none());
+        let diagnostic = diagnostics.iter().next().expect("a diagnostic");
+        diagnostic.related.iter().map(|related| related.message.clone()).collect::<Vec<_>>()
+    };
+    let start = |name: &str| {
+        let mut assembly = Assembly::new(name);
+        let textures = ["a", "b", "c"].map(|name| assembly.texture(name));
+        (assembly, textures)
+    };
+    let (mut assembly, [a, b, _]) = start("what is read");
+    let first = assembly.pass("first").writes(a).handle();
+    let _ = assembly.pass("old").reads_version(a, "first").reads(b);
+    let _ = assembly.pass("new").writes(a).writes(b).after(first);
+    let read = ["\"new\" overwrites \"a\", which \"old\" reads", "\"old\" reads \"b\" of \"new\""];
+    assert_eq!(said(assembly), read);
+    let (mut assembly, [a, b, c]) = start("what is written");
+    let old = assembly.texture("old");
+    let start = assembly.pass("start").writes(old).handle();
+    let _ = assembly.pass("first").writes(a).writes(b).writes(old).after(start);
+    let _ = assembly.pass("between").reads(b).writes(c);
+    let _ = assembly.pass("new").reads(c).reads_version(old, "start").writes(a);
+    let written =
+        ["\"new\" overwrites \"a\" of \"first\"", "\"first\" overwrites \"old\", which \"new\" reads"];
+    assert_eq!(said(assembly), written);
+}
+
+#[test]
+fn a_size_follows_from_every_property_of_another_resource() {
+    let sizes = [
+        ("chain.width * 4", 128),
+        ("chain.height * 4", 64),
+        ("chain.layers * 4", 12),
+        ("chain.mips * 4", 20),
+        ("many.samples * 4", 16),
+        ("words", 1024),
+        ("words.size / 2", 512),
+    ];
+    let resources = sizes.iter().enumerate().map(|(at, (size, _))| {
+        format!(r#", "b{at}": {{ "buffer": {{ "size": "{size}", "lifetime": "persistent" }} }}"#)
+    });
+    let clears = (0..sizes.len())
+        .map(|at| format!(r#", "p{at}": {{ "clear": {{ "buffer": "b{at}" }}, "side_effect": true }}"#));
+    let text = format!(
+        r#"{{ "format": 1, "name": "sizes", "resources": {{
+             "many": {{ "texture": {{ "format": "rgba8unorm", "size": [8, 8], "samples": 4 }} }},
+             "chain": {{ "texture": {{ "format": "rgba8unorm", "size": [32, 16], "mips": 5, "layers": 3 }} }},
+             "words": {{ "buffer": {{ "size": 1024 }} }}, "target": {TARGET}{} }}, "passes": {{ {}{} }} }}"#,
+        resources.collect::<String>(),
+        fill("show", "target"),
+        clears.collect::<String>()
+    );
+    let outcome = check(&text);
+    let planned = |(at, (size, _)): (usize, &(&'static str, u64))| {
+        (*size, outcome.plan().resources[&format!("b{at}")].bytes)
+    };
+    assert_eq!(sizes.iter().enumerate().map(planned).collect::<Vec<_>>(), sizes);
+    let misspelt = check(&text.replace("words.size / 2", "words.sice / 2"));
+    assert!(misspelt.text().contains("words.size"), "{}", misspelt.text());
 }
 
 #[test]

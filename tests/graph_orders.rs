@@ -279,6 +279,16 @@ fn why_two_resources_share_memory_or_not_is_said_with_every_reason() {
     assert_eq!(why_apart(&plan, "a", "b"), ["a and b are alive together, at p2 for one"]);
     assert_eq!(why_apart(&plan, "a", "small"), ["a has a width of 64, small 32"]);
     assert_eq!(why_apart(&plan, "c", "target")[0], "target is the host's own");
+    let mut assembly = Assembly::new("usages");
+    let [a, b] = ["a", "b"].map(|name| assembly.buffer(name, 64, Lifetime::Transient));
+    let _ = assembly.pass("p1").writes(a);
+    let _ =
+        assembly.pass("p2").accesses(a, SubresourceRange::WHOLE, Usage::Vertex, Version::Newest).writes(b);
+    let _ = assembly.pass("p3").updates(b).side_effect();
+    let usages = planned(assembly, Objective::Declaration);
+    let expected = "a and b are used in different ways, and a buffer is created for its usages";
+    assert_eq!(why_apart(&usages, "a", "b"), [expected, "a and b are alive together, at p2 for one"]);
+    assert_eq!(why_apart(&usages, "b", "b"), ["b and b are alive together, at p2 for one"]);
     assert_eq!(why_apart(&plan, "a", "ghost"), ["no pass that runs uses ghost, so it has no memory at all"]);
 }
 
@@ -418,11 +428,22 @@ fn a_read_of_which_a_range_is_written_is_rejected_and_the_rest_is_named() {
     let depth = [SubresourceRange::WHOLE.aspect(Aspect::DepthOnly)];
     assert_eq!(message("depth24plus-stencil8", &depth, SubresourceRange::WHOLE), unwritten("the stencil"));
     assert_eq!(message("depth24plus-stencil8", &depth, depth[0]), "");
-    let (_, diagnostics) = compile(
-        bytes(&[SubresourceRange::bytes(0, 512)], SubresourceRange::bytes(256, 512)),
-        &PlanOptions::new(64, 64),
-    );
-    let diagnostic = diagnostics.iter().next().expect("a diagnostic");
+    let stencil = SubresourceRange::WHOLE.aspect(Aspect::StencilOnly);
+    assert_eq!(message("stencil8", &mips(&[0]), stencil), unwritten("mips 1 to 3"));
+    let of_bytes = |writes: &[SubresourceRange], read: SubresourceRange| {
+        let (_, diagnostics) = compile(bytes(writes, read), &PlanOptions::new(64, 64));
+        diagnostics.iter().next().expect("a diagnostic").clone()
+    };
+    let every_other = |count: u64| {
+        let writes: Vec<_> = (0..count).map(|at| SubresourceRange::bytes(8 * at, 4)).collect();
+        of_bytes(&writes, SubresourceRange::bytes(0, 8 * count)).message
+    };
+    let seven = "4 to 7, 12 to 15, 20 to 23, 28 to 31, 36 to 39, 44 to 47, 52 to 55";
+    let unwritten_bytes =
+        |rest: &str| format!("\"read\" reads bytes {seven} and {rest} of \"a\", which nothing writes before");
+    assert_eq!(every_other(8), unwritten_bytes("60 to 63"));
+    assert_eq!(every_other(10), unwritten_bytes("3 more"));
+    let diagnostic = of_bytes(&[SubresourceRange::bytes(0, 512)], SubresourceRange::bytes(256, 512));
     assert_eq!(diagnostic.message, "\"read\" reads bytes 512 to 767 of \"a\", which nothing writes before");
     assert!(
         diagnostic.help.as_deref().is_some_and(|help| help.contains("{ \"clear\": { \"buffer\": \"a\" } }"))

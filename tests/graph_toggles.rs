@@ -238,6 +238,28 @@ fn a_passthrough_feeds_the_reader_and_keeps_the_fallback_alive_until_then() {
 }
 
 #[test]
+fn a_fallback_is_no_smaller_a_buffer() {
+    let with_fallback_of = |bytes: u32| {
+        let (mut assembly, _, target) = start();
+        let toggle = assembly.toggle("sort");
+        let [raw, sorted] = [("raw", bytes), ("sorted", 64)]
+            .map(|(name, bytes)| assembly.buffer(name, bytes, Lifetime::Transient));
+        let all = SubresourceRange::WHOLE;
+        let _ = assembly.pass("fill").writes(raw);
+        let sort = assembly.pass("sort").accesses(raw, all, Usage::StorageRead, Version::Newest);
+        let _ = sort.writes(sorted).toggle(toggle, true);
+        assembly.passthrough(sorted, raw, Version::Newest, on(toggle));
+        let show = assembly.pass("show").accesses(sorted, all, Usage::StorageRead, Version::Newest);
+        let _ = show.color(target, CLEAR);
+        assembly
+    };
+    let message = "\"sorted\" and \"raw\" have 64 and 60 bytes".to_owned();
+    assert_eq!(rejected(with_fallback_of(60)), (codes::PASSTHROUGH.id, message));
+    right(with_fallback_of(64));
+    right(with_fallback_of(68));
+}
+
+#[test]
 fn a_later_write_of_the_fallback_waits_for_the_readers_that_may_see_it() {
     let (mut assembly, [a, b, c], target) = start();
     let toggle = assembly.toggle("blur");

@@ -264,6 +264,51 @@ fn values_are_rejected_as_at_load_and_the_next_frame_has_those_before() {
 }
 
 #[test]
+fn lists_of_every_form_follow_a_live_parameter() {
+    let Some(gpu) = gpu::device() else { return };
+    let input = common::gpu::empty_frame();
+    for list in [
+        "warm * red",
+        "-warm * -red",
+        "red > 0.6 ? warm * red : cold",
+        "[warm, cold][red > 0.6 ? 0 : 1]",
+        "floor(warm * red * 4) / 4",
+        "min(tint) + min(warm * red) + cold",
+        "[red, max(warm * red), len(warm) / 8, 1]",
+        "tint * red + cold",
+    ] {
+        let plan = |red: &str| {
+            let text = TEXT.replace("[twice / 2, low, high, 1]", list);
+            let text = text.replace(
+                "\"derived\": {",
+                "\"derived\": { \"warm\": \"[1, 0.5, 0.25, 1]\", \"cold\": \"[0, 0.25, 0.5, 0]\",",
+            );
+            let with = With {
+                templates: &[("live.wgsl.jinja", SHADER)],
+                parameters: &[("red", red), ("tint", "[0.25, 0, 0.125, 0]")],
+                ..With::default()
+            };
+            common::check_with("lists.json", &text, &with)
+        };
+        let target = import(&gpu, plan("0.5").plan(), "target");
+        let picture = |executor: &mut Executor| {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            executor
+                .record(&mut encoder, &Frame::new(&input).imports(&[("target", &target)]))
+                .unwrap_or_else(|said| panic!("{list}: {said:?}"));
+            gpu.queue.submit([encoder.finish()]);
+            read(&gpu, &target).bytes()[..4].to_vec()
+        };
+        let wanted = picture(&mut executor(&gpu, plan("0.75").plan(), None));
+        let mut live = executor(&gpu, plan("0.5").plan(), None);
+        let before = picture(&mut live);
+        live.set(live.parameter::<f32>("red").unwrap(), 0.75).unwrap();
+        assert_eq!(picture(&mut live), wanted, "{list}");
+        assert!(before != wanted, "{list}");
+    }
+}
+
+#[test]
 fn a_live_parameter_reaches_a_pass_of_a_subgraph() {
     let Some(gpu) = gpu::device() else { return };
     let text = r#"{

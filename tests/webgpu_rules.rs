@@ -63,6 +63,12 @@ struct Block { values: array<vec4<f32>, 16> }
 @fragment fn show(covered: Covered) -> @location(0) vec4<f32> { return block.values[3]; }
 "#;
 
+const VALUE: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+struct Block { color: vec4<f32> }
+@group(0) @binding(0) var<storage, read> block: Block;
+@fragment fn show(covered: Covered) -> @location(0) vec4<f32> { return block.color; }
+"#;
+
 const COUNT: &str = r#"@group(0) @binding(0) var<storage, read> words: array<u32>;
 @group(0) @binding(1) var<storage, read_write> counts: array<u32>;
 @compute @workgroup_size(64) fn count(@builtin(global_invocation_id) at: vec3<u32>) { counts[at.x] = words[at.x]; }
@@ -92,6 +98,33 @@ const STENCIL: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
 @fragment fn show(covered: Covered) -> @location(0) vec4<f32> {
     return vec4<f32>(textureLoad(marks, vec2<i32>(covered.position.xy), 0));
 }
+"#;
+
+const CUBES: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+@group(0) @binding(0) var picture: texture_cube_array<f32>;
+@group(0) @binding(1) var reader: sampler;
+@fragment fn show(covered: Covered) -> @location(0) vec4<f32> {
+    return textureSample(picture, reader, vec3<f32>(covered.uv, 1.0), 1);
+}
+"#;
+
+/// One output of each kind of whole numbers.
+const INTEGERS: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+struct Out { @location(0) a: vec4<u32>, @location(1) b: vec4<i32> }
+@fragment fn fill(covered: Covered) -> Out { return Out(vec4(u32(covered.uv.x)), vec4(i32(covered.uv.y))); }
+"#;
+
+/// Two channels.
+const PAIR: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+@fragment fn fill(covered: Covered) -> @location(0) vec2<f32> { return covered.uv; }
+"#;
+
+/// Texels that the vertex stage reads.
+const FETCHED: &str = r#"@group(0) @binding(0) var words: texture_storage_2d<r32float, read>;
+@vertex fn place(@builtin(vertex_index) at: u32) -> @builtin(position) vec4<f32> {
+    return vec4<f32>(f32(textureDimensions(words).x + at), 0.0, 0.0, 1.0);
+}
+@fragment fn paint() -> @location(0) vec4<f32> { return vec4<f32>(1.0); }
 "#;
 
 /// What the own template and the document of a rule begin with.
@@ -233,6 +266,47 @@ const CUBED: Ground = Ground {
         "bind": { "picture": "sky", "reader": { "sampler": { "filter": "linear" } } }, "color": [{ "to": "target" }] } }"#,
 };
 
+/// Two cubes, which are layers of one texture.
+const CUBE_ARRAY: Ground = Ground {
+    template: CUBES,
+    resources: r#""sky": { "texture": { "format": "rgba8unorm", "size": [64, 64], "layers": 12, "lifetime": "imported" } }"#,
+    passes: CUBED.passes,
+};
+
+/// Attachments of whole numbers.
+const WHOLE_NUMBERS: Ground = Ground {
+    template: INTEGERS,
+    resources: r#""a": { "texture": { "format": "rgba8uint", "size": [64, 64], "lifetime": "persistent" } },
+        "b": { "texture": { "format": "rgba8sint", "size": [64, 64], "lifetime": "persistent" } }"#,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "a" }, { "to": "b" }] } },
+        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } }"#,
+};
+
+/// One channel, to which another is added.
+const WITHOUT_ALPHA: Ground = Ground {
+    template: PAIR,
+    resources: BY_ALPHA.resources,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "sum", "blend": "add" }] } },
+        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } }"#,
+};
+
+/// A storage texture that vertices are made of.
+const VERTEX_TEXTURE: Ground = Ground {
+    template: FETCHED,
+    resources: r#""words": { "texture": { "format": "r32float", "size": [64, 64], "lifetime": "persistent" } }"#,
+    passes: r#""no_words": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "words" }] } },
+        "own": { "mesh": { "shader": "own.wgsl.jinja", "count": 3, "bind": { "words": "words" },
+            "color": [{ "to": "target", "clear": [0, 0, 0, 1] }] } }"#,
+};
+
+/// A block of values.
+const VALUES: Ground = Ground {
+    template: VALUE,
+    resources: PAINT.resources,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "bind": { "block": { "values": { "color": [1, 0, 0, 1] } } },
+        "color": [{ "to": "target" }] } }"#,
+};
+
 /// Four attachments of 32 bytes a texel together.
 const WIDE: Ground = Ground {
     template: FOUR,
@@ -290,6 +364,10 @@ const RULES: &[Rule] = &[
     Rule("storage offsets are aligned", "UG0409", &COUNTED, "\"counts\": \"counts\" }", "\"counts\": { \"buffer\": { \"name\": \"counts\", \"offset\": 128, \"size\": 256 } } }"),
     Rule("a storage binding has at most 128 MiB", "UG0409", &COUNTED, "\"counts\": { \"buffer\": { \"size\": 1024", "\"counts\": { \"buffer\": { \"size\": 134217732"),
     Rule("cubes are square", "UG0321", &CUBED, "\"size\": [64, 64], \"layers\": 6", "\"size\": [64, 32], \"layers\": 6"),
+    Rule("several cubes have six layers each", "UG0409", &CUBE_ARRAY, "\"layers\": 12", "\"layers\": 13"),
+    Rule("several cubes are square", "UG0409", &CUBE_ARRAY, "\"size\": [64, 64], \"layers\"", "\"size\": [64, 32], \"layers\""),
+    Rule("shaders write no values of the host", "UG0409", &VALUES, "storage, read>", "storage, read_write>"),
+    Rule("storage bindings have a multiple of 4 bytes", "UG0409", &COUNTED, "\"words\": \"words\", \"counts\"", "\"words\": { \"buffer\": { \"name\": \"words\", \"offset\": 0, \"size\": 254 } }, \"counts\""),
     Rule("buffers are bound where a shader has buffers", "UG0302", &COUNTED, "\"words\": \"words\", \"counts\"", "\"words\": \"target\", \"counts\""),
     // Samplers
     Rule("anisotropic samplers are linear", "UG0302", &SHOWN, "\"filter\": \"linear\"", "\"filter\": \"nearest\", \"max_anisotropy\": 4"),
@@ -301,9 +379,12 @@ const RULES: &[Rule] = &[
     Rule("every attachment is written", "UG0405", &PAINT, "\"color\": [{ \"to\": \"target\" }]", "\"color\": [{ \"to\": \"target\" }, { \"to\": \"kept\" }]"),
     Rule("every output has an attachment", "UG0405", &PAINT, "@location(0) vec4", "@location(1) vec4"),
     Rule("outputs have the type of their attachment", "UG0405", &PAINT, "vec4<f32> { return vec4<f32>(covered.uv, 0.0, 1.0)", "vec4<u32> { return vec4<u32>(1u)"),
+    Rule("outputs without a sign have their attachment's type", "UG0405", &WHOLE_NUMBERS, "\"rgba8uint\"", "\"rgba8sint\""),
+    Rule("outputs with a sign have their attachment's type", "UG0405", &WHOLE_NUMBERS, "\"rgba8sint\"", "\"rgba8uint\""),
     Rule("outputs have the components of their attachment", "UG0405", &PAINT, "vec4<f32> { return vec4<f32>(covered.uv, 0.0, 1.0)", "vec3<f32> { return vec3<f32>(covered.uv, 0.0)"),
     Rule("frag_depth has a depth attachment", "UG0405", &PAINT, "@location(0) vec4<f32> { return vec4<f32>(covered.uv, 0.0, 1.0)", "Both { return Both(vec4<f32>(1.0), 0.5)"),
     Rule("the vertex stage writes no storage", "UG0409", &VERTEX_STORAGE, "storage, read>", "storage, read_write>"),
+    Rule("the vertex stage writes no storage texture", "UG0409", &VERTEX_TEXTURE, "r32float, read>", "r32float, write>"),
     Rule("vertex attributes fit their stride", "UG0409", &DRAWN, "\"buffer\": \"points\",", "\"buffer\": \"points\", \"stride\": 4,"),
     Rule("vertex inputs have an attribute", "UG0603", &DRAWN, "\"name\": \"position\"", "\"name\": \"place\""),
     Rule("attributes have the type of their input", "UG0607", &DRAWN, "\"format\": \"float32x2\"", "\"format\": \"uint32x2\""),
@@ -319,6 +400,7 @@ const RULES: &[Rule] = &[
     Rule("attachments can be rendered to", "UG0323", &SHOWN, "\"picture\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"picture\": { \"texture\": { \"format\": \"rgb9e5ufloat\""),
     Rule("attachments have at most 32 bytes a texel", "UG0409", &WIDE, "\"d\": { \"texture\": { \"format\": \"rgba16float\"", "\"d\": { \"texture\": { \"format\": \"rgba32float\""),
     Rule("what is blended by alpha has an alpha", "UG0405", &BY_ALPHA, "vec4<f32> { return vec4<f32>(covered.uv, 0.0, 1.0)", "vec2<f32> { return covered.uv"),
+    Rule("what is blended by nothing else needs no alpha", "UG0405", &WITHOUT_ALPHA, "\"blend\": \"add\"", "\"blend\": \"alpha\""),
     Rule("the least and the greatest have factors of one", "UG0405", &BLENDED, "\"blend\": \"add\"", "\"blend\": { \"color\": { \"operation\": \"min\", \"src_factor\": \"src-alpha\", \"dst_factor\": \"one\" } }"),
     Rule("strides are multiples of 4", "UG0409", &DRAWN, "\"count\": 6,\n            \"vertices\": [{", "\"count\": 1, \"vertices\": [{ \"stride\": 10,"),
     Rule("strides are at most 2,048", "UG0409", &DRAWN, "\"count\": 6,\n            \"vertices\": [{", "\"count\": 1, \"vertices\": [{ \"stride\": 2052,"),
@@ -336,6 +418,8 @@ const RULES: &[Rule] = &[
     Rule("a usage scope reads no buffer that it writes", "UG0404", &COUNTED, "\"words\": \"words\", \"counts\": \"counts\"", "\"words\": { \"buffer\": { \"name\": \"words\", \"offset\": 0, \"size\": 256 } }, \"counts\": { \"buffer\": { \"name\": \"words\", \"offset\": 256, \"size\": 256 } }"),
     Rule("resolving changes no format", "UG0409", &RESOLVED, "\"samples\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"samples\": { \"texture\": { \"format\": \"bgra8unorm\""),
     Rule("resolving begins with several samples", "UG0409", &RESOLVED, ", \"samples\": 4", ""),
+    Rule("resolving ends with one sample", "UG0409", &RESOLVED, "\"lifetime\": \"imported\"", "\"samples\": 4, \"lifetime\": \"imported\""),
+    Rule("a layer is resolved to", "UG0409", &RESOLVED, "\"lifetime\": \"imported\"", "\"layers\": 2, \"lifetime\": \"imported\""),
     Rule("attachments are others", "UG0404", &WIDE, "{ \"to\": \"d\" }", "{ \"to\": \"c\" }"),
     Rule("depth is cleared to 0 to 1", "UG0108", &DEPTHS, "\"clear\": 1,", "\"clear\": 2,"),
     // Copies

@@ -51,6 +51,32 @@ fn each_equation_is_the_one_that_is_written() {
 }
 
 #[test]
+fn what_is_cleared_to_and_the_constant_are_what_parameters_say_now() {
+    let Some(gpu) = gpu::device() else { return };
+    let to = r#"{ "to": "target", "clear": ["red", 0, 0, 1], "blend": { "color": { "src_factor": "constant", "dst_factor": "one" },
+                "constant": [0, "green", 0, 1] } }"#;
+    let parameters = ["red", "green"]
+        .map(|name| format!(r#""{name}": {{ "type": "f32", "default": 0.2, "min": 0, "max": 1 }}"#));
+    let text = format!(
+        r#"{{ "format": 1, "name": "test", "parameters": {{ {} }}, "resources": {{ {} }}, "passes": {{ {} }} }}"#,
+        parameters.join(","),
+        target(1),
+        fill("all", to, "[1, 1, 1, 1]")
+    );
+    let plan = try_plan_with(text, SIDE, wgpu::Features::empty()).unwrap_or_else(|said| panic!("{said}"));
+    let mut executor = executor(&gpu, &plan, None);
+    let target = import(&gpu, &plan, "target");
+    let [red, green] =
+        ["red", "green"].map(|name| executor.parameter::<f32>(name).expect("a live parameter"));
+    for (value, other, expected) in [(0.2, 0.2, [51, 51]), (0.6, 0.2, [153, 51]), (0.6, 1.0, [153, 255])] {
+        executor.set(red, value).expect("a value");
+        executor.set(green, other).expect("a value");
+        show(&gpu, &mut executor, None, &target, &frame(&[]));
+        assert_eq!(color(&gpu, &target, 0), [expected[0], expected[1], 0, 255]);
+    }
+}
+
+#[test]
 fn channels_that_are_masked_stay() {
     let mask =
         |channels: &str| combined("[1, 1, 0, 0]", &format!(r#""write_mask": [{channels}]"#), "[0, 0, 1, 1]");

@@ -239,11 +239,6 @@ impl AssemblyPass<'_> {
         self.handle
     }
 
-    /// The pass that was added before it.
-    pub fn previous(&self) -> Option<PassHandle> {
-        self.handle.index().checked_sub(1).map(PassHandle::at)
-    }
-
     /// Samples all of the newest version of a texture.
     pub fn reads(self, resource: ResourceHandle) -> Self {
         self.accesses(resource, SubresourceRange::WHOLE, Usage::Sampled, Version::Newest)
