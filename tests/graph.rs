@@ -2,10 +2,13 @@
 
 mod common;
 
-use common::check;
-use umbragraph::compiler::{Assembly, CullReason, Physical, StoreOperation, build};
+use common::{With, check, check_file};
+use umbragraph::compiler::{
+    Assembly, CullReason, Import, Physical, PlanOptions, StoreOperation, build, why_apart,
+};
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::report::{EdgeKind, Report};
+use umbragraph::wgpu_types::TextureFormat;
 
 const TEXTURE: &str = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
 const TARGET: &str =
@@ -324,6 +327,31 @@ fn a_size_follows_from_every_property_of_another_resource() {
     assert_eq!(sizes.iter().enumerate().map(planned).collect::<Vec<_>>(), sizes);
     let misspelt = check(&text.replace("words.size / 2", "words.sice / 2"));
     assert!(misspelt.text().contains("words.size"), "{}", misspelt.text());
+}
+
+#[test]
+fn a_format_goes_with_that_of_the_texture_that_the_host_has() {
+    let both = TEXTURE.replace("\"rgba8unorm\"", "[\"rgba8unorm\", \"bgra8unorm\"]");
+    let text = format!(
+        r#"{{ "format": 1, "name": "host", "resources": {{ "a": {both}, "target": {TARGET} }}, "passes": {{ {},
+             "show": {{ "copy": {{ "from": {{ "name": "a" }}, "to": {{ "name": "target" }} }} }} }} }}"#,
+        fill("fill", "a")
+    );
+    let outcome = check(&text);
+    for format in [TextureFormat::Bgra8Unorm, TextureFormat::Rgba8Unorm] {
+        let size = outcome.plan().resources["target"].size.expect("a texture");
+        let mut options = PlanOptions::new(size.width, size.height);
+        options.imports.insert("target".to_owned(), Import::new(format, size));
+        let plan = outcome.checked.plan_again(&options, &outcome.sources).expect("a plan");
+        assert_eq!(plan.resources["a"].format, Some(format));
+    }
+}
+
+#[test]
+fn data_on_the_cpu_shares_no_memory() {
+    let outcome = check_file("pipelines/learn/29-temporal.json", &With::default());
+    let reasons = why_apart(outcome.plan(), "eye", "target");
+    assert_eq!(reasons[..2], ["eye is data on the CPU", "target is the host's own"]);
 }
 
 #[test]

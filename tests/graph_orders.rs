@@ -77,6 +77,37 @@ fn beyond_twenty_passes_the_memory_order_reports_its_gap_to_the_bound() {
     assert_eq!(memory.chosen, memory.bound);
 }
 
+#[test]
+fn of_passes_that_raise_no_peak_those_run_first_that_free_memory_and_then_those_that_take_little() {
+    let mut assembly = Assembly::new("peaks");
+    let [x, y, buffers @ ..] = [("x", 1000), ("y", 600), ("b0", 1000), ("b1", 800), ("b2", 600)]
+        .map(|(name, bytes)| assembly.buffer(name, bytes, Lifetime::Transient));
+    let _ = assembly.pass("wide").writes(x).writes(y).side_effect();
+    for (at, buffer) in buffers.iter().enumerate() {
+        let _ = assembly.pass(&format!("make{at}")).writes(*buffer);
+    }
+    for (at, buffer) in buffers.iter().enumerate() {
+        let pass = assembly.pass(&format!("use{at}")).side_effect();
+        let _ = pass.accesses(*buffer, SubresourceRange::WHOLE, Usage::StorageRead, Version::Newest);
+    }
+    let chosen = planned(assembly, Objective::Memory);
+    assert_eq!(names(&chosen), ["wide", "make2", "use2", "make1", "use1", "make0", "use0"]);
+}
+
+#[test]
+fn an_order_is_searched_where_what_is_best_next_is_not_best_in_the_end() {
+    let mut assembly = Assembly::new("search");
+    let [a, b, c, d] = ["a", "b", "c", "d"].map(|name| assembly.sized_texture(name, 256, 256));
+    let _ = assembly.pass("apart").writes(a);
+    let _ = assembly.pass("first").writes(b);
+    let _ = assembly.pass("second").reads(b).writes(c);
+    let _ = assembly.pass("third").reads(c).writes(d);
+    let _ = assembly.pass("end").reads(a).reads(d).side_effect();
+    let chosen = planned(assembly, Objective::Memory);
+    assert_eq!(names(&chosen), ["first", "second", "third", "apart", "end"]);
+    assert_eq!((chosen.order.method, chosen.textures.len()), (OrderMethod::Exact, 2));
+}
+
 /// A pass small at the start whose big result waits, against one that is big at once: greedy choices are wrong.
 fn trap() -> Assembly {
     let mut assembly = Assembly::new("trap");

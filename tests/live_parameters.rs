@@ -309,6 +309,26 @@ fn lists_of_every_form_follow_a_live_parameter() {
 }
 
 #[test]
+fn a_number_that_takes_the_place_of_a_list_is_rejected() {
+    let Some(gpu) = gpu::device() else { return };
+    let text = TEXT.replace("[twice / 2, low, high, 1]", "red < 0.75 ? [red, red, red, 1] : 0");
+    let with = With { templates: &[("live.wgsl.jinja", SHADER)], ..With::default() };
+    let outcome = common::check_with("number.json", &text, &with);
+    let mut executor = executor(&gpu, outcome.plan(), None);
+    let target = import(&gpu, outcome.plan(), "target");
+    let input = common::gpu::empty_frame();
+    for (red, is_fine) in [(0.5, true), (0.8, false), (0.25, true)] {
+        executor.set(executor.parameter::<f32>("red").unwrap(), red).unwrap();
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let frame = Frame::new(&input);
+        let recorded = executor.record(&mut encoder, &frame.imports(&[("target", &target)]));
+        let said = recorded.map_err(|said| format!("{said:?}"));
+        assert_eq!(said.is_ok(), is_fine, "{red}: {said:?}");
+        assert!(said.is_ok() || said.is_err_and(|said| said.contains("\\\"color\\\" is given 1 numbers")));
+    }
+}
+
+#[test]
 fn a_live_parameter_reaches_a_pass_of_a_subgraph() {
     let Some(gpu) = gpu::device() else { return };
     let text = r#"{

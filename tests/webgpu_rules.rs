@@ -232,7 +232,7 @@ const DEPTHS: Ground = Ground {
         "other": { "texture": { "format": "depth32float", "size": [64, 64], "lifetime": "persistent" } }"#,
     passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "target" }],
             "depth": { "to": "depth", "clear": 1, "compare": "always", "write": true } } },
-        "copy": { "copy": { "from": { "name": "depth" }, "to": { "name": "other" } } }"#,
+        "copy": { "copy": { "from": { "name": "depth" }, "to": { "name": "other" }, "extent": [64, 64] } }"#,
 };
 
 /// Stencil that a pass sees while it writes another depth.
@@ -426,7 +426,7 @@ const RULES: &[Rule] = &[
     Rule("copies change no format", "UG0409", &COPIED, "\"one\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"one\": { \"texture\": { \"format\": \"r32float\""),
     Rule("copies stay within", "UG0409", &COPIED, "\"from\": { \"name\": \"one\" }, \"to\": { \"name\": \"target\" }", "\"from\": { \"name\": \"one\", \"origin\": [1, 0] }, \"to\": { \"name\": \"target\" }, \"extent\": [64, 64]"),
     Rule("rows of a copy fit the buffer", "UG0409", &COPIED, "\"size\": \"64 * 256\"", "\"size\": \"63 * 256\""),
-    Rule("depth is copied whole", "UG0409", &DEPTHS, "\"from\": { \"name\": \"depth\" }, \"to\": { \"name\": \"other\" }", "\"from\": { \"name\": \"depth\" }, \"to\": { \"name\": \"other\" }, \"extent\": [32, 32]"),
+    Rule("depth is copied whole", "UG0409", &DEPTHS, "\"extent\": [64, 64]", "\"extent\": [32, 32]"),
     Rule("no texture is copied onto itself", "UG0404", &COPIED, "\"to\": { \"name\": \"target\" }", "\"to\": { \"name\": \"one\" }"),
     Rule("copies keep the number of samples", "UG0409", &COPIED, "\"one\": { \"texture\": { \"format\": \"rgba8unorm\",", "\"one\": { \"texture\": { \"format\": \"rgba8unorm\", \"samples\": 4,"),
     Rule("copied bytes begin with a texel", "UG0409", &COPIED, "\"to\": { \"name\": \"rows\" }", "\"to\": { \"name\": \"rows\", \"offset\": 2, \"size\": 8192 }, \"extent\": [64, 16]"),
@@ -460,6 +460,25 @@ fn what_breaks_a_rule_of_webgpu_has_a_code() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn what_breaks_a_rule_is_named_with_a_way_out() {
+    let samples = "\"one\": { \"texture\": { \"format\": \"rgba8unorm\",";
+    let with_samples = format!("{samples} \"samples\": 4,");
+    for (ground, from, to, said) in [
+        (&SHOWN, SHOW, CUBE, "\"picture\" is 64 by 64 with 1 layers, \"picture\" is texture_cube<f32>"),
+        (
+            &IMAGED,
+            "rgba8unorm, write",
+            "rgba8unorm, read_write",
+            "read and write r32float, r32sint or r32uint",
+        ),
+        (&COPIED, samples, &with_samples, "several samples have no bytes: resolve them first"),
+    ] {
+        let text = check(ground, from, to).text();
+        assert!(text.contains(said), "{text}");
+    }
 }
 
 #[test]

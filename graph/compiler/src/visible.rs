@@ -272,6 +272,38 @@ mod tests {
         assert!(view.is_covered());
     }
 
+    #[test]
+    fn what_two_writers_pass_on_is_left_to_them() {
+        let all = SubresourceRange::WHOLE;
+        let passing = |toggle: usize, writer: usize| Write {
+            passes_on: true,
+            ..write(all, when(toggle, true), writer)
+        };
+        let mut effort = Effort::default();
+        let mut view = View::new(all, &[], &mut effort);
+        view.cover(passing(0, 9));
+        view.pass_on();
+        assert!(!view.sees(all, None) && !view.sees(all, when(1, true)), "the writer reads it");
+        assert!(view.sees(all, when(0, false)), "it never runs with the writer");
+        view.cover(passing(0, 8));
+        assert!(view.sees(all, when(0, false)), "it is one and the same condition");
+        view.cover(passing(1, 7));
+        assert!(view.is_covered());
+        // Before that is said, all is looked at itself.
+        for count in [0, 1] {
+            let mut effort = Effort::default();
+            let mut view = View::new(all, &[], &mut effort);
+            view.cover(passing(0, 9));
+            view.cover(passing(1, 8));
+            for toggle in 0..count {
+                view.cover(passing(2 + toggle, 7));
+            }
+            assert!(view.sees(all, None) && view.sees(all, when(3, true)) && !view.is_covered());
+            view.pass_on();
+            assert!(view.is_covered());
+        }
+    }
+
     /// Every combination of a few writers against playing all states, region by region.
     #[test]
     fn what_is_seen_is_what_playing_every_state_finds() {

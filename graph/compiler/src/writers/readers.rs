@@ -36,10 +36,10 @@ use crate::pipeline::{Condition, ResourceKind, SubresourceRange, Version};
 use crate::visible::{Effort, View, Write};
 use crate::work::{PassHandle, ResourceHandle};
 
-/// How many hazards of an access have edges though they may follow from others. Random tests come to it sooner.
-const SHOWN_EDGES: usize = if cfg!(test) { 1 } else { 16 };
-/// How many writers a reader reads itself before what they pass on is left to them. Random tests come to it sooner.
-const DIRECT_READS: usize = if cfg!(test) { 2 } else { 16 };
+/// How many hazards of an access have edges though they may follow from others.
+const SHOWN_EDGES: usize = 16;
+/// How many writers a reader reads itself before what they pass on is left to them.
+const DIRECT_READS: usize = 16;
 
 impl Builder<'_> {
     /// Adds the edges of a resource whose writers are in order.
