@@ -72,6 +72,7 @@ fn a_read_of_the_frame_before_waits_for_no_writer_and_keeps_it_alive() {
     let why = |name: &str| plan.why_kept(plan.pipeline.find_pass(name).unwrap());
     assert_eq!(why("b"), ["late reads h@-1 in the next frame", "writes the output target"]);
     assert_eq!(why("a"), ["b reads a", "late reads h@-1 in the next frame", "writes the output target"]);
+    assert_eq!(plan.why_kept_within(plan.pipeline.find_pass("a").unwrap(), 1), ["b reads a"]);
     assert_eq!(plan.textures.len(), 3, "two copies of the history, and a");
     let graph = outcome.checked.graph.as_ref().expect("a graph");
     let report = Report::new(plan, graph, &outcome.sources);
@@ -88,6 +89,14 @@ fn a_history_that_only_its_own_writer_reads_keeps_nothing() {
     let outcome = check(&with_history(&[], &passes));
     assert_eq!(outcome.order(), ["show"]);
     assert_eq!(outcome.plan().culled["cycle"], CullReason::NothingReads(vec!["h".into()]));
+    // What a culled pass reads of another history is no use of this one.
+    let passes = [fill("write", "h"), copy("other", "g@-1", "a"), fill("g", "g"), fill("show", "target")];
+    let text = with_history(&["a"], &passes);
+    let at = text.find(r#""h": {"#).expect("the history");
+    let end = at + text[at..].find("},").expect("its end") + 2;
+    let text = format!("{}{}{}", &text[..end], text[at..end].replace("\"h\"", "\"g\""), &text[end..]);
+    let plan = check(&text).checked.plan.expect("a plan with a warning");
+    assert_eq!(plan.culled["write"], CullReason::NothingReads(vec!["h".into()]));
 }
 
 #[test]
@@ -460,6 +469,7 @@ fn the_way_of_a_culled_pass_is_told_to_its_end() {
         outcome.plan().why_culled("a1"),
         ["only culled passes read what a1 writes: b1", "nothing reads what b1 writes: b"]
     );
+    assert_eq!(outcome.plan().why_culled_within("a1", 1).len(), 1);
     assert!(outcome.plan().why_culled("show").is_empty());
 }
 

@@ -73,7 +73,8 @@ fn the_memory_order_runs_consumers_early_and_says_that_nothing_is_better() {
 fn beyond_twenty_passes_the_memory_order_reports_its_gap_to_the_bound() {
     let chosen = planned(fan(40), Objective::Memory);
     let memory = chosen.order.memory.expect("a report");
-    assert_eq!(chosen.textures.len(), 1);
+    let [texture] = &chosen.textures[..] else { panic!("{:?}", chosen.textures) };
+    assert!(texture.label.starts_with("t0 / t1 / t2 / ") && texture.label.matches('…').count() == 1);
     assert_eq!(memory.chosen, memory.bound);
 }
 

@@ -55,6 +55,7 @@ fn compare(name: &str) -> usize {
             options.clone().data_sizes(data(|_| 0)),
             options.clone().aliasing(false),
         ];
+        assert_eq!(others[0].viewport, [641, 479]);
         for options in &others {
             match (first.resized(graph, options, &outcome.sources), scratch(options)) {
                 (Ok(resized), Ok(scratch)) => {

@@ -110,6 +110,11 @@ fn a_second_color_is_a_factor_where_the_device_has_the_feature() {
     assert!(found.contains("writes no @location(0) @blend_src(1), with which the pass blends"), "{found}");
     let found = rejected("two_sources.wgsl.jinja", wgpu::Features::empty());
     assert!(found.contains("dual") || found.contains("DUAL"), "{found}");
+    let spare = format!("{}, {}", target(1), target(1).replace("target", "spare"));
+    let text = over("two_sources.wgsl.jinja", blend).replace(&target(1), &spare);
+    let text = text.replace(r#""color": [{"#, r#""color": [{ "to": "spare" }, {"#);
+    let found = try_plan_with(text, SIDE, dual).expect_err("a diagnostic");
+    assert!(found.contains("for which a pass has one color attachment only"), "{found}");
     let plan = try_plan_with(over("two_sources.wgsl.jinja", blend), SIDE, dual);
     let plan = plan.unwrap_or_else(|diagnostics| panic!("{diagnostics}"));
     let Some(gpu) = gpu::device() else { return };

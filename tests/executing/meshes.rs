@@ -124,7 +124,14 @@ fn a_live_count_beyond_the_buffers_is_rejected_and_the_frame_after_it_is_drawn()
             assert!(play(count).is_ok(), "{draw}");
             crate::stage::texels(&gpu, &target, 0)
         };
-        let (none, all) = (shown(0), shown(most));
+        let (none, all, three) = (shown(0), shown(most), shown(3));
+        let outcome = ribbon(&draw.replace(r#""many""#, "3"));
+        let mut fixed = crate::common::gpu::executor(&gpu, outcome.plan(), None);
+        assert!(
+            crate::stage::play(&gpu, &mut fixed, None, &target, &crate::views::frame(&[])).is_ok(),
+            "{draw}"
+        );
+        assert_eq!(three, crate::stage::texels(&gpu, &target, 0), "{draw}");
         // Three vertices of one instance lie in one place, where nothing is seen of them.
         assert!(none != all || draw.contains("instances"), "{draw}");
     }

@@ -128,19 +128,13 @@ pub(super) fn copies(
 /// The most runs of bytes that are told apart.
 const MAXIMUM_RUNS: u64 = 1 << 16;
 
-/// The bytes of a buffer in which a copy puts texels, or from which it takes them, row by row; `None` where it does no
-/// such thing, or where the rows are too many.
-pub(super) fn runs_of_rows(
-    resolved: &ResolvedResources<'_>,
-    handle: PassHandle,
-    buffer: ResourceHandle,
-) -> Option<Runs> {
+/// The bytes of its buffer in which a copy puts texels, or from which it takes them, row by row; `None` where it does
+/// no such thing, or where the rows are too many.
+pub(super) fn runs_of_rows(resolved: &ResolvedResources<'_>, handle: PassHandle) -> Option<Runs> {
     let Work::Transfer(transfer) = resolved.pipeline.pass(handle).work() else { return None };
     let texture = match (transfer.source.as_ref()?, &transfer.destination) {
-        (TransferEnd::Texture(texture), TransferEnd::Buffer(to)) if to.buffer.resource == buffer => texture,
-        (TransferEnd::Buffer(from), TransferEnd::Texture(texture)) if from.buffer.resource == buffer => {
-            texture
-        }
+        (TransferEnd::Texture(texture), TransferEnd::Buffer(_))
+        | (TransferEnd::Buffer(_), TransferEnd::Texture(texture)) => texture,
         _ => return None,
     };
     let format = resolved.texture(texture.texture.resource)?.format;

@@ -191,8 +191,8 @@ fn between_rows(
     boxes: &[Extents],
 ) -> Option<Diagnostic> {
     let pipeline = resolved.pipeline;
-    let rows = copies::runs_of_rows(resolved, copy, written.resource)?;
-    let read_rows = copies::runs_of_rows(resolved, reader, written.resource);
+    let rows = copies::runs_of_rows(resolved, copy)?;
+    let read_rows = copies::runs_of_rows(resolved, reader);
     for one in pipeline.pass(reader).accesses() {
         if one.resource != written.resource || !one.usage.reads() || one.usage.keeps_what_is_there() {
             continue;
