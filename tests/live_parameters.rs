@@ -337,15 +337,16 @@ fn a_live_parameter_reaches_a_pass_of_a_subgraph() {
         "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
         "subgraphs": { "paint": {
             "inputs": { "to": "what is painted" },
-            "parameters": { "amount": { "type": "f32", "default": 1, "min": 0, "max": 0.8 } },
-            "derived": { "half": "amount / 2" },
+            "parameters": { "amount": { "type": "f32", "default": 1, "min": 0, "max": 0.8 },
+                "fade": { "type": "f32[]", "default": [0, 0, 0, 0], "min": 0, "max": 1, "min_length": 4, "max_length": 4 } },
+            "derived": { "half": "amount / 2", "none": "fade * 0" },
             "passes": { "fill": { "fullscreen": {
                 "shader": "live.wgsl.jinja",
-                "bind": { "settings": { "values": { "color": "[half, amount, 0, 1]", "tint": "[0, 0, 0, 0]" } } },
+                "bind": { "settings": { "values": { "color": "[half, amount, 0, 1]", "tint": "none" } } },
                 "color": [{ "to": "to" }]
             } } }
         } },
-        "passes": { "paint": { "use": "paint", "with": { "to": "target", "amount": "red" } } }
+        "passes": { "paint": { "use": "paint", "with": { "to": "target", "amount": "red", "fade": "[red, red, 0, 1]" } } }
     }"#;
     let with = With { templates: &[("live.wgsl.jinja", SHADER)], size: Some([4, 4]), ..With::default() };
     let outcome = common::check_with("inner.json", text, &with);

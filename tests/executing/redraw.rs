@@ -337,7 +337,9 @@ fn what_is_drawn_over_another_texture_lies_over_it_texel_by_texel() {
             crate::squares::GEOMETRY,
             target(1)
         );
-        try_plan_of_text(text, 8).map(drop)
+        let at = text.find(r#""over": "below""#).expect("the key") + r#""over": "#.len();
+        let (line, column) = (text[..at].lines().count(), at - text[..at].rfind('\n').expect("a line"));
+        try_plan_of_text(text, 8).map(drop).map_err(|said| (said, format!(":{line}:{column}\n")))
     };
     let depth = r#""format": "depth32float""#;
     assert_eq!(over(&format!(r#"{depth}, "size": "viewport", "layers": 2"#)), Ok(()));
@@ -351,9 +353,9 @@ fn what_is_drawn_over_another_texture_lies_over_it_texel_by_texel() {
         (format!(r#"{depth}, "size": "viewport""#), "\"below\" is 8 by 8 with 1 layers"),
         (r#""format": "rgba8unorm", "size": "viewport", "layers": 2"#.to_owned(), "\"below\" has no depth"),
     ] {
-        let error = over(&below).expect_err("a diagnostic");
+        let (error, place) = over(&below).expect_err("a diagnostic");
         assert!(error.contains("UG0405") && error.contains(wanted), "{error}");
-        assert!(error.contains("/over") || error.contains(r#""over": "below""#), "{error}");
+        assert!(error.contains(&place), "{place}{error}");
     }
 }
 

@@ -134,6 +134,15 @@ fn bytes_beside_rows_of_texels_are_diagnostics_where_they_are_read() {
     let said = rejected(1, &resources, &[&small, &rows, &reads("")]);
     let wanted = r#"of "bytes", which "rows" leaves beside its rows of texels"#;
     assert!(said.contains(r#""shown" reads bytes 32 to 255,"#) && said.contains(wanted), "{said}");
+    // The rows of a second layer are filled, too.
+    let pair = resources
+        .replace(r#""size": "viewport" "#, r#""size": "viewport", "layers": 2"#)
+        .replace("2048", "4096");
+    let layers =
+        [0, 1].map(|at| red(&format!("small{at}"), &format!(r#"{{ "to": "small", "layer": {at} }}"#), ""));
+    let after = reads(r#", "offset": 2304, "size": 256"#);
+    let said = rejected(1, &pair, &[&layers[0], &layers[1], &rows, &after]);
+    assert!(said.contains(r#""shown" reads bytes 2336 to 2559 of"#), "{said}");
     // A row alone is read, or the gaps are filled, or the other end has the same rows.
     let Some((names, _)) = shown(1, &resources, &[&small, &rows, &reads(r#", "offset": 0, "size": 32"#)])
     else {
