@@ -161,6 +161,32 @@ fn bytes_beside_rows_of_texels_are_diagnostics_where_they_are_read() {
 }
 
 #[test]
+fn what_is_missing_of_buffers_and_volumes_is_named_with_a_way_out() {
+    let said = |resources: &str, passes: &[&str]| {
+        try_plan_of_text(text(1, resources, passes), SIDE).map(drop).expect_err("a diagnostic")
+    };
+    let bytes = r#""bytes": { "buffer": { "size": 2048 } }"#;
+    let half = r#""half": { "clear": { "buffer": "bytes", "offset": 0, "size": 1024 } }"#;
+    let counted = r#""counted": { "compute": { "shader": "count.wgsl.jinja", "bind": { "sum": "bytes" },
+        "workgroups": [1, 1, 1] }, "side_effect": true }"#;
+    let found = said(bytes, &[half, counted]);
+    assert!(found.contains(r#""counted" loads bytes 1024 to 2047 of "bytes""#), "{found}");
+    assert!(found.contains(r#""counted" needs nothing of it: "contents": "discard""#), "{found}");
+    let read = r#""read": { "fullscreen": { "shader": "word.wgsl.jinja", "bind": { "words": "bytes" },
+        "color": [{ "to": "target" }] } }"#;
+    let found = said(bytes, &[half, read]);
+    assert!(found.contains(r#"or let "read" read fewer bytes with "offset" and "size""#), "{found}");
+    let volumes = ["volume", "other"].map(|name| texture(name, r#", "layers": 4, "view": "3d""#)).join(", ");
+    let volumes = format!("{volumes}, {}", texture("small", ""));
+    let small = red("small", r#"{ "to": "small" }"#, "");
+    let first =
+        r#""first": { "copy": { "from": { "name": "small" }, "to": { "name": "volume", "layer": 0 } } }"#;
+    let all = copy("all", r#""side_effect": true,"#, "volume", "other");
+    let found = said(&volumes, &[&small, first, &all]);
+    assert!(found.contains(r#""all" reads slices 1 to 3 of "volume""#), "{found}");
+}
+
+#[test]
 fn a_storage_write_without_a_mip_writes_the_first() {
     let resources = texture("image", r#", "mips": 2"#);
     let second = red("second", r#"{ "to": "image", "mip": 1 }"#, "");
