@@ -169,6 +169,16 @@ const RESOLVED: Ground = Ground {
         "color": [{ "to": "samples", "clear": [0, 0, 0, 1], "resolve": { "to": "target" } }] } }"#,
 };
 
+/// The same, resolved to a mip of a layer.
+const RESOLVED_TO_PART: Ground = Ground {
+    template: FILL,
+    resources: r#""samples": { "texture": { "format": "rgba8unorm", "size": [64, 64], "samples": 4 } },
+        "kept": { "texture": { "format": "rgba8unorm", "size": [128, 128], "mips": 2, "layers": 2, "lifetime": "persistent" } }"#,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja",
+            "color": [{ "to": "samples", "clear": [0, 0, 0, 1], "resolve": { "to": "kept", "mip": 1, "layer": 1 } }] } },
+        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } }"#,
+};
+
 /// Words of a buffer that is counted into another.
 const COUNTED: Ground = Ground {
     template: COUNT,
@@ -419,7 +429,8 @@ const RULES: &[Rule] = &[
     Rule("resolving changes no format", "UG0409", &RESOLVED, "\"samples\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"samples\": { \"texture\": { \"format\": \"bgra8unorm\""),
     Rule("resolving begins with several samples", "UG0409", &RESOLVED, ", \"samples\": 4", ""),
     Rule("resolving ends with one sample", "UG0409", &RESOLVED, "\"lifetime\": \"imported\"", "\"samples\": 4, \"lifetime\": \"imported\""),
-    Rule("a layer is resolved to", "UG0409", &RESOLVED, "\"lifetime\": \"imported\"", "\"layers\": 2, \"lifetime\": \"imported\""),
+    Rule("a layer is resolved to", "UG0409", &RESOLVED_TO_PART, ", \"layer\": 1", ""),
+    Rule("resolving changes no size", "UG0409", &RESOLVED_TO_PART, "\"mip\": 1, ", ""),
     Rule("attachments are others", "UG0404", &WIDE, "{ \"to\": \"d\" }", "{ \"to\": \"c\" }"),
     Rule("depth is cleared to 0 to 1", "UG0108", &DEPTHS, "\"clear\": 1,", "\"clear\": 2,"),
     // Copies

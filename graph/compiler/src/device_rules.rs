@@ -284,7 +284,7 @@ impl Rules<'_> {
                 format!("\"{b}\" is {} by {}, \"{a}\" {} by {}", own[0], own[1], wanted[0], wanted[1]);
             return Some(self.reject(target.resource, message, "resolving changes no size"));
         }
-        if target.layer.is_some() || destination.layers == 1 || destination.layers == source.layers {
+        if target.layer.is_some() || destination.layers == 1 {
             return None;
         }
         let message = format!("nothing says which layer of \"{b}\" is resolved to");
