@@ -78,7 +78,6 @@ pub struct Placement {
     by_key: HashMap<Key, u32>,
     /// The entry of each request.
     asked: Vec<u32>,
-    live: usize,
     frame: u64,
     /// The capacity that the last update placed for, within its limits.
     pub(super) capacity: Capacity,
@@ -97,7 +96,7 @@ struct Scratch {
     candidates: Vec<Candidate>,
     /// For each class of size the tiles that have to be found: entry, and position among its tiles.
     pending: Vec<Vec<(u32, u8)>>,
-    /// Tiles that could be moved: the block that they stand in, their own first number, entry, position.
+    /// Tiles that could be moved: the block that they stand in, their own number, entry, position.
     movable: Vec<(usize, usize, u32, u8)>,
     /// Blocks that could be cleared: the area in them, the block, the part of `movable`.
     blocks: Vec<(u64, usize, usize, usize)>,
@@ -148,7 +147,6 @@ impl Placement {
             vacant: Vec::new(),
             by_key: HashMap::new(),
             asked: Vec::new(),
-            live: 0,
             frame: 0,
             capacity: Capacity::default(),
             need: Capacity::default(),
@@ -212,10 +210,7 @@ impl Placement {
         for (at, request) in requests.iter().enumerate() {
             // Most frames have the lights in the order of the frame before.
             let before = self.asked[at];
-            let same = self
-                .entries
-                .get(before as usize)
-                .is_some_and(|entry| entry.seen != 0 && entry.asked.key == request.key);
+            let same = self.entries.get(before as usize).is_some_and(|entry| entry.asked.key == request.key);
             let found = if same { Some(before) } else { self.by_key.get(&request.key).copied() };
             let found = found.unwrap_or_else(|| self.insert(request));
             self.asked[at] = found;
@@ -254,7 +249,6 @@ impl Placement {
             self.entries[at as usize] = entry;
         }
         self.by_key.insert(request.key, at);
-        self.live += 1;
         self.fates_changed = true;
         at
     }
@@ -303,7 +297,6 @@ impl Placement {
         entry.seen = 0;
         self.by_key.remove(&entry.asked.key);
         self.vacant.push(at as u32);
-        self.live -= 1;
         self.fates_changed = true;
     }
 
@@ -326,12 +319,11 @@ impl Placement {
             |side: u32| side.checked_div(unit).filter(|parts| *parts > 0).map(|parts| parts.ilog2() as u8);
         decide(&mut scratch.candidates, class(capacity.side), &capacity.pools);
 
-        let (mut area, mut max, mut pools) = (0u64, None, [0u32; POOLS]);
+        let (mut area, mut pools) = (0u64, [0u32; POOLS]);
         for candidate in &scratch.candidates {
             let Settled { wanted, tiles, slots, .. } = candidate.need;
             if tiles > 0 {
                 area = area.saturating_add(candidate.area(wanted));
-                max = max.max(Some(wanted));
             }
             for (sum, count) in pools.iter_mut().zip(slots) {
                 *sum = sum.saturating_add(count);
@@ -348,7 +340,7 @@ impl Placement {
             entry.fate = fate;
         }
         let Settings { min_side, max_side, max_pools, .. } = self.settings;
-        let mut side = min_side.max(max.map_or(0, |class| unit << class)).min(max_side);
+        let mut side = min_side;
         while side < max_side && u64::from(side / unit).pow(2) < area {
             side *= 2;
         }

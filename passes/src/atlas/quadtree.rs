@@ -52,7 +52,7 @@ impl TileAllocator {
     #[must_use]
     pub fn set_side(&mut self, side: u32) -> bool {
         let wanted = self.rounded_side(side);
-        if wanted < self.side && !self.is_free_beyond(wanted) {
+        if !self.is_free_beyond(wanted) {
             return false;
         }
         while self.side < wanted {

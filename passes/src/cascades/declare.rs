@@ -303,7 +303,7 @@ fn origins(expr: &Expr, pass: &mut PassBuilder<'_>, count: usize) -> Option<Vec<
 /// The pointer of an element, where the list is written out; else that of the expression which yields the list.
 fn element(list: &Expr, pointer: &str, at: usize) -> String {
     match &list.0 {
-        serde_json::Value::Array(elements) if at < elements.len() => format!("{pointer}/{at}"),
+        serde_json::Value::Array(_) => format!("{pointer}/{at}"),
         _ => pointer.to_owned(),
     }
 }

@@ -39,7 +39,7 @@ pub(super) fn clamped(range: f64) -> f64 {
 /// The vector that a light shines along: its direction, of unit length, or −Z (glTF's own) where it has none.
 pub fn direction(direction: DVec3) -> DVec3 {
     let max = direction.abs().max_element();
-    if max.is_finite() && max > 0.0 { (direction / max).normalize_or(DVec3::NEG_Z) } else { DVec3::NEG_Z }
+    if max.is_finite() { (direction / max).normalize_or(DVec3::NEG_Z) } else { DVec3::NEG_Z }
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ impl Placement {
                 let count = if candidate.verdict.is_ok() { candidate.need.slots[pool] } else { 0 };
                 let entry = &self.entries[at];
                 let held = entry.held_slots[pool];
-                if held != count || (held > 0 && entry.first_slots[pool] + held > limit) {
+                if held != count || entry.first_slots[pool] + held > limit {
                     self.release_slots(at, pool);
                 }
             }
@@ -51,11 +51,7 @@ impl Placement {
     fn close_gaps(&mut self, pool: usize, scratch: &mut Scratch) {
         scratch.runs.clear();
         scratch.runs.extend(self.entries.iter().enumerate().filter_map(|(at, entry)| {
-            (entry.seen != 0 && entry.held_slots[pool] > 0).then_some((
-                entry.first_slots[pool],
-                entry.asked.key,
-                at as u32,
-            ))
+            (entry.held_slots[pool] > 0).then_some((entry.first_slots[pool], entry.asked.key, at as u32))
         }));
         scratch.runs.sort_unstable();
         self.pools[pool].clear();

@@ -20,7 +20,7 @@ impl Placement {
                 self.release_tiles(at);
                 continue;
             };
-            if entry.held_tiles != count || (count > 0 && entry.held_class != class) {
+            if entry.held_tiles != count || entry.held_class != class {
                 self.release_tiles(at);
                 self.entries[at].held_tiles = count;
                 self.entries[at].held_class = class;
@@ -89,12 +89,7 @@ impl Placement {
             for (position, tile) in entry.tiles[..usize::from(entry.held_tiles)].iter().enumerate() {
                 if tile.size != 0 {
                     let number = tile.number();
-                    movable.push((
-                        number >> (2 * (class - held)),
-                        number << (2 * held),
-                        at as u32,
-                        position as u8,
-                    ));
+                    movable.push((number >> (2 * (class - held)), number, at as u32, position as u8));
                 }
             }
         }
