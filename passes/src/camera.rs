@@ -447,6 +447,24 @@ mod tests {
     }
 
     #[test]
+    fn matrices_of_the_frame_before_have_the_jitter_of_this_one() {
+        let node = RunCamera { setting: None, reverse: false, jitter: 8 };
+        let mut state = Frames::default();
+        let first = tilted(PERSPECTIVE);
+        frames(&node, &mut state, first, 0);
+        let second = first.position(first.position + 1.0).rotation(DQuat::from_rotation_y(0.1));
+        let data = frames(&node, &mut state, second, 1);
+        let jitter = floats(&data, "jitter");
+        let aside = DMat4::from_translation(DVec3::new(jitter[0].into(), jitter[1].into(), 0.0));
+        let clip = aside * first.clip(false) * first.view();
+        for (name, wanted) in [("previous_clip_from_world", clip), ("previous_view_from_world", first.view())]
+        {
+            let found = matrix(&data, name);
+            assert!(found.abs_diff_eq(wanted, 1e-5), "{name}: {found} {wanted}");
+        }
+    }
+
+    #[test]
     fn jitter_goes_round_within_a_pixel_and_moves_view_and_matrices_alike() {
         let node = RunCamera { setting: None, reverse: false, jitter: 8 };
         let mut state = Frames::default();

@@ -282,6 +282,25 @@ mod tests {
     }
 
     #[test]
+    fn an_orthographic_picture_shows_a_sphere_at_the_same_size_everywhere() {
+        let eye = Eye::new(&camera().projection(Projection::Orthographic {
+            half_height: 10.0,
+            near: 0.1,
+            far: 100.0,
+        }))
+        .unwrap();
+        // The picture is 32 m wide and 20 m high; of the second sphere 6 m are in it from top to bottom.
+        for (place, part) in [
+            (DVec3::new(3.0, 2.0, -20.0), 8.0 / 32.0 * 8.0 / 20.0),
+            (DVec3::new(3.0, -8.0, -60.0), 8.0 / 32.0 * 6.0 / 20.0),
+            (DVec3::new(3.0, -14.5, -60.0), 0.0),
+        ] {
+            let found = eye.coverage(camera().position + camera().rotation * place, 4.0);
+            assert!((found - part).abs() < 1e-9, "{found} at {place}");
+        }
+    }
+
+    #[test]
     fn a_light_counts_half_at_ten_metres_and_less_beyond() {
         for (gap, wanted) in [(-1.0, 1.0), (0.0, 1.0), (10.0, 0.5), (30.0, 0.25), (90.0, 0.1)] {
             let seen = seen_at(DVec3::new(0.0, 0.0, -4.0 - gap), 4.0);

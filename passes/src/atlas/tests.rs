@@ -132,7 +132,9 @@ fn an_atlas_grows_and_shrinks_around_its_tiles() {
     assert_eq!(atlas.allocate(16), None);
     assert!(!atlas.set_side(0));
     assert!(tiles.into_iter().all(|tile| atlas.release(tile)));
-    assert!(atlas.set_side(32) && atlas.set_side(0) && atlas.set_side(1024));
+    assert!(atlas.set_side(32) && atlas.set_side(16));
+    assert!(atlas.allocate(16).is_some_and(|tile| atlas.release(tile)), "an atlas of one tile");
+    assert!(atlas.set_side(0) && atlas.set_side(1024));
     assert_eq!(atlas.allocate(1024).map(|tile| tile.size), Some(1024));
 }
 
@@ -327,9 +329,15 @@ fn overflow_downsizes_and_then_evicts_the_least_important() {
     assert_eq!(fates(&placement), [Fate::Granted; 4]);
     placement.update(&requests, &Capacity { side: 64, pools: PLENTY });
     assert_eq!(fates(&placement), [Fate::Evicted(Eviction::AtlasTooSmall); 4]);
+    assert!(placement.fates_changed());
     placement.update(&requests, &Capacity { side: 0, pools: PLENTY });
     assert_eq!(fates(&placement), [Fate::Evicted(Eviction::AtlasTooSmall); 4]);
+    assert!(!placement.fates_changed());
     assert_eq!(placement.atlas.used_area, 0);
+    // Room that a large tile leaves when it is halved makes none larger than it asks to be.
+    let uneven = [request(30, 1.0, 1, 512, 128), request(31, 2.0, 1, 128, 128)];
+    placement.update(&uneven, &Capacity { side: 512, pools: PLENTY });
+    assert_eq!(placement.grants().map(|grant| grant.tiles[0].size).collect::<Vec<_>>(), [256, 128]);
 }
 
 #[test]
@@ -358,7 +366,7 @@ fn two_hundred_spots_overflow_and_all_come_back_when_lights_are_removed() {
 
 #[test]
 fn every_pool_is_limited_by_importance_and_names_itself() {
-    for pool in Pool::ALL {
+    for (pool, name) in Pool::ALL.into_iter().zip(["descriptors", "views", "cubes", "layers"]) {
         let mut placement = Placement::new(Settings::default());
         let slots = |count| Pool::counts(&[(pool, count)]);
         let of = |key, importance, count| Request {
@@ -381,6 +389,9 @@ fn every_pool_is_limited_by_importance_and_names_itself() {
             ]
         );
         check(&placement, &requests);
+        let words = [Eviction::PoolFull(pool), Eviction::PoolTooSmall(pool)].map(|why| why.to_string());
+        let full = format!("more important lights take all shadow {name}");
+        assert_eq!(words, [full, format!("it needs more shadow {name} than there are")]);
     }
 }
 
@@ -407,6 +418,8 @@ fn scattered_slots_are_closed_up_where_a_run_needs_them() {
 fn the_wanted_capacity_rises_at_once_and_falls_after_a_while() {
     let settings = Settings { min_side: 64, max_side: 1024, patience: 3, ..Settings::default() };
     let mut placement = Placement::new(settings);
+    placement.update(&[], &Capacity::default());
+    assert_eq!(placement.wanted().side, 64, "an atlas for nothing is the smallest");
     let many: Vec<Request> = (0..20).map(|at| request(at, 1.0, 1, 128, 16)).collect();
     let update = |placement: &mut Placement, requests: &[Request]| {
         let capacity = *placement.wanted();
@@ -475,9 +488,9 @@ fn requests_of_one_key_are_one_request() {
 
 #[test]
 fn keys_of_names_differ() {
-    let names = ["lamp", "lamp.001", "", "lamq"];
+    let names = ["lamp", "lamp.001", "", "lamq", "a", "e"];
     let mut keys: Vec<Key> = names.iter().flat_map(|name| (0..3).map(move |at| Key::of(name, at))).collect();
     keys.sort();
     keys.dedup();
-    assert_eq!(keys.len(), 12);
+    assert_eq!(keys.len(), 18);
 }

@@ -177,6 +177,23 @@ mod tests {
     }
 
     #[test]
+    fn casters_within_a_texel_of_the_rectangle_count() {
+        // Of 10 m, with texels of 1 cm.
+        let rectangle = rectangle(DVec2::ZERO, 10.0);
+        for (off, highest_there) in [(0.005, Some(7.0)), (0.02, None)] {
+            for (min, max) in [
+                ((10.0 + off, 2.0), (30.0, 3.0)),
+                ((-30.0, 2.0), (-off, 3.0)),
+                ((2.0, 10.0 + off), (3.0, 30.0)),
+                ((2.0, -30.0), (3.0, -off)),
+            ] {
+                let bounds = Bounds { min: DVec2::from(min).extend(-1.0), max: DVec2::from(max).extend(7.0) };
+                assert_eq!(highest(&bounds, &DMat3::IDENTITY, &rectangle), highest_there, "{bounds:?}");
+            }
+        }
+    }
+
+    #[test]
     fn the_planes_move_by_the_metres_that_are_asked_for() {
         let rectangle = rectangle(DVec2::ZERO, 10.0);
         let (near, far) =

@@ -183,6 +183,30 @@ mod tests {
     }
 
     #[test]
+    fn the_centre_of_an_extent_is_that_of_its_slice() {
+        let projection = Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 };
+        let rotation = glam::DQuat::from_rotation_y(0.7) * glam::DQuat::from_rotation_x(-0.3);
+        let camera = Camera::new(DVec3::new(3.0, -2.0, 7.0), rotation, projection, 1.6);
+        let light = super::super::light::from_world(DVec3::new(0.6, -0.7, 0.2).normalize(), DVec3::Y);
+        let slice = Slice { begin: 2.0, end: 10.0, ..Slice::default() };
+        for shape in [FitShape::Tight, FitShape::Sphere] {
+            let found = extent(&camera, &slice, &light, shape).center;
+            let wanted = light * (camera.position + 6.0 * camera.forward());
+            assert!(found.distance(wanted) < 1e-9, "{shape:?} {found} {wanted}");
+        }
+    }
+
+    #[test]
+    fn an_aligned_fit_does_not_turn_with_a_camera_that_looks_along_the_light() {
+        let projection = Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 };
+        let camera = Camera::new(DVec3::ZERO, glam::DQuat::IDENTITY, projection, 1.6);
+        for turn in [-0.03, 0.0, 0.03] {
+            let camera = camera.rotation(glam::DQuat::from_rotation_y(turn));
+            assert_eq!(aligned(&DMat3::IDENTITY, &camera), DMat3::IDENTITY, "{turn}");
+        }
+    }
+
+    #[test]
     fn the_narrowed_box_holds_what_slice_and_scene_have_in_common() {
         let extent =
             Extent { min: DVec3::splat(-10.0), size: DVec2::splat(20.0), near: 10.0, center: DVec3::ZERO };

@@ -72,6 +72,8 @@ mod tests {
             vec![sun("moon", 1.0, true), sun("b", 5.0, true), sun("a", 5.0, true), sun("fill", 90.0, false)];
         lights.push(Light::new("0", LightKind::Point).intensity(1e6).property(CAST_SHADOW));
         lights.push(sun("broken", 1e6, true).direction(DVec3::NAN));
+        // Blue counts a fourteenth of white.
+        lights.push(sun("blue", 20.0, true).color(Vec3::Z));
         for _ in 0..lights.len() {
             lights.rotate_left(1);
             assert_eq!(choose(&lights, None).map(|(_, light)| &*light.name), Some("a"));
@@ -102,5 +104,8 @@ mod tests {
         assert!((from_world(DVec3::NEG_Z, DVec3::Z) * DVec3::Y - DVec3::Y).length() < 1e-12);
         let nearly = from_world(DVec3::new(0.08, 0.03, -1.0).normalize(), DVec3::Z) * DVec3::Y;
         assert!(nearly.x.abs() < 1e-12 && nearly.y > 0.0, "{nearly}");
+        // The last direction that is too near to it.
+        let back = from_world(DVec3::new(0.0, -0.99, (1.0_f64 - 0.99 * 0.99).sqrt()), DVec3::Y) * DVec3::Z;
+        assert!(back.x.abs() < 1e-12 && back.y > 0.9, "{back}");
     }
 }

@@ -161,6 +161,18 @@ mod tests {
     }
 
     #[test]
+    fn the_grids_of_world_and_origin_are_one_or_lie_half_a_texel_apart() {
+        for (resolution, apart) in [(64, 0.0), (63, 0.5)] {
+            for (snap, offset) in [(Snap::World, 0.0), (Snap::Origin, apart)] {
+                let extent = extent(DVec2::new(-17.3, 5.1), DVec2::new(20.0, 11.0));
+                let rectangle = rectangle(&extent, Texels { resolution, border: 2, square: true }, snap);
+                let place = rectangle.min / rectangle.texel - offset;
+                assert!((place - place.round()).abs().max_element() < 1e-9, "{snap:?} {resolution} {place}");
+            }
+        }
+    }
+
+    #[test]
     fn a_box_without_size_still_has_texels() {
         for snap in SNAPS {
             let rectangle = rectangle(

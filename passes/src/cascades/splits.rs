@@ -254,5 +254,7 @@ mod tests {
         let slices: Vec<_> = explicit(&[10.0, 30.0, 80.0]).slices(Blend::default(), 0.1, 20.0).collect();
         assert_eq!(slices.iter().map(|slice| slice.end).collect::<Vec<_>>(), [10.0, 20.0]);
         assert_eq!(slices[1].far, 30.0);
+        let ends_there = explicit(&[10.0, 30.0, 80.0]).slices(Blend::default(), 0.1, 30.0);
+        assert_eq!(ends_there.map(|slice| slice.end).collect::<Vec<_>>(), [10.0, 30.0]);
     }
 }

@@ -201,6 +201,9 @@ impl Bounded {
 
 #[cfg(test)]
 mod tests {
+    use umbragraph_pipeline::data::DataShape;
+    use umbragraph_pipeline::frame::{Camera, LightKind, Projection};
+
     use super::*;
 
     const FILTER: Filter = Filter { radius: 0.1, min: 2.0, max: 10.0, penumbra: false };
@@ -215,6 +218,7 @@ mod tests {
         assert_eq!(of(1.0, 3.0), [Some(Where::Within(3.0)), None]);
         assert_eq!(of(30.0, 40.0), [None, Some(Where::Beyond(30.0))]);
         assert_eq!(of(3.0, 3.0), [None, None]);
+        assert_eq!(of(5.0, 25.0), [None, None]);
     }
 
     #[test]
@@ -222,6 +226,8 @@ mod tests {
         assert_eq!(FILTER.in_cascade(0, 0.02, 50.0, 0.1), None);
         assert_eq!(FILTER.in_cascade(1, 0.1, 50.0, 0.1), Some(Where::Cascade(1, 0.2)));
         assert_eq!(FILTER.in_cascade(2, 0.001, 50.0, 0.1), Some(Where::Cascade(2, 0.01)));
+        let narrow = Filter { radius: 1e-4, ..FILTER };
+        assert_eq!(narrow.in_cascade(3, 0.001, 50.0, 0.1), Some(Where::Cascade(3, 0.002)));
     }
 
     #[test]
@@ -229,6 +235,7 @@ mod tests {
         let filter = Filter { penumbra: true, ..FILTER };
         // What is 50 m high has a penumbra of 0.5 m to a side; ten texels are 0.6 m, or 0.4 m.
         assert_eq!(filter.in_cascade(0, 0.06, 50.0, 0.01), None);
+        assert_eq!(filter.in_cascade(0, 0.05, 50.0, 0.01), None);
         assert_eq!(filter.in_cascade(1, 0.04, 50.0, 0.01), Some(Where::Cascade(1, 0.4)));
         assert_eq!(filter.in_cascade(2, 0.04, 50.0, 0.0), None);
         // At 8 m ten texels are 0.16 m: so wide is the penumbra of a lamp of 0.08 m for what is 8/3 m from it.
@@ -237,6 +244,37 @@ mod tests {
         assert!((0.08 * (8.0 - distance) / distance - 0.16).abs() < 1e-9 && beyond.is_none());
         assert_eq!(filter.in_perspective(0.002, [3.0, 8.0], 0.08), [None, None]);
         assert_eq!(filter.in_perspective(0.002, [0.5, 8.0], 0.0), [None, None]);
+    }
+
+    #[test]
+    fn a_notice_is_made_when_other_bounds_bite_and_not_when_widths_change_alone() {
+        let lens = Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 };
+        let lights = vec![Light::new("sun", LightKind::Directional), Light::new("lamp", LightKind::Point)];
+        let frame =
+            FrameInput::new(Camera::new(DVec3::ZERO, glam::DQuat::IDENTITY, lens, 1.6)).lights(lights);
+        let mut bounded = Bounded::default();
+        let mut told = |filter, places: &[(u32, Where)]| {
+            bounded.clear();
+            places.iter().for_each(|(light, place)| bounded.add(*light, [*place]));
+            let mut data = BlackboardData::new(DataShape::new());
+            bounded.report(Some(filter), &frame, &mut data);
+            data.notices().iter().map(|notice| notice.message.clone()).collect::<Vec<_>>().join("; ")
+        };
+        let first = told(FILTER, &[(0, Where::Cascade(1, 0.2)), (1, Where::Within(2.0))]);
+        assert!(first.contains("in cascade 1 of \"sun\" (0.200 m)"), "{first}");
+        assert!(first.contains("within 2.00 m of \"lamp\" (narrower)"), "{first}");
+        assert_eq!(told(FILTER, &[(0, Where::Cascade(1, 0.3)), (1, Where::Within(3.0))]), "");
+        for (places, words) in [
+            ([(0, Where::Cascade(2, 0.2)), (1, Where::Within(2.0))], "in cascade 2 of \"sun\""),
+            ([(0, Where::Cascade(2, 0.2)), (1, Where::Beyond(9.0))], "beyond 9.00 m of \"lamp\" (wider)"),
+            ([(0, Where::Cascade(2, 0.2)), (0, Where::Beyond(9.0))], "beyond 9.00 m of \"sun\""),
+        ] {
+            let other = told(FILTER, &places);
+            assert!(other.contains(words) && told(FILTER, &places).is_empty(), "{other}");
+        }
+        let penumbra = told(Filter { penumbra: true, ..FILTER }, &[(1, Where::Within(2.5))]);
+        assert!(penumbra.contains("penumbrae can be wider"), "{penumbra}");
+        assert!(penumbra.contains("of what is within 2.50 m of \"lamp\""), "{penumbra}");
     }
 
     #[test]

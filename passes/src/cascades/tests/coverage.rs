@@ -105,6 +105,39 @@ fn a_small_scene_gives_the_far_cascades_fine_texels() {
 }
 
 #[test]
+fn without_a_far_plane_the_whole_range_ends_where_the_scene_does() {
+    let settings = Configuration { splits: Splits::Whole { count: 2 }, ..configuration(&[1.0]) };
+    let endless = Projection::Perspective { vertical_fov: 1.0, near: 0.3, far: f64::INFINITY };
+    let camera = identity_camera().projection(endless).position(DVec3::new(0.0, 0.0, 5.0));
+    let behind = Bounds { min: DVec3::splat(6.0), max: DVec3::splat(9.0) };
+    let around = frame(camera, DVec3::NEG_Y).scene_bounds;
+    for (bounds, end) in [(around, 65.0), (behind, 0.6), (Bounds::EMPTY, 0.6)] {
+        let set = settings.fit(&frame(camera, DVec3::new(0.2, -0.9, 0.1)).scene_bounds(bounds));
+        let slices: Vec<_> = set.iter().map(|cascade| (cascade.slice.begin, cascade.slice.end)).collect();
+        assert_eq!(slices, [(0.3, end); 2]);
+    }
+}
+
+#[test]
+fn depth_can_reach_over_scene_and_casters_whatever_the_camera_sees() {
+    let settings = Configuration { near_pull: NearPull::Scene, ..configuration(&[8.0, 40.0]) };
+    let mut frame = frame(identity_camera(), DVec3::NEG_Y);
+    // The scene stands between -2 m and 40 m.
+    frame.filter_bounds[0].1.max.y = 70.0;
+    for height in [0.0, 30.0] {
+        frame.camera.position.y = height;
+        let set = settings.fit(&frame);
+        assert_eq!(set.count(), 2);
+        for cascade in set.iter() {
+            let [top, bottom] = [70.0, -2.0].map(|y| lookup(cascade, 2048.0, DVec3::new(0.0, y, 0.0)).z);
+            assert!(top > 0.0 && bottom < 1.0, "{top} {bottom}");
+            let steps = (cascade.depth_range - 72.0) / cascade.texel_size;
+            assert!((1.99..=4.01).contains(&steps), "{steps} texels more than the scene is high");
+        }
+    }
+}
+
+#[test]
 fn the_view_agrees_with_its_matrices() {
     for reverse in [false, true] {
         let settings = Configuration { reverse, ..configuration(&[10.0, 50.0]) };

@@ -179,6 +179,7 @@ fn schemes_and_counts_choose_the_far_distances() {
         )
     };
     assert_eq!(far(r#"{ "count": 2 }"#), [1.0, 10.0]);
+    assert_eq!(far(r#"{ "count": 3 }"#), [1.0, 10.0, 100.0]);
     assert_eq!(far(r#"{ "scheme": "explicit" }"#), [1.0, 10.0, 100.0]);
     assert_eq!(far(r#"{ "scheme": "uniform", "count": 2, "near": 2 }"#), [51.0, 100.0]);
     let logarithmic = far(r#"{ "scheme": "logarithmic", "count": 4, "near": 0.01 }"#);
