@@ -287,7 +287,7 @@ fn more_lights_than_there_is_room_for_are_reduced_and_left_out_by_importance_and
     let notices = host.notices().join("\n");
     println!("{notices}");
     assert!(
-        notices.contains("UG0621") && notices.contains("\"lamp ") && notices.contains("28"),
+        notices.contains("UG0621") && notices.contains("28 lights have no shadows, since"),
         "28 of 40 lamps have no cube: {notices}"
     );
     let lamps = (0..40).filter(|at| notices.contains(&format!("\"lamp {at}\""))).count();
@@ -377,6 +377,11 @@ fn lights_beyond_the_capacity_and_bounded_filters_are_notices() {
         let found = lines.any(|notice| notice.starts_with(code) && notice.contains(words));
         assert!(found, "{code} {words}: {notices}");
     }
+    let left_out = notices.lines().find(|notice| notice.starts_with("UG0620")).expect("seen above");
+    assert!(
+        left_out.contains("lamp") && !left_out.contains("spot") && !left_out.contains("sun"),
+        "{left_out}"
+    );
 }
 
 #[test]

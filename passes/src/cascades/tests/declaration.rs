@@ -179,7 +179,6 @@ fn schemes_and_counts_choose_the_far_distances() {
         )
     };
     assert_eq!(far(r#"{ "count": 2 }"#), [1.0, 10.0]);
-    assert_eq!(far(r#"{ "count": 3 }"#), [1.0, 10.0, 100.0]);
     assert_eq!(far(r#"{ "scheme": "explicit" }"#), [1.0, 10.0, 100.0]);
     assert_eq!(far(r#"{ "scheme": "uniform", "count": 2, "near": 2 }"#), [51.0, 100.0]);
     let logarithmic = far(r#"{ "scheme": "logarithmic", "count": 4, "near": 0.01 }"#);
@@ -218,6 +217,7 @@ fn settings_that_make_no_sense_are_found_at_their_place() {
         (r#"{ "far": [9], "splits": { "count": 0 }, "resolution": 64 }"#, "UG0611", "/splits/count", "0"),
         (r#"{ "far": [9], "splits": { "count": 2 }, "resolution": 64 }"#, "UG0611", "/splits/count", "2"),
         (r#"{ "far": [9], "splits": { "near": 9 }, "resolution": 64 }"#, "UG0612", "/splits/near", "9"),
+        (r#"{ "far": [9], "splits": { "near": 0 }, "resolution": 64 }"#, "UG0612", "/splits/near", "0"),
         (
             r#"{ "far": [9], "splits": { "lambda": 1.5 }, "resolution": 64 }"#,
             "UG0612",
