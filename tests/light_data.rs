@@ -3,6 +3,7 @@
 
 mod common;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use common::host::{crowded_frame, floats, published, quiet_frame, sunny_frame};
@@ -17,21 +18,30 @@ const TEXT: &str = r#"{
         "spot_capacity": { "type": "u32", "default": 8 },
         "cube_capacity": { "type": "u32", "default": 3 },
         "layer_capacity": { "type": "u32", "default": 8 },
+        "max_side": { "type": "u32", "default": 1024 },
         "cadence": { "type": "u32", "default": 1 },
+        "radius": { "type": "f32", "default": 0 },
         "hard_below": { "type": "f32", "default": 0 }
     },
     "passes": {
         "place": { "shadow_atlas": {
             "to": "placement", "descriptors": 64,
-            "spots": { "min_side": 256, "max_side": 1024, "min_tile": 16, "max_tile": 256, "capacity": "spot_capacity" },
+            "spots": { "min_side": 512, "max_side": "max_side", "min_tile": 32, "max_tile": 256, "capacity": "spot_capacity" },
             "points": { "capacity": "cube_capacity" },
             "directional": { "capacity": "layer_capacity", "cascades": 4 }
         }, "side_effect": true },
         "directional": { "cascades": {
             "to": "layers", "placement": "placement", "layers": 8, "far": [8, 25, 70, 200], "resolution": 256, "cadence": "cadence"
         }, "side_effect": true },
+        "fit": { "cascades": {
+            "to": "fitted", "far": [8, 25, 70, 200], "resolution": 256, "cadence": "cadence"
+        }, "side_effect": true },
+        "spots": { "spot_shadows": {
+            "to": "tiles", "placement": "placement", "capacity": 8, "filter": { "radius": "radius", "min": 2, "max": 10 }
+        }, "side_effect": true },
         "list": { "light_list": {
-            "to": "lights", "placement": "placement", "lights": 64, "descriptors": 64, "layers": "layers", "hard_below": "hard_below"
+            "to": "lights", "placement": "placement", "lights": 64, "descriptors": 64, "layers": "layers", "hard_below": "hard_below",
+            "slots": { "capacity": 2, "of": "contact-shadows" }
         }, "side_effect": true }
     }
 }"#;
@@ -81,6 +91,10 @@ fn cascades_of_a_light_that_matters_little_wait_longer_by_as_much() {
         let wanted: Vec<u32> =
             texels.iter().map(|texel| 1 << ((first * texel / texels[0]).min(64.0) as u32).ilog2()).collect();
         assert_eq!(found, wanted, "{texels:?}");
+        let fitted = published(outcome.plan(), "fit", &sunny_frame());
+        if priority == 1.0 {
+            assert_eq!(fitted.cadences(), wanted, "{texels:?}");
+        }
     }
 }
 
@@ -106,16 +120,19 @@ fn lights_of_one_name_have_maps_of_their_own_that_are_labelled() {
     let mut frame = quiet_frame();
     frame.lights.truncate(2);
     frame.lights[1].name = "Spot \u{e9}/1 of the long hall".into();
-    frame.lights.push(frame.lights[1].clone().position(frame.lights[1].position + DVec3::X));
+    for _ in 0..2 {
+        let last = frame.lights.last().expect("a spot").clone();
+        frame.lights.push(last.clone().position(last.position + DVec3::X));
+    }
     let data = published(outcome.plan(), "place", &frame);
-    assert_eq!(data.words("count"), Some([3].as_slice()));
-    let tiles: Vec<&[u32]> = data.words("tile").unwrap().chunks(4).take(2).collect();
-    assert!(tiles.iter().all(|tile| tile[2] > 0) && tiles[0] != tiles[1], "{tiles:?}");
+    assert_eq!(data.words("count"), Some([4].as_slice()));
+    let tiles: BTreeSet<&[u32]> = data.words("tile").unwrap().chunks(4).take(3).collect();
+    assert!(tiles.len() == 3 && tiles.iter().all(|tile| tile[2] >= 32), "{tiles:?}");
     let labels = data.words("label").unwrap();
     let label =
         |at: usize| labels[4 * at..][..4].iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<_>>();
-    assert_eq!([label(0), label(1)], [*b"SPOT ?/1 OF THE "; 2]);
-    assert_eq!(label(2), *b"SUN             ");
+    assert_eq!([label(0), label(1), label(2)], [*b"SPOT ?/1 OF THE "; 3]);
+    assert_eq!(label(3), *b"SUN             ");
 }
 
 #[test]
@@ -127,6 +144,11 @@ fn no_more_room_is_wanted_than_the_pipeline_allows() {
     assert_eq!(wanted["placement.layer_count"], 8);
     assert_eq!(wanted["placement.cube_count"], 3);
     assert!(wanted["placement.atlas_side"] <= 1024);
+    let data = passes.data("placement").expect("published data");
+    let kinds = data.words("entry").unwrap().chunks(4).take(data.words("count").unwrap()[0] as usize);
+    assert_eq!(kinds.filter(|entry| entry[1] == 0).count(), 8, "spots with tiles");
+    let full = "more important lights take all shadow tiles";
+    assert!(data.notices().iter().any(|notice| notice.message.contains(full)), "{:?}", data.notices());
 }
 
 #[test]
@@ -141,4 +163,75 @@ fn nothing_is_said_of_shadows_that_are_switched_off() {
         assert_eq!(data.words("count"), Some([2].as_slice()), "{off}");
         assert!(!kinds.contains(&kind) && data.notices().is_empty(), "{off}: {kinds:?} {:?}", data.notices());
     }
+}
+
+#[test]
+fn only_usable_lights_that_cast_shadows_have_maps_none_smaller_than_the_pipeline_allows() {
+    let mut frame = quiet_frame();
+    let mut plain = frame.lights[1].clone();
+    plain.name = "plain".into();
+    plain.properties.clear();
+    let mut broken = frame.lights[1].clone().position(DVec3::NAN);
+    broken.name = "broken".into();
+    frame.lights.extend([plain, broken]);
+    let data = published(checked(&[]).plan(), "place", &frame);
+    assert_eq!(data.words("count"), Some([3].as_slice()), "the sun and two spots");
+    let sides: Vec<u32> = data.words("tile").unwrap().chunks(4).take(2).map(|tile| tile[2]).collect();
+    assert_eq!(sides, [32, 256], "of the spots \"far\" and \"near\"");
+    assert_eq!(data.words("atlas_side"), Some([512].as_slice()));
+}
+
+#[test]
+fn lights_with_less_than_they_ask_for_are_named_with_the_reason() {
+    let mut frame = crowded_frame();
+    frame.lights.retain(|light| light.kind != LightKind::Directional);
+    let spots = |light: &Light| matches!(light.kind, LightKind::Spot { .. });
+    frame.lights.truncate(frame.lights.iter().position(|light| light.name == "lamp 4").expect("a lamp"));
+    assert_eq!(frame.lights.iter().filter(|light| spots(light)).count(), 5);
+    let data = published(checked(&[("max_side", "512")]).plan(), "place", &frame);
+    let notices: Vec<&str> = data.notices().iter().map(|notice| &*notice.message).collect();
+    let [smaller, none] = notices[..] else { panic!("{notices:?}") };
+    assert!(
+        smaller.starts_with(
+            "2 lights have smaller shadow maps than they ask for, since the shadow atlas is full: \"spot"
+        ),
+        "{smaller}"
+    );
+    assert!(smaller.ends_with("(128 instead of 256 texels)"), "{smaller}");
+    assert!(
+        none.starts_with("1 light has no shadows, since more important lights take all shadow cubes: \"lamp"),
+        "{none}"
+    );
+}
+
+#[test]
+fn slots_are_for_lights_that_ask_for_one_and_are_seen() {
+    let mut frame = quiet_frame();
+    let contact = |light: Light, name: &'static str| {
+        let mut light = light.property("contact_shadow");
+        light.name = name.into();
+        light
+    };
+    let near = frame.lights[1].clone();
+    let behind = frame.camera.position - 60.0 * frame.camera.forward();
+    frame.lights.extend([
+        contact(near.clone().position(behind), "behind"),
+        contact(near.clone(), "seen"),
+        contact(near.clone().priority(3.0), "weighty"),
+        contact(near.priority(0.1), "slight"),
+    ]);
+    let data = published(checked(&[]).plan(), "list", &frame);
+    // The sun, and then the spots "behind", "far", "near", "seen", "slight" and "weighty".
+    let slots: Vec<u32> = data.words("light.shadow").unwrap().chunks(4).take(7).map(|one| one[2]).collect();
+    assert_eq!(slots, [u32::MAX, u32::MAX, u32::MAX, u32::MAX, 1, u32::MAX, 0]);
+    assert_eq!(data.words("slot").unwrap()[..3], [6, 4, u32::MAX]);
+    let notices: Vec<&str> = data.notices().iter().map(|notice| &*notice.message).collect();
+    assert!(notices.len() == 1 && notices[0].ends_with("no more slots: slight"), "{notices:?}");
+}
+
+#[test]
+fn bounds_of_a_filter_are_noticed_where_shaders_filter() {
+    let notices =
+        |radius| published(checked(&[("radius", radius)]).plan(), "spots", &quiet_frame()).notices().len();
+    assert_eq!([notices("0"), notices("0.1")], [0, 1]);
 }

@@ -48,7 +48,7 @@ impl Default for Settings {
             max_tile: MAX_TILE,
             min_side: 256,
             max_side: 8192,
-            max_pools: [256, 256, 16, 16],
+            max_pools: [256, 256, 16, 16, 256],
             tolerance: 0.25,
             patience: 60,
         }
@@ -322,9 +322,7 @@ impl Placement {
         let (mut area, mut pools) = (0u64, [0u32; POOLS]);
         for candidate in &scratch.candidates {
             let Settled { wanted, tiles, slots, .. } = candidate.need;
-            if tiles > 0 {
-                area = area.saturating_add(candidate.area(wanted));
-            }
+            area = area.saturating_add(candidate.area(wanted));
             for (sum, count) in pools.iter_mut().zip(slots) {
                 *sum = sum.saturating_add(count);
             }

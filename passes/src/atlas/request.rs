@@ -33,17 +33,19 @@ pub enum Pool {
     Cubes,
     /// Layers of an array.
     Layers,
+    /// Lights with tiles of the atlas.
+    Tiles,
 }
 
 /// The number of pools.
-pub const POOLS: usize = 4;
+pub const POOLS: usize = 5;
 
 /// A number for each pool, at `Pool as usize`.
 pub type PoolCounts = [u32; POOLS];
 
 impl Pool {
     /// All of them.
-    pub const ALL: [Self; POOLS] = [Self::Descriptors, Self::Views, Self::Cubes, Self::Layers];
+    pub const ALL: [Self; POOLS] = [Self::Descriptors, Self::Views, Self::Cubes, Self::Layers, Self::Tiles];
 
     /// Numbers for some pools, 0 for the others.
     pub fn counts(of: &[(Self, u32)]) -> PoolCounts {
@@ -62,6 +64,7 @@ impl fmt::Display for Pool {
             Self::Views => "views",
             Self::Cubes => "cubes",
             Self::Layers => "layers",
+            Self::Tiles => "tiles",
         })
     }
 }

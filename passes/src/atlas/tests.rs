@@ -223,7 +223,7 @@ fn the_order_of_the_requests_decides_nothing() {
         let mut shuffled = shown.to_vec();
         random.shuffle(&mut shuffled);
         let side = [512, 1024, 2048][frame / 20];
-        let capacity = Capacity { side, pools: [300, 350, 0, 0] };
+        let capacity = Capacity { side, pools: [300, 350, 0, 0, 0] };
         one.update(shown, &capacity);
         two.update(&shuffled, &capacity);
         check(&one, shown);
@@ -247,7 +247,7 @@ fn any_sequence_of_frames_is_placed_soundly_and_fills_what_there_is() {
             }
             let shown = &requests[random.below(60)..];
             let side = 16u32 << random.below(8);
-            let pools = [random.below(300) as u32, random.below(300) as u32, 0, 0];
+            let pools = [random.below(300) as u32, random.below(300) as u32, 0, 0, 0];
             placement.update(shown, &Capacity { side, pools });
             check(&placement, shown);
             // Nobody is smaller than asked for while there is room for the next size of its tiles.
@@ -346,7 +346,7 @@ fn two_hundred_spots_overflow_and_all_come_back_when_lights_are_removed() {
     let mut placement = Placement::new(Settings::default());
     let spots: Vec<Request> =
         (0..200).map(|at| request(at, random.below(1000) as f32, 1, 1024, 64)).collect();
-    let capacity = Capacity { side: 4096, pools: [150, 150, 0, 0] };
+    let capacity = Capacity { side: 4096, pools: [150, 150, 0, 0, 0] };
     placement.update(&spots, &capacity);
     check(&placement, &spots);
     let fates: Vec<Fate> = placement.grants().map(|grant| grant.fate).collect();
@@ -366,7 +366,7 @@ fn two_hundred_spots_overflow_and_all_come_back_when_lights_are_removed() {
 
 #[test]
 fn every_pool_is_limited_by_importance_and_names_itself() {
-    for (pool, name) in Pool::ALL.into_iter().zip(["descriptors", "views", "cubes", "layers"]) {
+    for (pool, name) in Pool::ALL.into_iter().zip(["descriptors", "views", "cubes", "layers", "tiles"]) {
         let mut placement = Placement::new(Settings::default());
         let slots = |count| Pool::counts(&[(pool, count)]);
         let of = |key, importance, count| Request {
@@ -407,11 +407,15 @@ fn scattered_slots_are_closed_up_where_a_run_needs_them() {
     let capacity = Capacity { side: 0, pools: Pool::counts(&[(Pool::Layers, 6)]) };
     let six: Vec<Request> = (0..6).map(|key| of(key, 1)).collect();
     placement.update(&six, &capacity);
+    let slots = |placement: &Placement| {
+        placement.grants().map(|grant| grant.first_slots[Pool::Layers as usize]).collect::<Vec<_>>()
+    };
+    placement.update(&six[1..], &capacity);
+    assert_eq!(slots(&placement), [1, 2, 3, 4, 5], "who stays keeps its slot");
     let four = [of(0, 1), of(2, 1), of(4, 1), of(9, 3)];
     placement.update(&four, &capacity);
     check(&placement, &four);
-    let layers: Vec<u32> = placement.grants().map(|grant| grant.first_slots[Pool::Layers as usize]).collect();
-    assert_eq!(layers, [0, 1, 2, 3]);
+    assert_eq!(slots(&placement), [0, 1, 2, 3]);
 }
 
 #[test]
@@ -427,7 +431,7 @@ fn the_wanted_capacity_rises_at_once_and_falls_after_a_while() {
         placement.wanted().side
     };
     assert_eq!(update(&mut placement, &many), 1024);
-    assert_eq!(placement.wanted().pools, [20, 20, 0, 0]);
+    assert_eq!(placement.wanted().pools, [20, 20, 0, 0, 0]);
     assert!(placement.grants().all(|grant| matches!(grant.fate, Fate::Evicted(_))), "there was no atlas yet");
     assert_eq!(update(&mut placement, &many), 1024);
     assert!(placement.grants().all(|grant| grant.fate == Fate::Granted));
