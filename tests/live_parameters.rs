@@ -339,12 +339,19 @@ fn cpu_passes_take_over_live_settings_and_reject_what_loading_rejects() {
             "index": { "type": "u32", "default": 0 },
             "hard": { "type": "f32", "default": 0 },
             "border": { "type": "u32", "default": 2 },
+            "size": { "type": "f32", "default": 0 },
             "far": { "type": "f32[]", "default": [10, 20] }
         },
         "passes": {
             "eye": { "camera": { "to": "eye", "jitter": "points" }, "side_effect": true },
-            "fit": { "cascades": { "to": "sun", "far": "far", "splits": { "count": 2 }, "resolution": 64, "border": "border" }, "side_effect": true },
+            "fit": { "cascades": { "to": "sun", "light": "sun", "far": "far", "splits": { "count": 2 }, "resolution": 64, "border": "border" }, "side_effect": true },
             "one": { "view": { "to": "one", "from": "sun", "index": "index" }, "side_effect": true },
+            "place": { "shadow_atlas": {
+                "to": "placement", "spots": { "min_side": 256, "max_side": 256, "min_tile": 16, "max_tile": 64 },
+                "directional": { "capacity": 2, "cascades": 2 }, "descriptors": 8
+            }, "side_effect": true },
+            "spots": { "spot_shadows": { "to": "tiles", "placement": "placement", "capacity": 4, "light_size": "size" }, "side_effect": true },
+            "suns": { "cascades": { "to": "layers", "placement": "placement", "far": "far", "splits": { "count": 2 }, "resolution": 64 }, "side_effect": true },
             "list": { "light_list": { "to": "lights", "lights": 4, "hard_below": "hard" }, "side_effect": true }
         }
     }"#;
@@ -352,10 +359,13 @@ fn cpu_passes_take_over_live_settings_and_reject_what_loading_rejects() {
         let outcome = common::check_with("cpu.json", text, &With { parameters, ..With::default() });
         Arc::new(outcome.plan().clone())
     };
-    let frame = common::host::sunny_frame();
+    let mut frame = common::host::quiet_frame();
+    let mut brighter = frame.lights[0].clone().intensity(50.0).direction(glam::DVec3::NEG_Y);
+    brighter.name = "another".into();
+    frame.lights.push(brighter);
     let published = |passes: &mut CpuPasses| {
         passes.run(&frame, &[]).expect("data as declared");
-        ["eye", "sun", "one", "lights"].map(|name| {
+        ["eye", "sun", "one", "lights", "tiles", "layers"].map(|name| {
             let data = passes.data(name).expect("published data");
             let words = (0..data.shape().values.len()).map(|at| data.words_at(at).map(<[u32]>::to_vec));
             (words.collect::<Vec<_>>(), data.views().to_vec())
@@ -370,9 +380,14 @@ fn cpu_passes_take_over_live_settings_and_reject_what_loading_rejects() {
         live.set(at, &mut |given| given.clone_from(value)).expect("a value of its type");
         live.apply(passes, &mut |_, _| {})
     };
-    for (name, text) in
-        [("points", "1024"), ("index", "1"), ("hard", "2"), ("border", "31"), ("far", "[5, 50]")]
-    {
+    for (name, text) in [
+        ("points", "1024"),
+        ("index", "1"),
+        ("hard", "2"),
+        ("border", "31"),
+        ("size", "0.25"),
+        ("far", "[5, 50]"),
+    ] {
         let again = plan(&[(name, text)]);
         let wanted = published(&mut CpuPasses::new(again.clone()));
         set(&mut passes, name, &again.pipeline.parameters[name].value).expect("what loading takes");

@@ -465,6 +465,12 @@ mod tests {
     }
 
     #[test]
+    fn a_picture_that_the_host_moves_is_published_as_moved() {
+        let data = run(tilted(PERSPECTIVE).jittered([0.25, -0.125]), false);
+        assert_eq!(floats(&data, "jitter"), [0.25, -0.125]);
+    }
+
+    #[test]
     fn jitter_goes_round_within_a_pixel_and_moves_view_and_matrices_alike() {
         let node = RunCamera { setting: None, reverse: false, jitter: 8 };
         let mut state = Frames::default();

@@ -301,6 +301,15 @@ mod tests {
     }
 
     #[test]
+    fn a_sphere_without_a_place_or_a_radius_covers_nothing() {
+        let eye = Eye::new(&camera()).unwrap();
+        let ahead = camera().position + 9.0 * camera().forward();
+        for (center, radius) in [(DVec3::NAN, 4.0), (ahead, f64::NAN), (ahead, 0.0), (ahead, -1.0)] {
+            assert_eq!(eye.coverage(center, radius), 0.0, "{center} {radius}");
+        }
+    }
+
+    #[test]
     fn a_light_counts_half_at_ten_metres_and_less_beyond() {
         for (gap, wanted) in [(-1.0, 1.0), (0.0, 1.0), (10.0, 0.5), (30.0, 0.25), (90.0, 0.1)] {
             let seen = seen_at(DVec3::new(0.0, 0.0, -4.0 - gap), 4.0);

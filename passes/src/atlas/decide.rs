@@ -55,7 +55,6 @@ pub(super) fn decide(candidates: &mut [Candidate], side: Option<u8>, capacity: &
             }
             if let Ok(class) = candidate.verdict
                 && class > candidate.need.min
-                && candidate.need.tiles > 0
             {
                 area -= candidate.area(class) - candidate.area(class - 1);
                 candidate.verdict = Ok(class - 1);
@@ -98,7 +97,7 @@ fn admit(
     }
     let area = candidate.area(candidate.need.min);
     match side {
-        Some(side) if candidate.need.min <= side && area <= room => {
+        Some(side) if area <= room => {
             if area <= room - min {
                 Ok(candidate.need.wanted.clamp(candidate.need.min, side))
             } else {

@@ -180,7 +180,9 @@ mod tests {
                 Texels { resolution: 1, border: 4, square: true },
                 snap,
             );
-            assert!(rectangle.texel.min_element() > 0.0 && rectangle.min.is_finite());
+            let least = 1e6 * 2f64.powi(-40);
+            assert!((least..2.0 * least).contains(&rectangle.texel.min_element()), "{rectangle:?}");
+            assert!(rectangle.min.is_finite());
         }
     }
 }

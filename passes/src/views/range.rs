@@ -44,6 +44,8 @@ pub fn direction(direction: DVec3) -> DVec3 {
 
 #[cfg(test)]
 mod tests {
+    use umbragraph_pipeline::frame::LightKind;
+
     use super::*;
 
     #[test]
@@ -51,6 +53,13 @@ mod tests {
         let ranges = [f64::NAN, -1.0, 0.0, 1e-9, 0.3, 7.0, 1e4, 1e300, f64::INFINITY];
         assert_eq!(ranges.map(clamped), [0.1, 0.1, 0.1, 0.1, 0.3, 7.0, 1e4, 1e4, 1e4]);
         assert_eq!([0.0, 0.1, 10.0, f64::INFINITY, f64::NAN].map(seen), [0.1, 10.0, 100.0, 1e4, 0.1]);
+    }
+
+    #[test]
+    fn a_light_reaches_as_far_as_its_brightest_colour_is_seen() {
+        let light = Light::new("lamp", LightKind::Point).intensity(4.0).color([0.125, 0.25, 0.0]);
+        assert!((of(&light.clone().range(f32::INFINITY)) - 1000f64.sqrt()).abs() < 1e-9);
+        assert_eq!(of(&light.range(7.0)), 7.0);
     }
 
     #[test]

@@ -50,9 +50,12 @@ impl Placement {
     /// Moves all runs of a pool down, in their order, so that what is free is in one piece.
     fn close_gaps(&mut self, pool: usize, scratch: &mut Scratch) {
         scratch.runs.clear();
-        scratch.runs.extend(self.entries.iter().enumerate().filter_map(|(at, entry)| {
-            (entry.held_slots[pool] > 0).then_some((entry.first_slots[pool], entry.asked.key, at as u32))
-        }));
+        scratch.runs.extend(
+            self.entries
+                .iter()
+                .enumerate()
+                .map(|(at, entry)| (entry.first_slots[pool], entry.asked.key, at as u32)),
+        );
         scratch.runs.sort_unstable();
         self.pools[pool].clear();
         for (before, _, entry) in &scratch.runs {

@@ -116,6 +116,33 @@ fn without_a_far_plane_the_whole_range_ends_where_the_scene_does() {
         let slices: Vec<_> = set.iter().map(|cascade| (cascade.slice.begin, cascade.slice.end)).collect();
         assert_eq!(slices, [(0.3, end); 2]);
     }
+    let ends = |settings: &Configuration, camera| {
+        let set = settings.fit(&frame(camera, DVec3::new(0.2, -0.9, 0.1)));
+        set.iter().map(|cascade| cascade.slice.end).collect::<Vec<_>>()
+    };
+    assert_eq!(ends(&settings, identity_camera()), [5000.0; 2], "a far plane is the end");
+    assert_eq!(ends(&configuration(&[10.0, 90.0]), camera), [10.0, 90.0], "what is listed is the end");
+}
+
+#[test]
+fn an_off_centre_slice_lies_inside_its_cascade() {
+    let whole = identity_camera();
+    // The left half of a picture: twice as wide, and moved by half.
+    let mut clip = whole.clip(false).as_mat4().to_cols_array_2d();
+    clip.iter_mut().for_each(|column| column[0] = 2.0 * column[0] + column[3]);
+    let world = whole.view().inverse().as_mat4().to_cols_array_2d();
+    let camera = Camera::from_matrices(world, clip);
+    for shape in [FitShape::Tight, FitShape::Sphere] {
+        let settings = Configuration { shape, ..configuration(&[8.0, 40.0]) };
+        let set = settings.fit(&frame(camera, DVec3::new(0.3, -0.8, 0.2)));
+        assert_eq!(set.count(), 2);
+        for cascade in set.iter() {
+            for corner in camera.slice_corners(cascade.slice.end) {
+                let at = lookup(cascade, 2048.0, corner);
+                assert!(at.min_element() > 0.0 && at.truncate().max_element() < 2048.0, "{shape:?} {at}");
+            }
+        }
+    }
 }
 
 #[test]
