@@ -161,6 +161,7 @@ fn nothing_is_said_of_shadows_that_are_switched_off() {
         let data = published(checked(&[(off, "0")]).plan(), "place", &frame);
         let kinds: Vec<u32> = data.words("entry").unwrap().chunks(4).take(2).map(|entry| entry[1]).collect();
         assert_eq!(data.words("count"), Some([2].as_slice()), "{off}");
+        assert_eq!(data.words("atlas_side"), Some([512].as_slice()), "the smallest that is allowed");
         assert!(!kinds.contains(&kind) && data.notices().is_empty(), "{off}: {kinds:?} {:?}", data.notices());
     }
 }

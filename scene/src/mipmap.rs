@@ -57,8 +57,7 @@ fn halve(source: &[u8], width: u32, height: u32, decode: &[f32; 256]) -> Vec<u8>
 
 /// The texels of the larger level that the box at `at` of `boxes` covers.
 fn extent(at: u32, boxes: u32, texels: u32) -> std::ops::Range<u32> {
-    let start = (at * 2).min(texels - 1);
-    start..if at + 1 == boxes { texels } else { start + 2 }
+    at * 2..if at + 1 == boxes { texels } else { at * 2 + 2 }
 }
 
 fn decode_table() -> [f32; 256] {
@@ -99,6 +98,8 @@ mod tests {
         let sizes: Vec<(u32, u32)> =
             levels(&white).iter().map(|(width, height, _)| (*width, *height)).collect();
         assert_eq!(sizes, [(2, 1), (1, 1)]);
+        let narrow = levels(&image(1, 4, vec![255; 16]));
+        assert_eq!(narrow.iter().map(|level| (level.0, level.1)).collect::<Vec<_>>(), [(1, 2), (1, 1)]);
         let mut last_column = image(3, 1, vec![0; 12]);
         last_column.rgba[8..].fill(255);
         assert_eq!(levels(&last_column)[0].2[3], 85, "a third of the coverage");

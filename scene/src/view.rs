@@ -79,6 +79,9 @@ mod tests {
         let (near, far) = camera.placed(&DMat4::IDENTITY, &bounds, 1.0).projection.depth_range();
         assert_eq!(near, 0.1);
         assert!(far > 50.0 && far < 51.0, "{far}");
+        let back = DMat4::from_translation(DVec3::new(0.0, 0.0, 10.0));
+        let (_, far) = camera.placed(&back, &bounds, 1.0).projection.depth_range();
+        assert!(far > 60.0 && far < 61.0, "{far}");
         let (_, far) = camera.placed(&DMat4::IDENTITY, &Bounds::EMPTY, 1.0).projection.depth_range();
         assert_eq!(far, 1.0, "nothing in view: still a depth range");
     }

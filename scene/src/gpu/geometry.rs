@@ -175,4 +175,39 @@ mod tests {
         assert_eq!(normal_matrix(&flat) * DVec3::Y, DVec3::Y);
         assert_eq!(normal_matrix(&DMat4::ZERO), DMat3::IDENTITY);
     }
+
+    /// A triangle that two nodes show.
+    fn scene() -> Scene {
+        let text = r#"{
+            "asset": { "version": "2.0" }, "scenes": [{ "nodes": [0, 1] }], "nodes": [{ "mesh": 0 }, { "mesh": 0 }],
+            "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+            "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }],
+            "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+            "buffers": [{ "byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA" }]
+        }"#;
+        crate::from_slice("two.gltf", text.as_bytes(), &crate::NoFiles).expect("a scene")
+    }
+
+    #[test]
+    fn a_scene_that_no_buffer_of_a_device_holds_says_what_it_needs() {
+        let scene = scene();
+        let told = |max_buffer_size: u64| -> Vec<String> {
+            let limits = wgpu::Limits { max_buffer_size, ..wgpu::Limits::default() };
+            let diagnostics = check_limits(&scene, &limits).err().unwrap_or_default();
+            diagnostics.iter().map(|one| one.message.clone()).collect()
+        };
+        // Of each object 256 bytes, of each vertex 12, of each index 4, for both ways round.
+        for (size, count) in [(512, 0), (511, 1), (36, 1), (35, 2), (24, 2), (23, 3)] {
+            assert_eq!(told(size).len(), count, "{size}: {:?}", told(size));
+        }
+        let said = |what: &str| format!("the {what} bytes, but a buffer of the device has at most 23");
+        assert_eq!(
+            told(23),
+            [
+                said("3 vertices of the scene need 36"),
+                said("6 indices of the scene need 24"),
+                said("2 objects and materials of the scene need 512"),
+            ]
+        );
+    }
 }

@@ -464,7 +464,11 @@ fn morph_targets_have_the_weights_of_the_node_or_else_of_the_mesh() {
     // The normals are those of the morphed triangle: its first corner is up.
     assert!(normal[0] > 0.5 && normal[1] > 0.5, "{normal:?}");
     let bounds = scene.bounds(&scene.rest_pose());
-    assert!(bounds.max.z >= 1.0 && bounds.max.x >= 1.25, "{bounds:?}");
+    assert!(close(bounds.min, DVec3::ZERO) && close(bounds.max, DVec3::new(1.25, 1.0, 1.0)), "{bounds:?}");
+    document.json["nodes"][0]["weights"] = json!([-0.5, 3.0]);
+    let back = document.load().unwrap();
+    let bounds = back.bounds(&back.rest_pose());
+    assert!(close(bounds.min, DVec3::NEG_Z) && close(bounds.max, DVec3::new(4.0, 1.0, 0.0)), "{bounds:?}");
     document.json["nodes"][0]["weights"] = json!([1.0, 0.0]);
     let normals = document.floats("VEC3", &[0., 0., 1., 0., 0., 1., 0., 0., 1.]);
     document.attribute("NORMAL", normals);

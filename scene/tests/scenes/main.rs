@@ -1,5 +1,6 @@
 //! Scenes from documents that the tests build themselves.
 
+mod accessors;
 mod bad_input;
 mod bad_meshes;
 mod bad_nodes;
