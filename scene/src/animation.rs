@@ -137,9 +137,8 @@ mod tests {
             assert!((channel.sample(time).x - x).abs() < 1e-12, "at {time}");
         }
         // A cubic is its own spline: u³ − u² + 0.5, u seconds behind the first key.
-        let [start, end] = [0.5, 4.5].map(|x| [x, 0.0, 0.0, 0.0]);
-        let values = vec![zero, start, zero, [8.0, 0.0, 0.0, 0.0], end, zero];
-        let cubic = Channel { values, ..channel };
+        let values = [0.0, 0.5, 0.0, 1.0, 0.5, 1.0, 8.0, 4.5, 0.0].map(|x| [x, 0.0, 0.0, 0.0]).to_vec();
+        let cubic = Channel { values, times: vec![1.0, 2.0, 3.0], ..channel };
         for u in [0.25, 0.5, 1.25, 1.75] {
             let wanted = u * u * u - u * u + 0.5;
             assert!((cubic.sample(1.0 + u).x - wanted).abs() < 1e-12, "{u} s behind the key");

@@ -57,7 +57,9 @@ mod tests {
     fn boxes_beside_behind_and_without_extent_are_left_out() {
         let left_out = [
             cube(DVec3::new(20.0, 0.0, -10.0), 1.0),
+            cube(DVec3::new(-20.0, 0.0, -10.0), 1.0),
             cube(DVec3::new(0.0, -20.0, -10.0), 1.0),
+            cube(DVec3::new(0.0, 20.0, -10.0), 1.0),
             cube(DVec3::new(0.0, 0.0, 10.0), 1.0),
             Bounds::EMPTY,
         ];

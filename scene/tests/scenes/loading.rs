@@ -406,6 +406,9 @@ fn an_animation_moves_nodes_cameras_and_bounds_and_loops() {
     let mut pose = scene.rest_pose();
     scene.pose_into(1.0, &mut pose);
     assert_eq!(pose, scene.pose(1.0));
+    let mut of_another = Document::new().load().unwrap().rest_pose();
+    scene.pose_into(1.0, &mut of_another);
+    assert_eq!(of_another, scene.pose(1.0));
 }
 
 #[test]
