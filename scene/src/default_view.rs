@@ -58,6 +58,10 @@ mod tests {
         for aspect in [0.3, 1.0, 2.5] {
             let camera = camera(&bounds, aspect);
             assert_eq!(camera.check(), None);
+            let (away, radius) = (camera.position.distance(bounds.center()), bounds.radius());
+            let (near, far) = camera.projection.depth_range();
+            assert!((near / (away - radius) - 0.5).abs() < 1e-9, "{near} of {away} and {radius}");
+            assert!((1.0..1.05).contains(&(far / (away + radius))), "{far} of {away} and {radius}");
             let clip = camera.clip(false) * camera.view();
             for corner in bounds.corners() {
                 let seen = clip.project_point3(corner);

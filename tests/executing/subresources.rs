@@ -22,7 +22,7 @@ fn masked(format: &str, depth: &str, test: &str) -> Vec<[u8; 4]> {
     let mark = draw(1, r#"{ "to": "scratch", "clear": [0, 0, 0, 0] }"#).replace(
         r#""color":"#,
         &format!(
-            r#"{depth} "stencil": {{ "to": "mask", "clear": 0, "reference": 3, "front": {{ "pass": "replace" }} }}, "color":"#
+            r#"{depth} "stencil": {{ "to": "mask", "clear": 0, "reference": 255, "front": {{ "pass": "replace" }} }}, "color":"#
         ),
     );
     let passes = format!(
@@ -45,8 +45,8 @@ fn halves(left: [u8; 4], right: [u8; 4]) -> Vec<[u8; 4]> {
 
 #[test]
 fn a_stencil_mask_lets_through_what_is_marked() {
-    let equal = r#""reference": 3, "front": { "compare": "equal" }"#;
-    let other = r#""reference": 3, "front": { "compare": "not-equal" }"#;
+    let equal = r#""reference": 255, "front": { "compare": "equal" }"#;
+    let other = r#""reference": 255, "front": { "compare": "not-equal" }"#;
     let masked_bits = r#""reference": 1, "read_mask": 1, "front": { "compare": "equal" }"#;
     for (test, expected) in
         [(equal, halves(GREEN, BLUE)), (other, halves(BLUE, GREEN)), (masked_bits, halves(GREEN, BLUE))]
@@ -59,7 +59,7 @@ fn a_stencil_mask_lets_through_what_is_marked() {
 #[test]
 fn depth_and_stencil_of_one_texture_are_used_apart() {
     let depth = r#""depth": { "to": "mask", "clear": 1, "compare": "less-equal" },"#;
-    let found = masked("depth24plus-stencil8", depth, r#""reference": 3, "front": { "compare": "equal" }"#);
+    let found = masked("depth24plus-stencil8", depth, r#""reference": 255, "front": { "compare": "equal" }"#);
     assert!(found.is_empty() || found == halves(GREEN, BLUE), "{found:?}");
 }
 

@@ -176,21 +176,25 @@ mod tests {
         assert_eq!(normal_matrix(&DMat4::ZERO), DMat3::IDENTITY);
     }
 
-    /// A triangle that two nodes show.
-    fn scene() -> Scene {
-        let text = r#"{
-            "asset": { "version": "2.0" }, "scenes": [{ "nodes": [0, 1] }], "nodes": [{ "mesh": 0 }, { "mesh": 0 }],
+    /// A triangle that so many nodes show.
+    fn scene(nodes: usize) -> Scene {
+        let shown: Vec<_> = (0..nodes).collect();
+        let nodes = vec![r#"{ "mesh": 0 }"#; nodes].join(", ");
+        let rest = r#"
+            "asset": { "version": "2.0" },
             "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
             "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }],
             "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
             "buffers": [{ "byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA" }]
         }"#;
-        crate::from_slice("two.gltf", text.as_bytes(), &crate::NoFiles).expect("a scene")
+        let text = format!(r#"{{ "scenes": [{{ "nodes": {shown:?} }}], "nodes": [{nodes}], {rest}"#);
+        crate::from_slice("many.gltf", text.as_bytes(), &crate::NoFiles).expect("a scene")
     }
 
     #[test]
     fn a_scene_that_no_buffer_of_a_device_holds_says_what_it_needs() {
-        let scene = scene();
+        assert!(check_limits(&scene(300), &wgpu::Limits::default()).is_ok());
+        let scene = scene(2);
         let told = |max_buffer_size: u64| -> Vec<String> {
             let limits = wgpu::Limits { max_buffer_size, ..wgpu::Limits::default() };
             let diagnostics = check_limits(&scene, &limits).err().unwrap_or_default();
