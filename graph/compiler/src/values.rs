@@ -146,19 +146,19 @@ mod tests {
     #[test]
     fn a_component_holds_whole_numbers_of_its_range_or_any_that_a_float_reaches() {
         let words = |component, numbers: [f64; 5]| numbers.map(|number| to_word(number, component));
-        let least = f64::from(i32::MIN);
+        let min = f64::from(i32::MIN);
         assert_eq!(
-            words(Component::I32, [-3.0, 1.5, least, least - 1.0, -least]),
+            words(Component::I32, [-3.0, 1.5, min, min - 1.0, -min]),
             [Some((-3i32).cast_unsigned()), None, Some(1 << 31), None, None]
         );
-        let most = f64::from(u32::MAX);
+        let max = f64::from(u32::MAX);
         assert_eq!(
-            words(Component::U32, [3.0, 1.5, -1.0, most, most + 1.0]),
+            words(Component::U32, [3.0, 1.5, -1.0, max, max + 1.0]),
             [Some(3), None, None, Some(u32::MAX), None]
         );
-        let most = f64::from(f32::MAX);
+        let max = f64::from(f32::MAX);
         assert_eq!(
-            words(Component::F32, [1.5, -most, most, 2.0 * most, f64::NAN]),
+            words(Component::F32, [1.5, -max, max, 2.0 * max, f64::NAN]),
             [Some(1.5f32.to_bits()), Some(f32::MIN.to_bits()), Some(f32::MAX.to_bits()), None, None]
         );
     }
