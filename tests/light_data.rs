@@ -16,6 +16,7 @@ const TEXT: &str = r#"{
     "format": 1, "name": "lights",
     "parameters": {
         "spot_capacity": { "type": "u32", "default": 8 },
+        "described_spots": { "type": "u32", "default": 8 },
         "cube_capacity": { "type": "u32", "default": 3 },
         "layer_capacity": { "type": "u32", "default": 8 },
         "max_side": { "type": "u32", "default": 1024 },
@@ -37,7 +38,7 @@ const TEXT: &str = r#"{
             "to": "fitted", "far": [8, 25, 70, 200], "resolution": 256, "cadence": "cadence"
         }, "side_effect": true },
         "spots": { "spot_shadows": {
-            "to": "tiles", "placement": "placement", "capacity": 8, "filter": { "radius": "radius", "min": 2, "max": 10 }
+            "to": "tiles", "placement": "placement", "capacity": "described_spots", "filter": { "radius": "radius", "min": 2, "max": 10 }
         }, "side_effect": true },
         "list": { "light_list": {
             "to": "lights", "placement": "placement", "lights": 64, "descriptors": 64, "layers": "layers", "hard_below": "hard_below",
@@ -91,8 +92,8 @@ fn cascades_of_a_light_that_matters_little_wait_longer_by_as_much() {
         let wanted: Vec<u32> =
             texels.iter().map(|texel| 1 << ((first * texel / texels[0]).min(64.0) as u32).ilog2()).collect();
         assert_eq!(found, wanted, "{texels:?}");
-        let fitted = published(outcome.plan(), "fit", &sunny_frame());
         if priority == 1.0 {
+            let fitted = published(outcome.plan(), "fit", &sunny_frame());
             assert_eq!(fitted.cadences(), wanted, "{texels:?}");
         }
     }
@@ -147,8 +148,17 @@ fn no_more_room_is_wanted_than_the_pipeline_allows() {
     let data = passes.data("placement").expect("published data");
     let kinds = data.words("entry").unwrap().chunks(4).take(data.words("count").unwrap()[0] as usize);
     assert_eq!(kinds.filter(|entry| entry[1] == 0).count(), 8, "spots with tiles");
-    let full = "more important lights take all shadow tiles";
+    let full = "more important lights take all shadow spots";
     assert!(data.notices().iter().any(|notice| notice.message.contains(full)), "{:?}", data.notices());
+}
+
+#[test]
+fn spots_with_tiles_beyond_those_that_are_described_have_no_shadows() {
+    let outcome = checked(&[("described_spots", "4")]);
+    let mut passes = CpuPasses::new(Arc::new(outcome.plan().clone()));
+    passes.run(&crowded_frame(), &[]).expect("data as declared");
+    let data = passes.data("tiles").expect("published data");
+    assert_eq!((data.words("count"), data.views().len()), (Some([4].as_slice()), 4));
 }
 
 #[test]
@@ -186,9 +196,9 @@ fn only_usable_lights_that_cast_shadows_have_maps_none_smaller_than_the_pipeline
 fn lights_with_less_than_they_ask_for_are_named_with_the_reason() {
     let mut frame = crowded_frame();
     frame.lights.retain(|light| light.kind != LightKind::Directional);
-    let spots = |light: &Light| matches!(light.kind, LightKind::Spot { .. });
+    let is_spot = |light: &Light| matches!(light.kind, LightKind::Spot { .. });
     frame.lights.truncate(frame.lights.iter().position(|light| light.name == "lamp 4").expect("a lamp"));
-    assert_eq!(frame.lights.iter().filter(|light| spots(light)).count(), 5);
+    assert_eq!(frame.lights.iter().filter(|light| is_spot(light)).count(), 5);
     let data = published(checked(&[("max_side", "512")]).plan(), "place", &frame);
     let notices: Vec<&str> = data.notices().iter().map(|notice| &*notice.message).collect();
     let [smaller, none] = notices[..] else { panic!("{notices:?}") };

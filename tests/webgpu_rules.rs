@@ -410,7 +410,7 @@ const RULES: &[Rule] = &[
     Rule("attachments can be rendered to", "UG0323", &SHOWN, "\"picture\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"picture\": { \"texture\": { \"format\": \"rgb9e5ufloat\""),
     Rule("attachments have at most 32 bytes a texel", "UG0409", &WIDE, "\"d\": { \"texture\": { \"format\": \"rgba16float\"", "\"d\": { \"texture\": { \"format\": \"rgba32float\""),
     Rule("what is blended by alpha has an alpha", "UG0405", &BY_ALPHA, "vec4<f32> { return vec4<f32>(covered.uv, 0.0, 1.0)", "vec2<f32> { return covered.uv"),
-    Rule("what is blended by nothing else needs no alpha", "UG0405", &WITHOUT_ALPHA, "\"blend\": \"add\"", "\"blend\": \"alpha\""),
+    Rule("blending by alpha needs an output with alpha", "UG0405", &WITHOUT_ALPHA, "\"blend\": \"add\"", "\"blend\": \"alpha\""),
     Rule("the least and the greatest have factors of one", "UG0405", &BLENDED, "\"blend\": \"add\"", "\"blend\": { \"color\": { \"operation\": \"min\", \"src_factor\": \"src-alpha\", \"dst_factor\": \"one\" } }"),
     Rule("strides are multiples of 4", "UG0409", &DRAWN, "\"count\": 6,\n            \"vertices\": [{", "\"count\": 1, \"vertices\": [{ \"stride\": 10,"),
     Rule("strides are at most 2,048", "UG0409", &DRAWN, "\"count\": 6,\n            \"vertices\": [{", "\"count\": 1, \"vertices\": [{ \"stride\": 2052,"),

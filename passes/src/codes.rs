@@ -36,7 +36,7 @@ umbragraph_pipeline::codes! {
         "A frame has more lights than the light list can hold. The least important are left out: importance grows with the part of the picture that a light reaches, its intensity and the host's priority.";
     /// Shadows that a frame has no room for.
     SHADOWS_LEFT_OUT = "UG0621", "shadows that are reduced or left out",
-        "A frame has more lights with shadows than the shadow atlas, the cubes, the layers, the descriptors or the views can hold. Spots get smaller tiles first; then the least important lights go without shadows. Each is named with the reason.";
+        "A frame has more lights with shadows than the shadow atlas, its number of spots, the cubes, the layers, the descriptors or the views can hold. Spots get smaller tiles first; then the least important lights go without shadows. Each is named with the reason.";
     /// A filter that is wider or narrower than was wanted.
     FILTER_BOUNDED = "UG0622", "filter bounded in texels",
         "Filters are measured in the world, so that the edges of shadows are equally wide in every map. A filter of less than a texel or two shows the texels, one of very many leaves gaps between its taps; so pipelines bound it in texels. Where a bound bites, the width is another one: in the cascades that are named, or, since the texels of spots and point lights grow with the distance, narrower within a distance and wider beyond one.";

@@ -57,7 +57,11 @@ fn each_setting_of_a_sampler_is_the_one_that_is_written() {
         ("", "[0.25, 0.25, -1]", [255, 255, 204]),
         (r#""max_anisotropy": 16"#, "[0.25, 0.25, -1]", [255, 255, 0]),
     ];
+    let flags = gpu.adapter.get_downlevel_capabilities().flags;
     for (sampler, place, wanted) in cases {
+        if sampler.contains("anisotropy") && !flags.contains(wgpu::DownlevelFlags::ANISOTROPIC_FILTERING) {
+            continue;
+        }
         let level = |mip: u32, blue: f64| {
             format!(
                 r#""level_{mip}": {{ "fullscreen": {{ "shader": "quarters.wgsl.jinja",

@@ -152,8 +152,8 @@ fn times_of_the_gpu_are_told_for_each_pass_from_the_begin_of_the_first() {
         let times = executor.gpu_times();
         let names: Vec<&str> = times.iter().map(|one| one.pass.as_str()).collect();
         assert_eq!(names, &["one", "show", "copy"][..if between_passes { 3 } else { 2 }]);
-        assert!(times[0].start.is_zero() && times[1].start >= times[0].time, "{times:?}");
-        assert!(times.iter().all(|one| !one.time.is_zero()), "{times:?}");
+        assert!(times[0].start.is_zero() && times.is_sorted_by_key(|one| one.start), "{times:?}");
+        assert!(!times[0].time.is_zero() && !times[1].start.is_zero(), "{times:?}");
         assert_eq!(executor.gpu_times(), [], "asked a second time");
     }
     executor.measure_gpu_times(false);

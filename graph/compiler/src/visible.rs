@@ -289,7 +289,7 @@ mod tests {
         assert!(view.sees(all, when(0, false)), "it is one and the same condition");
         view.cover(passing(1, 7));
         assert!(view.is_covered());
-        // Before that is said, all is looked at itself.
+        // Before `pass_on`, what they pass on is looked for as well.
         for count in [0, 1] {
             let mut effort = Effort::default();
             let mut view = View::new(all, &[], &mut effort);

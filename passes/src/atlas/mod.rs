@@ -14,7 +14,7 @@
 //!    its area (largest first), so that this needs no geometry, and neither history nor the order of the lights;
 //! 4. [`quadtree`]: the tiles themselves; lights whose size stays keep theirs. Where free space is enough but scattered,
 //!    the blocks with the least in them are cleared by moving their (smaller) tiles elsewhere;
-//! 5. [`slots`]: runs of slots for descriptors, views, cubes and layers, kept likewise;
+//! 5. [`slots`]: runs of slots for descriptors, views, cubes, layers and spots, kept likewise;
 //! 6. `follow`: the sizes that would be enough for all, up at once and down after some calm frames.
 //!
 //! [`placement`] puts the steps together. All of it is on the CPU; a frame in which nothing settles again costs one

@@ -208,7 +208,7 @@ impl Placement {
     fn gather(&mut self, requests: &[Request]) {
         self.asked.resize(requests.len(), u32::MAX);
         for (at, request) in requests.iter().enumerate() {
-            // Most frames have the lights in the order of the frame before.
+            // Most frames have the lights in the order of the frame before; none of its entries is vacant yet.
             let before = self.asked[at];
             let same = self.entries.get(before as usize).is_some_and(|entry| entry.asked.key == request.key);
             let found = if same { Some(before) } else { self.by_key.get(&request.key).copied() };

@@ -33,8 +33,8 @@ pub enum Pool {
     Cubes,
     /// Layers of an array.
     Layers,
-    /// Lights with tiles of the atlas.
-    Tiles,
+    /// Spots, which have tiles of the atlas.
+    Spots,
 }
 
 /// The number of pools.
@@ -45,7 +45,7 @@ pub type PoolCounts = [u32; POOLS];
 
 impl Pool {
     /// All of them.
-    pub const ALL: [Self; POOLS] = [Self::Descriptors, Self::Views, Self::Cubes, Self::Layers, Self::Tiles];
+    pub const ALL: [Self; POOLS] = [Self::Descriptors, Self::Views, Self::Cubes, Self::Layers, Self::Spots];
 
     /// Numbers for some pools, 0 for the others.
     pub fn counts(of: &[(Self, u32)]) -> PoolCounts {
@@ -64,7 +64,7 @@ impl fmt::Display for Pool {
             Self::Views => "views",
             Self::Cubes => "cubes",
             Self::Layers => "layers",
-            Self::Tiles => "tiles",
+            Self::Spots => "spots",
         })
     }
 }

@@ -1,4 +1,4 @@
-//! An allocator of runs of slots: layers of an array, cubes, descriptors, views.
+//! An allocator of runs of slots: layers of an array, cubes, descriptors, views, spots.
 //!
 //! A run is the first one that is long enough, so that the same calls always give the same runs. The free runs are kept
 //! in order: a request walks over gaps, not over what is in use.

@@ -366,7 +366,7 @@ fn two_hundred_spots_overflow_and_all_come_back_when_lights_are_removed() {
 
 #[test]
 fn every_pool_is_limited_by_importance_and_names_itself() {
-    for (pool, name) in Pool::ALL.into_iter().zip(["descriptors", "views", "cubes", "layers", "tiles"]) {
+    for (pool, name) in Pool::ALL.into_iter().zip(["descriptors", "views", "cubes", "layers", "spots"]) {
         let mut placement = Placement::new(Settings::default());
         let slots = |count| Pool::counts(&[(pool, count)]);
         let of = |key, importance, count| Request {

@@ -121,9 +121,11 @@ pub(crate) struct ShadowOutput<'a> {
 }
 
 impl ShadowOutput<'_> {
-    /// A map to draw.
+    /// A map to draw; those beyond the capacity are left out, as their descriptors are.
     pub(crate) fn view(&mut self, view: View) {
-        self.data.push_view_every(view, self.cadence);
+        if self.data.views().len() < self.data.shape().max_views as usize {
+            self.data.push_view_every(view, self.cadence);
+        }
     }
 
     /// Notes where the bounds of the filter bite for a light at a position whose maps are perspectives between two

@@ -345,19 +345,19 @@ impl RunShadowAtlas {
             (Pool::Views, self.views.min(MAX_VIEWS)),
             (Pool::Cubes, cubes),
             (Pool::Layers, layers),
-            (Pool::Tiles, self.spots),
+            (Pool::Spots, self.spots),
         ])
     }
 
     /// What a light asks for; nothing for a kind that has no shadows here.
     fn wants(&self, light: &Light, importance: &Importance) -> Option<(TileRequest, PoolCounts)> {
-        use Pool::{Cubes, Descriptors, Layers, Tiles, Views};
+        use Pool::{Cubes, Descriptors, Layers, Spots, Views};
         let none = TileRequest::NONE;
         Some(match light.kind {
             LightKind::Spot { .. } if self.spots > 0 => {
                 let wanted = importance.texels(self.atlas.max_tile).max(self.atlas.min_tile);
                 let tiles = TileRequest { count: 1, wanted, min: self.atlas.min_tile };
-                (tiles, Pool::counts(&[Descriptors, Views, Tiles].map(|pool| (pool, 1))))
+                (tiles, Pool::counts(&[Descriptors, Views, Spots].map(|pool| (pool, 1))))
             }
             LightKind::Point if self.cubes > 0 => {
                 (none, Pool::counts(&[(Descriptors, 1), (Views, 6), (Cubes, 1)]))

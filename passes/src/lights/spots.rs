@@ -24,7 +24,7 @@ use crate::views::spot::SpotView;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpotShadows {
-    /// The maximum number of spots.
+    /// The maximum number of spots; those that the placement gives tiles beyond it have no shadows.
     pub capacity: Expr,
     /// What is said of every light.
     #[serde(flatten)]

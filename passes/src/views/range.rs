@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn a_light_reaches_as_far_as_its_brightest_colour_is_seen() {
+    fn a_light_reaches_as_far_as_its_brightest_color_is_seen() {
         let light = Light::new("lamp", LightKind::Point).intensity(4.0).color([0.125, 0.25, 0.0]);
         assert!((of(&light.clone().range(f32::INFINITY)) - 1000f64.sqrt()).abs() < 1e-9);
         assert_eq!(of(&light.range(7.0)), 7.0);

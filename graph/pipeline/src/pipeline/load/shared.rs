@@ -130,7 +130,9 @@ impl Shared {
         environment: &Environment,
         at: &dyn Fn() -> Structural,
     ) {
-        names(expression).into_iter().for_each(|name| self.fix_name(name, environment, at));
+        if !self.dependence.is_settled() {
+            names(expression).into_iter().for_each(|name| self.fix_name(name, environment, at));
+        }
     }
 
     /// The same of a name.
