@@ -97,3 +97,23 @@ fn rows_of_systems_stand_where_they_say() {
     }
     assert!(rows > 60, "{rows} rows");
 }
+
+#[test]
+fn readme_has_at_most_ten_kilobytes() {
+    let bytes = std::fs::read(root().join("README.md")).unwrap().len();
+    assert!(bytes <= 10_000, "README.md has {bytes} bytes: move what is more to docs/");
+}
+
+#[test]
+fn links_of_the_pages_lead_somewhere() {
+    for page in ["README.md", "docs/command.md", "docs/shadows.md", "docs/accuracy.md", "docs/performance.md"]
+    {
+        let text = std::fs::read_to_string(root().join(page)).unwrap();
+        let folder = root().join(page).parent().unwrap().to_path_buf();
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            let is_web = link.starts_with("https://");
+            let there = folder.join(link.split('#').next().unwrap());
+            assert!(is_web || there.exists(), "{page} links to {link}, which is not there");
+        }
+    }
+}
