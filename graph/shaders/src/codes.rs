@@ -18,7 +18,7 @@ umbragraph_text::codes! {
         "A template includes itself, directly or through others, or a macro calls itself without end.";
     /// A template that loops without end, or writes without end.
     TEMPLATE_LIMIT = "UG0505", "template exceeds a limit",
-        "Rendering a template is limited, so that none can hang or exhaust memory: 1,000,000 steps of the template engine, 4 MiB of WGSL, 1 MiB for one value, 1,024 words of one expression, 4,194,304 elements of values (or pieces of 64 bytes) that filters and the checks of variables go through, and a second at last.\n\nA template near these limits usually loops over the wrong range.";
+        "Rendering a template is limited, so that none can hang or exhaust memory: 1,000,000 steps of the template engine, 4 MiB of WGSL, 1 MiB for one value, 1,024 words of one expression, 4,194,304 elements of values (or pieces of 64 bytes) that filters and checks of size go through, and a second at last.\n\nA template near these limits usually loops over the wrong range.";
     /// Any other failure while a template is rendered.
     TEMPLATE_EVALUATION = "UG0506", "template cannot be evaluated",
         "An expression of a template cannot be evaluated: operands of the wrong type, an unknown filter or test, a wrong number of arguments, or a value (a list, none) that cannot be written into WGSL.\n\nA boolean is written as `true` or `false`, an integer as its digits.";

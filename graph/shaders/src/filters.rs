@@ -4,7 +4,7 @@
 //! without bound: those of the engine that can (`format`, `list`, `batch`, ..) are left out, and `replace`, `join` and
 //! `indent` are own ones with a limit.
 
-use minijinja::value::{Kwargs, Rest, Value, ValueKind};
+use minijinja::value::{Kwargs, Value, ValueKind};
 use minijinja::{Environment, Error, State, UndefinedBehavior, escape_formatter, filters, functions, tests};
 
 use super::scan::syntax;
@@ -12,7 +12,7 @@ use super::{guard, tree};
 
 /// The names that are functions in every template.
 pub(crate) const FUNCTIONS: &[&str] =
-    &["range", "namespace", "dict", guard::GUARD, tree::FITS, tree::FACTOR, tree::SEEN, tree::INDEXED];
+    &["range", "namespace", "dict", tree::FITS, tree::FACTOR, tree::SEEN, tree::INDEXED];
 
 /// The names of the filters.
 pub(crate) const FILTERS: &[&str] = &[
@@ -56,8 +56,8 @@ pub(crate) fn environment() -> Environment<'static> {
     environment.add_function("range", functions::range);
     environment.add_function("namespace", functions::namespace);
     environment.add_function("dict", functions::dict);
-    environment.add_function(guard::GUARD, |values: Rest<Value>| guard::guard(values));
     environment.add_function(tree::FITS, guard::grown);
+    environment.add_filter(tree::FITS, guard::grown);
     environment.add_function(tree::FACTOR, guard::factor);
     environment.add_function(tree::SEEN, guard::seen);
     environment.add_function(tree::INDEXED, guard::indexed);

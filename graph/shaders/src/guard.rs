@@ -1,41 +1,34 @@
 //! Guards against templates that grow without end.
 //!
 //! The template engine counts its steps (fuel), and the sink counts the bytes that reach it. Neither sees a value that
-//! doubles inside a variable: thirty rounds of `set s = s ~ s` are few steps and a gigabyte. Nor do they see how long a
-//! step takes that goes through a long value, so that guards and filters count what they look at ([`work`]). Growth needs a name to
-//! feed on, and names are bound by few tags: `set`, `for`, `macro`, `call` and `with`. After each of these tags a call of a
-//! guard with the bound names is inserted, which fails where a value is too large or time is up. The insertions contain
-//! no line break and take over the whitespace control of their tag, so they change no output; [`Prepared::original`]
-//! maps offsets back.
-//!
-//! What grows within one expression is [looked at](super::tree) there.
+//! doubles inside a variable: thirty rounds of `set s = s ~ s` are few steps and a gigabyte. Nor do they see how long one
+//! step takes in a long value. So [functions](super::tree) stand around the expressions that make large values, check
+//! what they made, and count what they and the filters look at ([`work`]). They stand inside tags and contain no line
+//! break, so that they change no output; [`Prepared::original`] maps offsets back.
 
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
-use minijinja::value::{Rest, Tuple, Value, ValueKind};
+use minijinja::value::{Tuple, Value, ValueKind};
 use minijinja::{Error, ErrorKind};
 
-use super::scan::Tag;
 use super::tree::{self, Names};
 
-/// The largest value that may be kept in a variable, in bytes of text or in elements.
+/// The largest value of an expression, in bytes of text or in elements.
 pub(crate) const MAX_VALUE: usize = 1 << 20;
 /// The largest text that all expressions of one rendering may write, captured text included.
 pub(crate) const MAX_WRITTEN: usize = 16 << 20;
-/// How much guards and filters may look at in one rendering: elements, and pieces of [`PIECE`] bytes.
+/// How much checks and filters may look at in one rendering: elements, and pieces of [`PIECE`] bytes.
 const MAX_WORK: usize = 4 << 20;
 /// The bytes of text that are looked at as fast as one element.
 const PIECE: usize = 64;
 /// The longest time for one rendering, for what fuel, work and sizes do not count: texts of up to 100 MB that exist within
 /// one expression. Without optimization everything takes longer.
 const MAX_TIME: Duration = Duration::from_secs(if cfg!(debug_assertions) { 4 } else { 1 });
-/// The name of the inserted function; no axis can have it, since axis names start with a letter.
-pub(crate) const GUARD: &str = "__guard";
 /// Steps of the template engine for one rendering.
 const FUEL: u64 = 1_000_000;
 
-/// A template with its guards, as the engine gets it.
+/// A template with its checks, as the engine gets it.
 #[derive(Clone, Debug)]
 pub(crate) struct Prepared {
     pub(crate) text: String,
@@ -62,11 +55,11 @@ impl Prepared {
     }
 }
 
-/// Inserts the guards.
-pub(crate) fn prepare(text: &str, tags: &[Tag]) -> Prepared {
-    let (inserted, names) = tree::read(text, tags);
-    let text_with_guards = String::with_capacity(text.len() + 256);
-    let mut prepared = Prepared { text: text_with_guards, insertions: Vec::new(), names };
+/// Inserts the checks.
+pub(crate) fn prepare(text: &str) -> Prepared {
+    let (inserted, names) = tree::read(text);
+    let mut prepared =
+        Prepared { text: String::with_capacity(text.len() + 256), insertions: Vec::new(), names };
     let mut copied = 0;
     for (at, insertion) in inserted {
         prepared.text.push_str(&text[copied..at]);
@@ -147,15 +140,7 @@ pub(crate) fn is_limit(error: &Error) -> bool {
     error.kind() == ErrorKind::OutOfFuel
 }
 
-/// The inserted function.
-pub(crate) fn guard(values: Rest<Value>) -> Result<Value, Error> {
-    let (mut budget, mut elements) = (MAX_VALUE, 0);
-    let fit = values.iter().all(|value| fits(value, &mut budget, &mut elements, 0));
-    work(elements, 0)?;
-    if fit { Ok(Value::from("")) } else { Err(limit("a value kept in a variable is larger than 1 MiB")) }
-}
-
-/// What an expression has made, if a variable could hold it.
+/// The value of an expression, if it is no larger than allowed.
 pub(crate) fn grown(value: Value) -> Result<Value, Error> {
     if value.is_number() {
         return Ok(value);
@@ -220,49 +205,36 @@ fn fits(value: &Value, budget: &mut usize, elements: &mut usize, depth: usize) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scan::scan;
-
-    fn prepared(text: &str) -> Prepared {
-        prepare(text, &scan(text).tags)
-    }
 
     #[test]
-    fn every_tag_that_binds_names_is_guarded() {
-        let guarded = |text: &str| {
-            let text = prepared(text).text;
-            let start = text.find(GUARD)? + GUARD.len();
-            text[start..].split_once(')').map(|(names, _)| names[1..].to_owned())
-        };
-        assert_eq!(guarded("{% set a = b ~ c %}").as_deref(), Some("a"));
-        assert_eq!(guarded("{% set ns.a = ns.a + 1 %}").as_deref(), Some("ns.a"));
-        assert_eq!(guarded("{% set a, b = c %}").as_deref(), Some("a,b"));
-        assert_eq!(guarded("{% set a %}x{% endset %}").as_deref(), Some("a"));
-        assert_eq!(guarded("{% for k, v in d|items %}{% endfor %}").as_deref(), Some("k,v"));
-        assert_eq!(guarded("{% for k in d %}{% endfor %}"), None);
-        assert_eq!(guarded("{% for %}{% for in %}{% for k %}"), None, "no template");
-        assert_eq!(guarded("{% for k in d ~ d %}{% endfor %}").as_deref(), Some("k"));
-        assert_eq!(guarded("{% macro m(a, b=[c, d]) %}{% endmacro %}").as_deref(), Some("a,b"));
-        assert_eq!(guarded("{% call(u, v) m(x) %}{% endcall %}").as_deref(), Some("u,v"));
-        assert_eq!(guarded("{% with a = b == c, d = 1 %}{% endwith %}").as_deref(), Some("a,d"));
-        assert_eq!(guarded("{% with (a, b) = c %}{% endwith %}").as_deref(), Some("a,b"));
-        assert_eq!(guarded("{% if a %}{% endif %}"), None);
-        assert_eq!(guarded("{% call m(x) %}{% endcall %}"), None);
+    fn what_makes_larger_values_is_checked() {
+        for (text, checked) in [
+            ("{% set a = b ~ c %}", "{% set a = __fits(b ~ c) %}"),
+            ("{%- set a -%}x{% endset %}", "{%- set a|__fits -%}x{% endset %}"),
+            ("{% set ns.a | upper %}x{% endset %}", "{% set ns.a|__fits | upper %}x{% endset %}"),
+            ("{% set a = [b, [c.d], 1] %}", "{% set a = [__fits(b), [__fits(c.d)], 1] %}"),
+            ("{% set a, b = c, d %}", "{% set a, b = __fits(c), __fits(d) %}"),
+            ("{% for k in m(x) %}{% endfor %}", "{% for k in __fits(m(x)) %}{% endfor %}"),
+            (
+                "{% for k in range(4) %}{{ m(k) }}{% endfor %}",
+                "{% for k in range(4) %}{{ m(k) }}{% endfor %}",
+            ),
+            ("{% macro m(a, b=c ~ d) %}{% endmacro %}", "{% macro m(a, b=__fits(c ~ d)) %}{% endmacro %}"),
+            ("{% with a = b * 2 %}{% endwith %}", "{% with a = __fits(__factor(b) * 2) %}{% endwith %}"),
+            ("{% if a in b %}{% endif %}", "{% if a in __seen(b) %}{% endif %}"),
+            ("{% for %}{% for in %}{% for k %}", "{% for %}{% for in %}{% for k %}"),
+        ] {
+            assert_eq!(prepare(text).text, checked);
+        }
     }
 
     #[test]
     fn offsets_map_back_across_insertions() {
-        let text = "a{% set x = 1 + y %}b{%- for i in r + r -%}c{% endfor %}";
-        let prepared = prepared(text);
-        for (at, character) in prepared.text.char_indices() {
-            let back = prepared.original(at);
-            if matches!(character, 'a' | 'b' | 'c') && !prepared.text[..at].ends_with('_') {
-                let inside = prepared.text[..at]
-                    .rfind("{%do")
-                    .is_some_and(|from| !prepared.text[from..at].contains("%}"));
-                if !inside {
-                    assert_eq!(text.as_bytes()[back] as char, character, "at {at}");
-                }
-            }
+        let text = "A{% set x = 1 + y %}B{%- for i in r + r -%}C{% endfor %}";
+        let prepared = prepare(text);
+        assert!(prepared.text.len() > text.len());
+        for (at, character) in prepared.text.char_indices().filter(|(_, one)| one.is_ascii_uppercase()) {
+            assert_eq!(text.as_bytes()[prepared.original(at)] as char, character, "at {at}");
         }
         assert_eq!(prepared.original(prepared.text.len()), text.len());
     }

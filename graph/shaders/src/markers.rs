@@ -90,7 +90,7 @@ impl MarkedTemplates {
             // fails to render, and the plain map stays.
             if template.broken.is_none() && !template.text.contains([OPEN, CLOSE]) {
                 let text = marked.mark(template.file, &template.text);
-                let prepared = guard::prepare(&text, &scan(&text).tags);
+                let prepared = guard::prepare(&text);
                 let _ = marked.environment.add_template_owned(name.clone(), prepared.text);
             }
         }

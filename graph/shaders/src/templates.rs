@@ -140,7 +140,7 @@ impl TemplateSet {
             self.declarations.entry(stem.to_owned()).or_insert(unreadable);
         } else if !self.templates.contains_key(name) {
             let (text, scan): (Arc<str>, _) = ("".into(), Scan::default());
-            let prepared = guard::prepare(&text, &scan.tags);
+            let prepared = guard::prepare(&text);
             let template = Template { file, text, scan, prepared, broken: Some(diagnostic) };
             self.templates.insert(name.to_owned(), template.into());
         }
@@ -168,10 +168,10 @@ impl TemplateSet {
             let message = format!("the template exceeds a limit: {what}");
             let broken = Diagnostic::error(codes::TEMPLATE_LIMIT, Span::new(file, range), message)
                 .help("put parts of it into variables, with {% set %}, or a table into a list");
-            let prepared = guard::prepare("", &[]);
+            let prepared = guard::prepare("");
             return Template { file, text: text.clone(), scan, prepared, broken: Some(broken) };
         }
-        let prepared = guard::prepare(text, &scan.tags);
+        let prepared = guard::prepare(text);
         let mut template = Template { file, text: text.clone(), scan, prepared, broken: None };
         if let Err(error) =
             self.environment.add_template_owned(name.to_owned(), template.prepared.text.clone())

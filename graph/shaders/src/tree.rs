@@ -1,11 +1,12 @@
-//! What the syntax tree of a template says: the guards that it needs, the names that it reads and binds, and the literals
+//! The syntax tree of a template: the checks of size that it needs, the names that it reads and binds, and the literals
 //! with which it compares them.
 //!
-//! Behind each tag that binds names stands a [guard](super::guard) of these names. Within one expression a value can grow
-//! by `~`, `+` and `*`, and `in`, slices and indices go through long ones, where neither the engine's steps nor the guards
-//! behind tags see it; what consists of literals alone the engine computes when it parses. So the operators that can make
-//! something larger get a function around them that checks the result, and what is gone through one that counts it. Of a
-//! chain of one operator every [`LINKS`]th link is checked, so that calls nest less deep than the parser goes.
+//! The engine's fuel bounds steps, and the sink bounds the text. Neither sees a value that doubles (`s ~ s`), nor how
+//! long `in`, a slice or an index takes in a long value, and an operation on literals runs in the parser. So every
+//! expression that can make a larger value gets a function around it that checks the result ([`guard`](super::guard)),
+//! and every value that is searched one that counts its size: operators that grow, results of macros, captured blocks,
+//! and the elements of lists (`[l, l]` needs no memory, but a comparison visits all of it). Of a chain of one operator
+//! every [`LINKS`]th link is checked, so that calls nest less deep than the parser goes.
 //!
 //! Limits: an expression is as long as the engine's own recursion allows ([`MAX_WORDS`]); between two checks there are
 //! [`LINKS`] values of 1 MiB, or one of the 100 MB that the engine allows for `"x" * n`. Of a template that the engine
@@ -14,10 +15,10 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use minijinja::machinery::ast::{BinOpKind, CallArg, CompareOpKind, Expr, Stmt, UnaryOpKind};
+use minijinja::machinery::ast::{BinOpKind, Call, CallArg, CompareOpKind, Expr, Stmt};
 use minijinja::machinery::{Span, parse};
 
-use super::guard::GUARD;
+use super::filters::FUNCTIONS;
 use super::scan::{Tag, WordKind, syntax};
 
 /// The function around what may have grown.
@@ -96,65 +97,44 @@ pub(crate) struct Compared {
     pub(crate) range: Range<usize>,
 }
 
-/// What to insert where in a template that the engine can parse, sorted; and its names.
-pub(crate) fn read(text: &str, tags: &[Tag]) -> (Vec<(usize, String)>, Names) {
+/// The insertions that a template needs, sorted, and its names; nothing for a template that the engine cannot parse.
+pub(crate) fn read(text: &str) -> (Vec<(usize, String)>, Names) {
     let Ok(template) = parse(text, "", syntax()) else { return Default::default() };
-    let mut found = Found {
-        text,
-        tags,
-        starts: Vec::new(),
-        ends: Vec::new(),
-        guards: Vec::new(),
-        names: Names::default(),
-    };
+    let mut found = Found::default();
     found.statement(&template);
-    let Found { starts, mut ends, guards, mut names, .. } = found;
+    let Found { starts, mut ends, mut names } = found;
     // What begins further out was found first, and what ends further out has to end last.
     ends.reverse();
     ends.extend(starts);
-    ends.extend(guards);
     ends.sort_by_key(|(at, _)| *at);
     names.uses.sort_by_key(|(_, range)| range.start);
     names.compared.sort_by_key(|compared| compared.range.start);
     (ends, names)
 }
 
-struct Found<'t> {
-    text: &'t str,
-    tags: &'t [Tag],
+#[derive(Default)]
+struct Found {
     starts: Vec<(usize, String)>,
     ends: Vec<(usize, String)>,
-    guards: Vec<(usize, String)>,
     names: Names,
 }
 
-impl Found<'_> {
+impl Found {
     fn wrap(&mut self, one: &Expr<'_>, function: &str) {
         self.starts.push((start(one), format!("{function}(")));
         self.ends.push((one.span().end_offset as usize, ")".to_owned()));
     }
 
-    /// Notes names that are bound.
-    fn bind<'e, 'a: 'e>(&mut self, targets: impl IntoIterator<Item = &'e Expr<'a>>) -> Vec<String> {
-        let targets: Vec<String> = targets.into_iter().flat_map(target_names).collect();
-        let variables = targets.iter().filter_map(|target| target.split('.').next());
-        self.names.bound.extend(variables.map(str::to_owned));
-        targets
-    }
-
-    /// A guard of names behind the tag in which an offset lies.
-    fn guard(&mut self, offset: u32, names: &[String]) {
-        let behind = self.tags.partition_point(|tag| tag.range.start <= offset as usize);
-        let Some(tag) = behind.checked_sub(1).map(|at| &self.tags[at]).filter(|_| !names.is_empty()) else {
-            return;
-        };
-        let end = tag.range.end;
-        let control = match self.text.as_bytes().get(end.wrapping_sub(3)) {
-            Some(b'-') => "-",
-            Some(b'+') => "+",
-            _ => "",
-        };
-        self.guards.push((end, format!("{{%do {GUARD}({}){control}%}}", names.join(","))));
+    /// Notes the variables that targets bind.
+    fn bind<'e, 'a: 'e>(&mut self, targets: impl IntoIterator<Item = &'e Expr<'a>>) {
+        for target in targets {
+            match target {
+                Expr::Var(variable) => drop(self.names.bound.insert(variable.id.to_owned())),
+                Expr::GetAttr(attribute) => self.bind([&attribute.expr]),
+                Expr::List(list) => self.bind(&list.items),
+                _ => {}
+            }
+        }
     }
 
     /// Notes what a variable is compared with, if all of it is written out.
@@ -190,13 +170,13 @@ impl Found<'_> {
     fn statement(&mut self, one: &Stmt<'_>) {
         match one {
             Stmt::Template(one) => self.statements(&one.children),
-            Stmt::EmitExpr(one) => self.expression(&one.expr),
+            // What a macro returns here is written, and counted as such.
+            Stmt::EmitExpr(one) => match &one.expr {
+                Expr::Call(call) => self.call(call),
+                other => self.expression(other),
+            },
             Stmt::ForLoop(one) => {
-                let names = self.bind([&one.target]);
-                // What has a name was looked at when it was bound, elements included.
-                if !matches!(one.iter, Expr::Var(_)) || one.filter_expr.is_some() || one.recursive {
-                    self.guard(one.span().start_offset, &names);
-                }
+                self.bind([&one.target]);
                 self.expression(&one.iter);
                 self.expressions(&one.filter_expr);
                 self.statements(&one.body);
@@ -208,21 +188,17 @@ impl Found<'_> {
                 self.statements(&one.false_body);
             }
             Stmt::WithBlock(one) => {
-                let names = self.bind(one.assignments.iter().map(|(target, _)| target));
-                self.guard(one.span().start_offset, &names);
+                self.bind(one.assignments.iter().map(|(target, _)| target));
                 one.assignments.iter().for_each(|(_, value)| self.expression(value));
                 self.statements(&one.body);
             }
             Stmt::Set(one) => {
-                let names = self.bind([&one.target]);
-                if !is_literal(&one.expr) {
-                    self.guard(one.span().start_offset, &names);
-                }
+                self.bind([&one.target]);
                 self.expression(&one.expr);
             }
             Stmt::SetBlock(one) => {
-                let names = self.bind([&one.target]);
-                self.guard(one.span().end_offset, &names);
+                self.bind([&one.target]);
+                self.ends.push((one.target.span().end_offset as usize, format!("|{FITS}")));
                 self.expressions(&one.filter);
                 self.statements(&one.body);
             }
@@ -247,14 +223,12 @@ impl Found<'_> {
             Stmt::Include(one) => self.expression(&one.name),
             Stmt::Macro(one) => {
                 self.names.bound.insert(one.name.to_owned());
-                let names = self.bind(&one.args);
-                self.guard(one.span().start_offset, &names);
+                self.bind(&one.args);
                 self.expressions(&one.defaults);
                 self.statements(&one.body);
             }
             Stmt::CallBlock(one) => {
-                let names = self.bind(&one.macro_decl.args);
-                self.guard(one.span().start_offset, &names);
+                self.bind(&one.macro_decl.args);
                 self.arguments(&one.call.args);
                 self.expressions(&one.macro_decl.defaults);
                 self.statements(&one.macro_decl.body);
@@ -274,6 +248,21 @@ impl Found<'_> {
             | CallArg::Kwarg(_, one)
             | CallArg::PosSplat(one)
             | CallArg::KwargSplat(one)) = one;
+            self.expression(one);
+        }
+    }
+
+    fn call(&mut self, one: &Call<'_>) {
+        self.expression(&one.expr);
+        self.arguments(&one.args);
+    }
+
+    /// Elements of a container: it is as large as all of them, however often each occurs.
+    fn elements(&mut self, list: &[Expr<'_>]) {
+        for one in list {
+            if matches!(one, Expr::Var(_) | Expr::GetAttr(_) | Expr::GetItem(_)) {
+                self.wrap(one, FITS);
+            }
             self.expression(one);
         }
     }
@@ -357,15 +346,17 @@ impl Found<'_> {
                 self.wrap(&one.expr, INDEXED);
                 self.expressions([&one.expr, &one.subscript_expr]);
             }
-            Expr::Call(one) => {
-                self.expression(&one.expr);
-                self.arguments(&one.args);
+            Expr::Call(call) => {
+                if !matches!(&call.expr, Expr::Var(name) if FUNCTIONS.contains(&name.id)) {
+                    self.wrap(one, FITS);
+                }
+                self.call(call);
             }
-            Expr::List(one) => self.expressions(&one.items),
-            Expr::Tuple(one) => self.expressions(&one.items),
+            Expr::List(one) => self.elements(&one.items),
+            Expr::Tuple(one) => self.elements(&one.items),
             Expr::Map(one) => {
-                self.expressions(&one.keys);
-                self.expressions(&one.values);
+                self.elements(&one.keys);
+                self.elements(&one.values);
             }
         }
     }
@@ -373,32 +364,6 @@ impl Found<'_> {
 
 fn range(span: Span) -> Range<usize> {
     span.start_offset as usize..span.end_offset as usize
-}
-
-/// The variables, attributes included, that a target stands for.
-fn target_names(target: &Expr<'_>) -> Vec<String> {
-    match target {
-        Expr::Var(variable) => vec![variable.id.to_owned()],
-        Expr::GetAttr(attribute) => {
-            let bases = target_names(&attribute.expr).into_iter();
-            bases.map(|base| format!("{base}.{}", attribute.name)).collect()
-        }
-        Expr::List(list) => list.items.iter().flat_map(target_names).collect(),
-        _ => Vec::new(),
-    }
-}
-
-/// Whether a value is written out in the template: it is no larger than its text, and a table of numbers need not be
-/// looked through in every rendering.
-fn is_literal(one: &Expr<'_>) -> bool {
-    match one {
-        Expr::Const(_) => true,
-        Expr::UnaryOp(one) => matches!(one.op, UnaryOpKind::Neg) && is_literal(&one.expr),
-        Expr::List(list) => list.items.iter().all(is_literal),
-        Expr::Tuple(list) => list.items.iter().all(is_literal),
-        Expr::Map(map) => map.keys.iter().chain(&map.values).all(is_literal),
-        _ => false,
-    }
 }
 
 /// Where an expression begins: of filters, tests, calls and indices the engine notes the last of them alone.
@@ -438,11 +403,11 @@ fn is_number(one: &Expr<'_>) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use crate::{filters, guard, scan};
+    use crate::{filters, guard};
 
     /// What a template writes, with the guards and without.
     fn both(text: &str) -> [Result<String, minijinja::ErrorKind>; 2] {
-        let guarded = guard::prepare(text, &scan::scan(text).tags).text;
+        let guarded = guard::prepare(text).text;
         [guarded.as_str(), text].map(|text| {
             guard::begin();
             filters::environment().render_str(text, ()).map_err(|error| error.kind())
@@ -496,7 +461,7 @@ mod tests {
     #[test]
     fn a_chain_is_checked_every_few_links() {
         let text = format!("{{{{ {} }}}}", vec!["a"; 100].join(" ~ "));
-        let guarded = guard::prepare(&text, &scan::scan(&text).tags).text;
+        let guarded = guard::prepare(&text).text;
         assert_eq!(guarded.matches(super::FITS).count(), 7);
     }
 }

@@ -23,10 +23,10 @@ use super::domain::Domain;
 use super::space::Space;
 use crate::axes::AxisKind;
 use crate::diagnostic::{AxisValues, Diagnostic, Place};
-use crate::guard;
 use crate::render::{self, Source, to_template_value};
 use crate::source::FileId;
 use crate::text_map::{Origin, Segment};
+use crate::tree;
 use crate::{TemplateSet, codes};
 
 /// The maximum number of paths through one template.
@@ -356,7 +356,7 @@ impl Object for Fork {
         if let Some(value) = state.decided.get(key) {
             return Some(to_template_value(value));
         }
-        if key == guard::GUARD {
+        if key == tree::FITS {
             return None;
         }
         let Some(domain) = self.space.variable(key) else {
