@@ -15,6 +15,14 @@ pub(crate) const SCHEME: &str = "umbragraph:";
 /// Every bundled file: its name behind `umbragraph:`, and its text; sorted by name.
 pub const PIPELINES: &[(&str, &str)] = &[
     ("awsm.json", include_str!("awsm.json")),
+    ("awsm/casters.json", include_str!("awsm/casters.json")),
+    ("awsm/debug_views.json", include_str!("awsm/debug_views.json")),
+    ("awsm/directional_lights.json", include_str!("awsm/directional_lights.json")),
+    ("awsm/filters.json", include_str!("awsm/filters.json")),
+    ("awsm/lights.json", include_str!("awsm/lights.json")),
+    ("awsm/moments.json", include_str!("awsm/moments.json")),
+    ("awsm/screen_visibility.json", include_str!("awsm/screen_visibility.json")),
+    ("awsm/shading.json", include_str!("awsm/shading.json")),
     ("base/cascades.json", include_str!("base/cascades.json")),
     ("base/fitted_cascades.json", include_str!("base/fitted_cascades.json")),
     ("base/forward.json", include_str!("base/forward.json")),
