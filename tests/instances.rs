@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use umbragraph::data::{BlackboardData, DataShape, ValueType};
 use umbragraph::diagnostic::{Diagnostics, render};
 use umbragraph::document;
+use umbragraph::language::Ref;
 use umbragraph::node::Node;
 use umbragraph::pipeline::{self, Overrides, PassBuilder, Produced};
 use umbragraph::shader::TargetProfile;
@@ -19,14 +20,14 @@ static COUNTED: [AtomicUsize; 2] = [AtomicUsize::new(0), AtomicUsize::new(0)];
 #[derive(schemars::JsonSchema)]
 struct Counted {
     /// The data to publish.
-    to: String,
+    to: Ref,
 }
 
 impl<'de> serde::Deserialize<'de> for Counted {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         COUNTED[0].fetch_add(1, Ordering::Relaxed);
         let mut members = BTreeMap::<String, String>::deserialize(deserializer)?;
-        Ok(Self { to: members.remove("to").unwrap_or_default() })
+        Ok(Self { to: Ref(members.remove("to").unwrap_or_default()) })
     }
 }
 

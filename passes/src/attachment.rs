@@ -7,7 +7,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
-use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::language::{Expr, Ref, Word};
 use umbragraph_pipeline::pipeline::{
     Contents, Evaluate, Face as CubeFace, IndexRange, LiveTarget, PassBuilder, Produced, SubresourceRange,
     SubresourceRangeSettings,
@@ -25,7 +25,7 @@ use crate::if_said;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 pub struct Attached {
     /// The texture: a reference.
-    pub to: String,
+    pub to: Ref,
     /// The mip level.
     pub mip: Option<Expr>,
     /// The layer, without it the one that the view names; beside "face" the cube.
@@ -65,7 +65,7 @@ pub struct ColorSettings {
 #[serde(deny_unknown_fields)]
 pub struct ResolveSettings {
     /// The texture: a reference. It has one sample, and the format and size of the attachment.
-    pub to: String,
+    pub to: Ref,
     /// The mip level.
     pub mip: Option<Expr>,
     /// The layer; without it that of the attachment.
@@ -395,7 +395,7 @@ impl StencilFace {
 
 fn target(
     pass: &mut PassBuilder<'_>,
-    to: &str,
+    to: &Ref,
     (mip, layer, face): (&Option<Expr>, &Option<Expr>, &Option<Word<CubeFace>>),
     at: &str,
 ) -> Option<Subresource> {

@@ -21,7 +21,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, DataShape, ValueType, View};
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::frame::{Camera as FrameCamera, Projection};
-use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
@@ -31,7 +31,7 @@ use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 #[serde(deny_unknown_fields)]
 pub struct Camera {
     /// The blackboard data to publish.
-    pub to: String,
+    pub to: Ref,
     /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
     pub reverse: Option<Expr>,
     /// By how many points of the Halton sequence the picture is moved in turn, within a pixel, for effects that gather

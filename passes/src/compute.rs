@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
-use umbragraph_pipeline::language::{Expr, Reference};
+use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, IndexRange, LiveTarget, PassBuilder, Produced};
 use umbragraph_pipeline::work::{ComputeWork, Deferred, Dispatch, Subresource, Work};
@@ -19,7 +19,7 @@ pub struct Compute {
     pub shader: ShaderSettings,
     /// The texture for each of whose texels (width, height, layers) there is an invocation; the shader guards against
     /// the rest of the last workgroups. One of the textures under "bind".
-    pub over: Option<String>,
+    pub over: Option<Ref>,
     /// The mip level whose size "over" means; 0 without it.
     pub mip: Option<Expr>,
     /// A buffer that says the number of workgroups, instead of "over": three u32 for x, y and z.
@@ -34,7 +34,7 @@ pub struct Compute {
 #[serde(deny_unknown_fields)]
 pub struct IndirectSettings {
     /// The buffer: a reference.
-    pub buffer: String,
+    pub buffer: Ref,
     /// The first byte of the counts, a multiple of 4 (unit: bytes); 0 without it.
     pub offset: Option<Expr>,
 }
@@ -62,8 +62,7 @@ impl Node for Compute {
             (None, None, Some(settings)) => settings.declare(pass, 3).map(Dispatch::Indirect),
             (Some(over), None, None) => {
                 let mip = pass.count_or(&self.mip, "/mip", 0)?;
-                let name = Reference::parse(over).map_or(over.as_str(), |reference| reference.resource);
-                let resource = pass.declared_texture(name, "/over");
+                let resource = pass.declared_texture(over, "/over");
                 resource.map(|resource| Dispatch::Over { resource, mip })
             }
             (None, Some(counts), None) => {

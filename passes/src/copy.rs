@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
-use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::language::{Expr, Ref, Word};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{
     Contents, Evaluate, IndexRange, PassBuilder, Produced, SubresourceRange, SubresourceRangeSettings, Usage,
@@ -35,7 +35,7 @@ pub struct Copy {
 #[serde(deny_unknown_fields)]
 pub struct CopyEnd {
     /// The texture or buffer: a reference.
-    pub name: String,
+    pub name: Ref,
     /// Of a buffer the first byte (unit: bytes); 0 without it.
     pub offset: Option<Expr>,
     /// Of a buffer how many bytes (unit: bytes); all without it.
@@ -122,7 +122,7 @@ impl Copy {
 #[serde(deny_unknown_fields)]
 pub struct Clear {
     /// The buffer: a reference.
-    pub buffer: String,
+    pub buffer: Ref,
     /// The first byte, a multiple of 4 (unit: bytes); 0 without it.
     pub offset: Option<Expr>,
     /// How many bytes, a multiple of 4 (unit: bytes); all without it.
@@ -145,7 +145,7 @@ impl Node for Clear {
 
 fn bytes_of(
     pass: &mut PassBuilder<'_>,
-    name: &str,
+    name: &Ref,
     (offset, size): (Option<&Expr>, Option<&Expr>),
     words: bool,
     at: &str,

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
-use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::language::{Expr, Ref, Word};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, IndexRange, PassBuilder, Produced, SubresourceRange};
 use umbragraph_pipeline::wgpu_types::Face;
@@ -32,7 +32,7 @@ pub struct Draw {
     /// Which of the host's meshes: a word that the host knows, such as "opaque" or "casters".
     pub filter: String,
     /// The blackboard data whose views are drawn, such as what a camera or a cascade fit publishes.
-    pub views: String,
+    pub views: Ref,
     /// The shader.
     #[serde(flatten)]
     pub shader: ShaderSettings,
@@ -57,7 +57,7 @@ pub struct Draw {
     pub scroll: Option<Expr>,
     /// With "changed": the depth texture, of the same size, over whose texels a view is drawn, instead of "clear" of the
     /// attachment. The view is drawn again where those have changed, if a pass with "changed" draws them, or else always.
-    pub over: Option<String>,
+    pub over: Option<Ref>,
 }
 
 /// Which views are drawn.

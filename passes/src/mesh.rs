@@ -8,7 +8,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
-use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::language::{Expr, Ref, Word};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, LiveTarget, PassBuilder, Produced};
 use umbragraph_pipeline::wgpu_types::{IndexFormat, PrimitiveTopology, VertexStepMode};
@@ -59,7 +59,7 @@ pub struct Mesh {
 #[serde(deny_unknown_fields)]
 pub struct VertexSettings {
     /// The buffer: a reference.
-    pub buffer: String,
+    pub buffer: Ref,
     /// Bytes from one element to the next, a multiple of 4; without it as many as the attributes have.
     pub stride: Option<Expr>,
     /// Whether elements belong to vertices or to instances: "vertex" without it.
@@ -86,7 +86,7 @@ pub struct AttributeSettings {
 #[serde(deny_unknown_fields)]
 pub struct IndexSettings {
     /// The buffer: a reference.
-    pub buffer: String,
+    pub buffer: Ref,
     /// Their format: "uint32" without it.
     pub format: Option<Word<IndexWord>>,
 }

@@ -9,7 +9,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, DataShape};
-use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
@@ -19,9 +19,9 @@ use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 #[serde(deny_unknown_fields)]
 pub struct View {
     /// The blackboard data to publish.
-    pub to: String,
+    pub to: Ref,
     /// The blackboard data with the views, such as what a cascade fit publishes.
-    pub from: String,
+    pub from: Ref,
     /// Which of its views, from 0.
     pub index: Expr,
 }

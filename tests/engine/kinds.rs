@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use umbragraph::data::{BlackboardData, DataShape, ValueType};
 use umbragraph::document::Value;
 use umbragraph::frame::{Camera, FrameInput};
+use umbragraph::language::Ref;
 use umbragraph::node::{NodeKind, Settings};
 use umbragraph::pipeline::{PassBuilder, Produced};
 use umbragraph::work::{CpuContext, CpuNode, CpuWork, Work};
@@ -21,7 +22,7 @@ struct Gauge {
 }
 
 struct GaugeSettings {
-    to: String,
+    to: Ref,
     level: Arc<AtomicU32>,
 }
 
@@ -55,7 +56,7 @@ impl NodeKind for Gauge {
         })
     }
     fn decode(&self, settings: &Value) -> Result<Box<dyn Settings>, serde_json::Error> {
-        let to = settings.get("to").and_then(Value::text).unwrap_or_default().to_owned();
+        let to = Ref(settings.get("to").and_then(Value::text).unwrap_or_default().to_owned());
         Ok(Box::new(GaugeSettings { to, level: self.level.clone() }))
     }
     fn published(&self) -> Vec<(&'static str, DataShape)> {

@@ -8,7 +8,7 @@ use umbragraph::compiler::{CpuPasses, PhysicalTexture, Plan, TextureSize};
 use umbragraph::data::{BlackboardData, DataShape, ValueType};
 use umbragraph::diagnostic::{Diagnostic, Place, codes};
 use umbragraph::executor::Executor;
-use umbragraph::language::Expr;
+use umbragraph::language::{Expr, Ref};
 use umbragraph::node::Node;
 use umbragraph::pipeline::{Evaluate, PassBuilder, Produced};
 use umbragraph::work::{CpuContext, CpuNode, CpuWork, Work};
@@ -27,7 +27,7 @@ const _: () = {
 #[serde(deny_unknown_fields)]
 pub(crate) struct Count {
     /// The blackboard data to publish.
-    to: String,
+    to: Ref,
     /// The first number.
     from: Expr,
 }

@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph::data::{BlackboardData, DataShape, ValueType, View};
 use umbragraph::frame::{FrameInput, Light, LightKind};
+use umbragraph::language::Ref;
 use umbragraph::node::Node;
 use umbragraph::pipeline::{PassBuilder, Produced};
 use umbragraph::work::{CpuContext, CpuNode, CpuWork, Work};
@@ -16,7 +17,7 @@ use crate::common::gpu::empty_frame;
 #[serde(deny_unknown_fields)]
 pub(crate) struct Views {
     /// The blackboard data to publish.
-    to: String,
+    to: Ref,
     /// The maximum number of views.
     max: u32,
     /// Whether to publish what was not declared.

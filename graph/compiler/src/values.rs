@@ -135,6 +135,7 @@ fn flatten(value: &Value, numbers: &mut Vec<f64>) -> Result<(), String> {
         Value::Bool(value) => numbers.push(f64::from(u8::from(*value))),
         Value::List(list) => list.iter().try_for_each(|value| flatten(value, numbers))?,
         Value::Text(text) => return Err(format!("a number is wanted here, this is the text \"{text}\"")),
+        Value::Reference(_) => return Err(format!("a number is wanted here, this is {}", value.kind_name())),
     }
     Ok(())
 }

@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use umbragraph_pipeline::data::{DataShape, BlackboardData, ValueType};
-//! use umbragraph_pipeline::language::Expr;
+//! use umbragraph_pipeline::language::{Expr, Ref};
 //! use umbragraph_pipeline::node::{Node, Registry};
 //! use umbragraph_pipeline::pipeline::{Evaluate, PassBuilder, Produced};
 //! use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
@@ -15,7 +15,7 @@
 //! #[serde(deny_unknown_fields)]
 //! struct Wave {
 //!     /// The data to publish.
-//!     to: String,
+//!     to: Ref,
 //!     /// Seconds for one round.
 //!     period: Expr,
 //! }

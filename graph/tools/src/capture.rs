@@ -97,7 +97,7 @@ fn overwriter<'p>(plan: &'p Plan, resource: &PlannedResource, capture: &Capture)
     };
     let written = version.and_then(|version| {
         // A loop, or a use of a subgraph, means the last of its passes.
-        let by = plan.passes.iter().rposition(|pass| is_of(&pass.name, version))?;
+        let by = plan.passes.iter().rposition(|pass| is_of(&pass.name, &version))?;
         (by + 1..plan.passes.len()).find(|at| overwrites(&plan.passes[*at]))
     });
     let shares = matches!(resource.physical, Physical::Texture(_));
@@ -125,7 +125,7 @@ fn check<'p>(plan: &'p Plan, capture: &Capture) -> Result<&'p PlannedResource, D
         Ok(reference) => reference,
         Err(wrong) => return error(format!("\"{whole}\" names no texture"), wrong.to_string()),
     };
-    let name = if reference.back > 0 { whole } else { reference.resource };
+    let name = if reference.back > 0 { whole } else { &reference.resource };
     let textures =
         || plan.resources.iter().filter(|(_, one)| one.format.is_some()).map(|(name, _)| name.as_str());
     let Some(resource) = plan.resources.get(name) else {
@@ -152,7 +152,7 @@ fn check<'p>(plan: &'p Plan, capture: &Capture) -> Result<&'p PlannedResource, D
             format!("the textures are {}", list_of(textures())),
         );
     };
-    if let Some(pass) = reference.version {
+    if let Some(pass) = &reference.version {
         let writers = || {
             let writers = plan.passes.iter().filter(|pass| plan.writes(pass.handle, resource.handle));
             writers.map(|pass| pass.name.as_str())

@@ -42,7 +42,8 @@ pub(super) fn groups<'a>(
             names.entry(&entry.key).or_default().push(nodes.len());
             let node = node(entry, &settings, templates, entries("derived"), section != "passes");
             if section == "passes" {
-                for text in node.texts.iter().filter(|text| is_name(text)) {
+                let bare = node.texts.iter().map(|text| text.strip_prefix('&').unwrap_or(text));
+                for text in bare.filter(|text| is_name(text)) {
                     data.entry(text).or_default().push(nodes.len());
                 }
             }

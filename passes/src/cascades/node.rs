@@ -10,7 +10,7 @@ use glam::DVec4;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, DataShape, ValueType};
-use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::language::{Expr, Ref, Word};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{LiveSettings, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
@@ -30,13 +30,13 @@ use crate::lights::filter::FilterSettings;
 #[serde(deny_unknown_fields)]
 pub struct Cascades {
     /// The blackboard data to publish.
-    pub to: String,
+    pub to: Ref,
     /// The name of a directional light. Without it: the brightest that casts shadows, of equally bright ones the
     /// alphabetically first.
     pub light: Option<String>,
     /// What a `shadow_atlas` publishes: then the cascades of every directional light that has layers there are fitted,
     /// and published as descriptors (see [`crate::lights::descriptor`]) instead of the values of one light.
-    pub placement: Option<String>,
+    pub placement: Option<Ref>,
     /// With a placement: the layers of the array, which is the maximum number of cascades of all directional lights
     /// together; the number of cascades without it.
     pub layers: Option<Expr>,

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, DVec4, UVec2};
 use umbragraph_pipeline::data::View;
+use umbragraph_pipeline::language::Ref;
 use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, PassBuilder, Produced};
 
 use super::configuration::{Cascade, Configuration};
@@ -21,7 +22,7 @@ use crate::lights::placement::{self, Backing, Entry};
 
 pub(super) fn declare(
     settings: &Cascades,
-    data: &str,
+    data: &Ref,
     configuration: Configuration,
     pass: &mut PassBuilder<'_>,
 ) -> Option<Produced> {

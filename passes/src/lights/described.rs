@@ -12,7 +12,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, DataShape, View};
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::frame::FrameInput;
-use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Subresource, Work};
 
@@ -29,9 +29,9 @@ const MAX_CADENCE: u32 = 64;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 pub struct DescribedSettings {
     /// The blackboard data to publish.
-    pub to: String,
+    pub to: Ref,
     /// What a `shadow_atlas` publishes.
-    pub placement: String,
+    pub placement: Ref,
     /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
     pub reverse: Option<Expr>,
     /// The filter that shaders use, so that the distances at which its bounds bite can be reported.
@@ -164,7 +164,7 @@ struct Run<D> {
 /// The node that publishes what a backing says of the lights of a placement.
 pub(crate) fn node(
     pass: &mut PassBuilder<'_>,
-    to: &str,
+    to: &Ref,
     placement: Option<Subresource>,
     further: Option<(DataShape, impl DescribeShadows)>,
     live: LiveShadows,

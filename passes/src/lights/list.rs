@@ -16,7 +16,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, Component, DataShape, ValueType};
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place};
 use umbragraph_pipeline::frame::{FrameInput, Light, LightKind};
-use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
@@ -37,19 +37,19 @@ pub const NO_SHADOW: u32 = u32::MAX;
 #[serde(deny_unknown_fields)]
 pub struct LightList {
     /// The blackboard data to publish.
-    pub to: String,
+    pub to: Ref,
     /// The maximum number of lights.
     pub lights: Expr,
     /// The maximum number of descriptors; 1 without it.
     pub descriptors: Option<Expr>,
     /// What a `shadow_atlas` publishes; without it no light casts shadows.
-    pub placement: Option<String>,
+    pub placement: Option<Ref>,
     /// What a `spot_shadows` publishes.
-    pub tiles: Option<String>,
+    pub tiles: Option<Ref>,
     /// What a `cube_shadows` publishes.
-    pub cubes: Option<String>,
+    pub cubes: Option<Ref>,
     /// What a `cascades` with a placement publishes.
-    pub layers: Option<String>,
+    pub layers: Option<Ref>,
     /// Which lights have a slot of textures as large as the picture; none without it.
     pub slots: Option<SlotSettings>,
     /// The priority below which the shadows of lights that do not say how hard they are are hard; 0 without it.
@@ -68,7 +68,7 @@ impl Node for LightList {
         });
         let mut inputs = Vec::new();
         let mut sound = true;
-        let mut input = |name: &Option<String>, pointer: &str, expected: &[(&str, ValueType)]| {
+        let mut input = |name: &Option<Ref>, pointer: &str, expected: &[(&str, ValueType)]| {
             let handle = pass.data_with(name.as_ref()?, pointer, expected);
             sound &= handle.is_some();
             inputs.push(handle?);

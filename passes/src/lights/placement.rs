@@ -16,7 +16,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, Component, DataShape, ValueType};
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place};
 use umbragraph_pipeline::frame::{FrameInput, Light, LightKind};
-use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
@@ -44,7 +44,7 @@ pub const MAX_VIEWS: u32 = 1 << 16;
 #[serde(deny_unknown_fields)]
 pub struct ShadowAtlas {
     /// The blackboard data to publish.
-    pub to: String,
+    pub to: Ref,
     /// The atlas of the spots; without it they cast no shadows.
     pub spots: Option<SpotSettings>,
     /// The cubes of the point lights; without it they cast no shadows.

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use super::{Pipeline, Program, Resource, ResourceKind, SubresourceRangeSettings};
 use crate::data::{Component, DataShape, ValueType, View};
 use crate::diagnostic::suggested_name;
-use crate::language::{Expr, TextureShape, Word};
+use crate::language::{Expr, Ref, TextureShape, Word};
 use crate::shader::{Member, Scalar, ScalarKind, TypeLayout};
 use crate::work::{Address, BlockLayout, BlockRun, BlockValues, BoundSlot, Compare, Filter, SlotSource};
 
@@ -16,8 +16,8 @@ use crate::work::{Address, BlockLayout, BlockRun, BlockValues, BoundSlot, Compar
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Bind {
-    /// A texture, a buffer or blackboard data: a reference such as "maps" or "maps@blur".
-    Name(String),
+    /// A texture, a buffer or blackboard data: a reference such as "&maps" or "&maps@blur".
+    Name(Ref),
     /// Anything else.
     Object(BindObject),
 }
@@ -59,7 +59,7 @@ pub struct BlockBind {
 #[serde(deny_unknown_fields)]
 pub struct DataBind {
     /// The blackboard data.
-    pub name: String,
+    pub name: Ref,
     /// Expressions by the names of members; they go before what the data publishes.
     #[serde(default)]
     pub values: ValuesBind,
@@ -70,7 +70,7 @@ pub struct DataBind {
 #[serde(deny_unknown_fields)]
 pub struct TextureBind {
     /// The texture: a reference.
-    pub name: String,
+    pub name: Ref,
     /// The subresource range.
     #[serde(flatten)]
     pub range: SubresourceRangeSettings,
@@ -98,7 +98,7 @@ pub enum Contents {
 #[serde(deny_unknown_fields)]
 pub struct BufferBind {
     /// The buffer: a reference.
-    pub name: String,
+    pub name: Ref,
     /// The first byte (unit: bytes); 0 without it.
     pub offset: Option<Expr>,
     /// How many bytes (unit: bytes); all without it.

@@ -14,13 +14,13 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::load::VIEWPORT;
-use super::version::Version;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::{self, ErrorKind, Expression, ExpressionError, ExpressionKind, Scope, Value};
-use crate::language::Reference;
+use crate::language::{Expr, Reference, Written};
 use crate::source::Span;
 
 /// Stands in front of a name that a subgraph file does not see; no expression can write such a name.
@@ -53,11 +53,7 @@ pub struct Environment {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Input {
     /// The resource of the user.
-    pub(super) name: String,
-    /// The pass whose version of it is meant.
-    pub(super) version: Option<String>,
-    /// The number of frames back.
-    pub(super) back: u32,
+    pub(super) reference: Reference,
     /// The resource as the user wrote it; the outermost user where the input is handed on.
     pub(super) given: Given,
 }
@@ -91,31 +87,22 @@ impl Environment {
     /// The name outside of a resource or blackboard data.
     pub(super) fn resource<'a>(&'a self, name: &'a str) -> Cow<'a, str> {
         match self.inputs.get(name) {
-            Some(input) => input.name.as_str().into(),
+            Some(input) => input.reference.resource.as_str().into(),
             None if self.prefix.is_empty() => name.into(),
             None => self.pass(name).into(),
         }
     }
 
-    /// The pass whose version of an input is meant, where the user said so.
-    pub(super) fn version(&self, name: &str) -> Option<&str> {
-        self.inputs.get(name).and_then(|input| input.version.as_deref())
-    }
-
-    /// The version that a reference here means.
-    pub(super) fn version_of(&self, reference: &Reference<'_>) -> Version {
-        match (reference.version, self.version(reference.resource)) {
-            (Some("0"), _) | (None, Some("0")) => Version::Before,
-            (Some(pass), _) => Version::WrittenBy(self.pass(pass)),
-            (None, Some(pass)) => Version::WrittenBy(pass.to_owned()),
-            (None, None) => Version::Newest,
-        }
-    }
-
-    /// The number of frames back that a reference here means, together with those of an input of that name.
-    pub(super) fn frames_back(&self, reference: &Reference<'_>) -> u32 {
-        let input = self.inputs.get(reference.resource);
-        input.map_or(0, |input| input.back).saturating_add(reference.back)
+    /// A reference that is written here, as it is outside: frames back are those of an input of that name besides.
+    pub(super) fn reference(&self, reference: &Reference) -> Reference {
+        let input = self.inputs.get(&reference.resource).map(|input| &input.reference);
+        let version = match reference.version.as_deref() {
+            None => input.and_then(|input| input.version.clone()),
+            Some("0") => reference.version.clone(),
+            Some(pass) => Some(self.pass(pass)),
+        };
+        let back = input.map_or(0, |input| input.back).saturating_add(reference.back);
+        Reference { resource: self.resource(&reference.resource).into_owned(), version, back }
     }
 
     /// The name outside of a pass.
@@ -125,7 +112,7 @@ impl Environment {
 
     /// The name by which a resource outside can be written here.
     pub(super) fn resource_inside<'a>(&'a self, outside: &'a str) -> Option<&'a str> {
-        let is_it = |(_, input): &(&String, &Input)| input.name == outside;
+        let is_it = |(_, input): &(&String, &Input)| input.reference.resource == outside;
         match self.inputs.iter().find(is_it) {
             Some((name, _)) => Some(name),
             None => self.pass_inside(outside).filter(|name| !self.inputs.contains_key(*name)),
@@ -174,13 +161,13 @@ impl Environment {
         let name = name.strip_prefix(UNSEEN).unwrap_or(name);
         let head = name.split_once('.').map_or(name, |(head, _)| head);
         let input = self.inputs.get(head)?;
-        if outside.clone().any(|resource| resource == input.name) {
+        if outside.clone().any(|resource| resource == input.reference.resource) {
             return None;
         }
         let Given { name, text, place, pointer, environment } = &input.given;
         let message = format!("there is no resource \"{name}\"");
         let diagnostic = Diagnostic::error(codes::UNKNOWN_RESOURCE, *place, message).pointer(pointer);
-        let written = place.of_quoted(text, 0..name.len()).filter(|_| text.starts_with(name.as_str()));
+        let written = reference_in(text, name).and_then(|range| place.of_quoted(text, range));
         let names: Vec<&str> = outside.filter_map(|name| environment.resource_inside(name)).collect();
         Some(diagnostic.suggest(name, names, written, |_| "declare it under \"resources\"".to_owned()))
     }
@@ -235,7 +222,7 @@ impl Environment {
 
     /// The same expression with names as they are outside. `is_resource` says of a name outside whether it is one.
     pub fn close(&self, expression: &Expression, is_resource: &dyn Fn(&str) -> bool) -> Expression {
-        with_names(expression, &|name| self.closed(name, is_resource))
+        self.close_with(expression, &|name| self.closed(name, is_resource))
     }
 
     /// The same, where locals that follow from parameters are names too.
@@ -244,10 +231,20 @@ impl Environment {
         expression: &Expression,
         is_resource: &dyn Fn(&str) -> bool,
     ) -> Expression {
-        with_names(expression, &|name| match self.following.get(name) {
+        self.close_with(expression, &|name| match self.following.get(name) {
             Some(outside) => ExpressionKind::Name(outside.clone()),
             None => self.closed(name, is_resource),
         })
+    }
+
+    fn close_with(&self, expression: &Expression, replaced: &dyn Fn(&str) -> ExpressionKind) -> Expression {
+        let mut closed = expression.clone();
+        closed.visit_mut(&mut |inner| match &mut inner.kind {
+            ExpressionKind::Name(name) => inner.kind = replaced(name),
+            ExpressionKind::Reference(reference) => *reference = self.reference(reference),
+            _ => {}
+        });
+        closed
     }
 
     fn closed(&self, name: &str, is_resource: &dyn Fn(&str) -> bool) -> ExpressionKind {
@@ -267,6 +264,43 @@ impl Environment {
         match tail {
             None => outside.into_owned().into(),
             Some(tail) => format!("{outside}.{tail}").into(),
+        }
+    }
+
+    /// The word that a text of a document is, or that its expression yields.
+    ///
+    /// # Errors
+    /// An error of the expression, or one that yields something else.
+    pub(super) fn word<'a>(&self, text: &'a str, scope: &dyn Scope) -> Result<Cow<'a, str>, ExpressionError> {
+        match Written::of(text) {
+            Written::Plain(text) => self.interpolate(text, scope),
+            _ => match self.evaluate(&Expr::parse_text(text)?, &|_| false, scope)? {
+                Value::Text(word) => Ok(word.into()),
+                other => {
+                    let message = format!("a word is wanted here, this is {}", other.kind_name());
+                    Err(ExpressionError::new(ErrorKind::Type, 0..0, message))
+                }
+            },
+        }
+    }
+
+    /// What a text of a document refers to, as it is outside.
+    ///
+    /// # Errors
+    /// An error of the expression, or one that yields something else.
+    pub(super) fn refer(&self, text: &str, scope: &dyn Scope) -> Result<Reference, ExpressionError> {
+        if let Written::Plain(text) = Written::of(text) {
+            let text = self.interpolate(text, scope)?;
+            let reference = Reference::parse(&text).map_err(|error| error.of(&text, 0..0))?;
+            return Ok(self.reference(&reference));
+        }
+        match self.evaluate(&Expr::parse_text(text)?, &|_| false, scope)? {
+            Value::Reference(reference) => Ok(reference),
+            other => {
+                let message = format!("a reference is wanted here, this is {}", other.kind_name());
+                let help = Some("let the expression yield a reference, such as &maps".to_owned());
+                Err(ExpressionError { help, ..ExpressionError::new(ErrorKind::Type, 0..0, message) })
+            }
         }
     }
 
@@ -311,21 +345,25 @@ impl Environment {
     }
 }
 
+/// The place of a resource's name in a text that refers to it; one without a sign begins with it.
+pub(super) fn reference_in(text: &str, name: &str) -> Option<Range<usize>> {
+    let is_end = |end: usize| {
+        let next = text[end..].chars().next();
+        next.is_none_or(|next| !(next.is_alphanumeric() || matches!(next, '_' | '.')))
+    };
+    let mut found = text.match_indices(name).map(|(at, name)| at..at + name.len());
+    found.find(|range| is_end(range.end) && (range.start == 0 || text[..range.start].ends_with('&')))
+}
+
 /// The same expression with something else in place of each name.
 pub fn with_names(expression: &Expression, replaced: &dyn Fn(&str) -> ExpressionKind) -> Expression {
-    let one = |inner: &Expression| Box::new(with_names(inner, replaced));
-    let all = |list: &[Expression]| list.iter().map(|inner| with_names(inner, replaced)).collect();
-    let kind = match &expression.kind {
-        ExpressionKind::Name(name) => replaced(name),
-        ExpressionKind::Literal(_) => expression.kind.clone(),
-        ExpressionKind::Unary(operator, a) => ExpressionKind::Unary(*operator, one(a)),
-        ExpressionKind::Binary(operator, a, b) => ExpressionKind::Binary(*operator, one(a), one(b)),
-        ExpressionKind::Conditional(a, b, c) => ExpressionKind::Conditional(one(a), one(b), one(c)),
-        ExpressionKind::Index(a, b) => ExpressionKind::Index(one(a), one(b)),
-        ExpressionKind::Call(name, list) => ExpressionKind::Call(name.clone(), all(list)),
-        ExpressionKind::List(list) => ExpressionKind::List(all(list)),
-    };
-    Expression { range: expression.range.clone(), kind }
+    let mut expression = expression.clone();
+    expression.visit_mut(&mut |inner| {
+        if let ExpressionKind::Name(name) = &inner.kind {
+            inner.kind = replaced(name);
+        }
+    });
+    expression
 }
 
 /// The names that an expression in an environment can see.
@@ -341,6 +379,10 @@ impl Scope for Inside<'_> {
             Some(value) => Some(value.clone()),
             None => self.scope.lookup(&self.environment.close_name(name, self.is_resource)),
         }
+    }
+
+    fn reference(&self, reference: &Reference) -> Reference {
+        self.environment.reference(reference)
     }
 
     fn words(&self, name: &str) -> Option<&[String]> {
@@ -376,9 +418,7 @@ mod tests {
             inputs: BTreeMap::from([(
                 "image".to_owned(),
                 Input {
-                    name: "moments".to_owned(),
-                    version: Some("warp".to_owned()),
-                    back: 0,
+                    reference: Reference::parse("moments@warp").unwrap(),
                     given: Given {
                         name: "moments".to_owned(),
                         text: "moments@warp".to_owned(),
@@ -398,7 +438,12 @@ mod tests {
     fn names_inside_become_names_outside() {
         let environment = environment();
         assert_eq!(environment.resource("image"), "moments");
-        assert_eq!(environment.version("image"), Some("warp"));
+        for (inside, outside) in
+            [("image", "moments@warp"), ("image@down", "moments@blur.down"), ("half@-1", "blur.half@-1")]
+        {
+            let reference = environment.reference(&Reference::parse(inside).unwrap());
+            assert_eq!(reference.to_string(), outside);
+        }
         assert_eq!(environment.resource("half"), "blur.half");
         let two = expression::parse("level * 2 + 1").unwrap();
         let evaluated = environment.evaluate(&two, &|_| false, &StaticScope::default());
@@ -425,6 +470,32 @@ mod tests {
             rename(&mut wanted);
             wanted
         });
+    }
+
+    #[test]
+    fn references_follow_an_ampersand_or_are_computed() {
+        let refer = |text| {
+            let found = environment().refer(text, &StaticScope::default());
+            found.map(|reference| reference.to_string()).map_err(|error| (error.kind, error.range))
+        };
+        for (text, outside) in [
+            ("&image", "moments@warp"),
+            ("&half@-2", "blur.half@-2"),
+            ("=level > 1 ? &half : &image", "blur.half"),
+            ("=[&half, &image][level - 1]", "moments@warp"),
+            ("=&half@down[level - 1]", "blur.half@blur.down.1"),
+        ] {
+            assert_eq!(refer(text).as_deref(), Ok(outside), "{text}");
+        }
+        for (text, kind, range) in [
+            ("=level", ErrorKind::Type, 0..0),
+            ("=&half[level]", ErrorKind::Type, 7..12),
+            ("=&half@down[level / 4]", ErrorKind::Arithmetic, 12..21),
+            ("=&half@", ErrorKind::Reference, 1..7),
+            ("&half@a@b", ErrorKind::Reference, 0..0),
+        ] {
+            assert_eq!(refer(text), Err((kind, range)), "{text}");
+        }
     }
 
     #[test]

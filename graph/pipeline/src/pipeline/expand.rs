@@ -29,7 +29,7 @@ use super::load::{Shared, name_diagnostic};
 use crate::compose::is_path;
 use crate::diagnostic::{Code, Diagnostic, codes};
 use crate::document::{self, Document, Entry, Kind, pointer_join};
-use crate::expression::{Expression, ExpressionError, Value};
+use crate::expression::Value;
 use crate::language::{Expr, ParameterDeclaration};
 use crate::node::Registry;
 
@@ -321,11 +321,16 @@ impl<'a, 's> Expander<'a, 's> {
         pointer: &str,
         environment: &Environment,
     ) -> Option<Value> {
-        if let Ok(expression) = expression_of(value) {
+        self.settle(value, pointer, environment);
+        self.evaluate(value, pointer, environment)
+    }
+
+    /// Makes structural what an expression follows from.
+    fn settle(&mut self, value: &document::Value, pointer: &str, environment: &Environment) {
+        if let Ok(expression) = Expr(value.to_json()).parse() {
             let at = || Structural { place: value.span, pointer: pointer.to_owned() };
             self.shared.fix(&expression, environment, &at);
         }
-        self.evaluate(value, pointer, environment)
     }
 
     fn evaluate(
@@ -334,27 +339,19 @@ impl<'a, 's> Expander<'a, 's> {
         pointer: &str,
         environment: &Environment,
     ) -> Option<Value> {
-        let word = value.text().and_then(|text| text.strip_prefix('='));
-        let result = expression_of(value)
+        let result = Expr(value.to_json())
+            .parse()
             .and_then(|expression| environment.evaluate(&expression, &|_| false, &self.shared.scope));
         match result {
             Ok(value) => Some(value),
             Err(mut error) => {
                 environment.widen(&mut error, std::iter::empty());
-                let sign = usize::from(word.is_some());
-                error.range = error.range.start + sign..error.range.end + sign;
                 let diagnostic = expression_diagnostic(&error, value, pointer);
                 self.shared.report_from(diagnostic.into_iter().collect(), environment);
                 None
             }
         }
     }
-}
-
-/// An expression, or one behind the sign of equality where a word can stand.
-fn expression_of(value: &document::Value) -> Result<Expression, ExpressionError> {
-    let word = value.text().and_then(|text| text.strip_prefix('='));
-    word.map_or_else(|| Expr(value.to_json()), |word| Expr(word.into())).parse()
 }
 
 /// Why an entry stands for nothing; `None` where that has its diagnostic already.

@@ -19,6 +19,7 @@ pub fn expression_diagnostic(
     let code = match error.kind {
         ErrorKind::Syntax => codes::EXPRESSION_SYNTAX,
         ErrorKind::Follows => return None,
+        ErrorKind::Reference => codes::BAD_REFERENCE,
         ErrorKind::UnknownName => codes::EXPRESSION_NAME,
         ErrorKind::UnknownWord => codes::UNKNOWN_WORD,
         ErrorKind::Type => codes::EXPRESSION_TYPE,
@@ -33,6 +34,7 @@ pub fn expression_diagnostic(
                 "expressions know parameters, features, resources and viewport".to_owned()
             }
             ErrorKind::UnknownWord => "the declaration lists the words".to_owned(),
+            ErrorKind::Reference => "write \"&NAME\"".to_owned(),
             ErrorKind::Type => "see `umbragraph reference UG0312` for the types of expressions".to_owned(),
             ErrorKind::Arithmetic => "guard the operation, with max(…, 1) for one".to_owned(),
         })

@@ -74,7 +74,7 @@ fn inline_owner(owner: &mut Json, around: &BTreeMap<String, String>) -> BTreeMap
 /// The text of an expression.
 fn written(value: &Json) -> String {
     match &value.kind {
-        Kind::Text(text) => text.clone(),
+        Kind::Text(text) => text.strip_prefix('=').unwrap_or(text).to_owned(),
         Kind::Array(elements) => format!("[{}]", elements.iter().map(written).collect::<Vec<_>>().join(", ")),
         _ => value.to_json().to_string(),
     }

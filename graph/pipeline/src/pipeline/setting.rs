@@ -434,7 +434,7 @@ pub fn rejected(
             let help = format!("the words are {}", declaration.values.join(", "));
             Some((codes::SETTING_TYPE, format!("\"{name}\" is never \"{word}\""), help))
         }
-        Value::Text(_) | Value::Bool(_) => None,
+        Value::Text(_) | Value::Bool(_) | Value::Reference(_) => None,
     }
 }
 

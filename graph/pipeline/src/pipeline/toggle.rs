@@ -23,14 +23,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::environment::Environment;
+use super::environment::{Environment, reference_in};
 use super::expression_diagnostic::expression_diagnostic;
 use super::instance::Instance;
 use super::load::{Shared, is_of, name_diagnostic, twin_diagnostic};
 use super::{Access, Located as _, Pass, Pipeline, ResourceKind, Version, history};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, list_of, suggested_name};
 use crate::document::{Document, Entry, Kind, Value, pointer_join};
-use crate::language::{Reference, ToggleDeclaration};
+use crate::language::ToggleDeclaration;
 use crate::source::Span;
 use crate::work::ResourceHandle;
 
@@ -393,31 +393,25 @@ impl PassthroughCheck<'_> {
     /// A resource by a reference, and the version that it names; `None` where nothing is known of it.
     fn resource(&self, text: &str, place: Span) -> Result<Option<(ResourceHandle, Version)>, Rejection> {
         let environment = &self.declaration.environment;
-        let given = text;
-        let text = environment.interpolate(text, &self.shared.scope).map_err(|mut error| {
+        let outside = environment.refer(text, &self.shared.scope).map_err(|mut error| {
             environment.widen(&mut error, std::iter::empty());
-            let value = Value { span: place, kind: Kind::Text(given.to_owned()) };
+            let value = Value { span: place, kind: Kind::Text(text.to_owned()) };
             expression_diagnostic(&error, &value, &self.pointer()).map(Box::new)
         })?;
-        let reference = Reference::parse(&text).map_err(|error| {
-            let message = format!("\"{text}\" is not a reference");
-            Some(Box::new(self.diagnostic(codes::BAD_REFERENCE, place, message, error.to_string())))
-        })?;
-        let Some(handle) = self.shared.find(&environment.resource(reference.resource)) else {
+        let Some(handle) = self.shared.find(&outside.resource) else {
+            let name = environment.resource_inside(&outside.resource).unwrap_or(&outside.resource);
             let resources = self.shared.resources.iter();
             let names = resources.filter_map(|resource| environment.resource_inside(&resource.name));
-            let message = format!("there is no resource \"{}\"", reference.resource);
+            let message = format!("there is no resource \"{name}\"");
             let diagnostic = self.diagnostic(codes::UNKNOWN_RESOURCE, place, message, "");
-            let written = place.of_quoted(given, 0..reference.resource.len());
-            let written = written.filter(|_| given.starts_with(reference.resource));
-            let diagnostic = diagnostic
-                .suggest(reference.resource, names, written, |_| "declare it under \"resources\"".to_owned());
+            let written = reference_in(text, name).and_then(|range| place.of_quoted(text, range));
+            let diagnostic =
+                diagnostic.suggest(name, names, written, |_| "declare it under \"resources\"".to_owned());
             return Err(Some(Box::new(diagnostic)));
         };
-        let back = environment.frames_back(&reference);
-        if back > 0 {
-            let earlier = history::earlier(self.shared, handle, back).ok_or_else(|| {
-                let (message, help) = history::beyond(self.shared, handle, back);
+        if outside.back > 0 {
+            let earlier = history::earlier(self.shared, handle, outside.back).ok_or_else(|| {
+                let (message, help) = history::beyond(self.shared, handle, outside.back);
                 let declared = self.shared.resources[handle.index()].place;
                 let diagnostic = self.diagnostic(codes::HISTORY_READ, place, message, help);
                 Some(Box::new(diagnostic.related(declared, "declared here")))
@@ -425,7 +419,7 @@ impl PassthroughCheck<'_> {
             return Ok(Some((earlier, Version::Newest)));
         }
         let known = !matches!(self.shared.resources[handle.index()].kind, ResourceKind::Broken);
-        Ok(known.then(|| (handle, environment.version_of(&reference))))
+        Ok(known.then(|| (handle, outside.version.into())))
     }
 
     /// The fallback of a resource; `None` where a passthrough changes nothing, or nothing is known.

@@ -10,3 +10,13 @@ pub enum Version {
     /// What was there before the first write of the frame.
     Before,
 }
+
+impl From<Option<String>> for Version {
+    fn from(version: Option<String>) -> Self {
+        match version {
+            None => Self::Newest,
+            Some(version) if version == "0" => Self::Before,
+            Some(pass) => Self::WrittenBy(pass),
+        }
+    }
+}

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::{
-    BinaryOperator, ErrorKind, Expression, ExpressionError, ExpressionKind, FUNCTIONS, UnaryOperator,
-    UnknownName, Value,
+    BinaryOperator, ErrorKind, Expression, ExpressionError, ExpressionKind, FUNCTIONS, Reference,
+    UnaryOperator, UnknownName, Value,
 };
 
 const MAX_LIST: usize = 65_536;
@@ -16,6 +16,10 @@ pub trait Scope {
     /// The same value where it lies in memory, so that lists and texts need not be copied.
     fn borrow(&self, _name: &str) -> Option<&Value> {
         None
+    }
+    /// A reference that is written here, as it is outside.
+    fn reference(&self, reference: &Reference) -> Reference {
+        reference.clone()
     }
     /// All names, for a did-you-mean.
     fn names(&self) -> Vec<String>;
@@ -53,6 +57,7 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
     match &expression.kind {
         ExpressionKind::Literal(value) => Ok(value.clone()),
         ExpressionKind::Name(name) => scope.lookup(name).ok_or_else(|| unknown_name(name, range(), scope)),
+        ExpressionKind::Reference(reference) => Ok(Value::Reference(scope.reference(reference))),
         ExpressionKind::Unary(UnaryOperator::Not, operand) => Ok(Value::Bool(!boolean(operand, scope)?)),
         ExpressionKind::Unary(UnaryOperator::Negate, operand) => {
             elementwise(&evaluate(operand, scope)?, &Value::Number(-1.0), range(), &|a, b| Ok(a * b))
@@ -75,10 +80,13 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
                     &evaluated
                 }
             };
+            let at = number(index, scope)?;
+            if let Value::Reference(reference) = elements {
+                return round(reference, at, index).map(Value::Reference);
+            }
             let Value::List(elements) = elements else {
                 return Err(type_error(list.range.clone(), "only a list has elements"));
             };
-            let at = number(index, scope)?;
             if at.fract() != 0.0 || at < 0.0 || at >= elements.len() as f64 {
                 let message = format!("the list has {} elements, and no element {at}", elements.len());
                 return Err(arithmetic(index.range.clone(), message));
@@ -99,6 +107,20 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
             Ok(Value::List(list))
         }
     }
+}
+
+/// The version that one round of a loop wrote.
+fn round(reference: &Reference, at: f64, index: &Expression) -> Result<Reference, ExpressionError> {
+    let Some(pass) = reference.version.as_ref().filter(|version| *version != "0") else {
+        let error = type_error(index.range.clone(), "only the version that a loop wrote has rounds");
+        let help = Some(format!("write the name of the loop: &{}@LOOP[0]", reference.resource));
+        return Err(ExpressionError { help, ..error });
+    };
+    if at.fract() != 0.0 || at < 0.0 {
+        let error = arithmetic(index.range.clone(), format!("there is no round {at}"));
+        return Err(ExpressionError { help: Some("rounds are counted from 0".to_owned()), ..error });
+    }
+    Ok(Reference { version: Some(format!("{pass}.{at}")), ..reference.clone() })
 }
 
 /// The value of a literal, or of a name that the scope lends.

@@ -1,27 +1,30 @@
 //! Typed expressions: sizes, counts, dispatches and parameters.
 //!
-//! An expression is a JSON number or boolean, or a string in the small language of [`parse`]:
+//! An expression is a JSON number or boolean, or a string in the small language of [`parse`], after an equals sign:
 //!
 //! ```text
 //! sum      +  -  *  /  %        conversion  floor ceil round abs sqrt log2 exp2
 //! compare  == != < <= > >=      pick        min max clamp(x, low, high) align(x, step)
 //! logic    && || !  a ? b : c   shape       len(list)  mip_count(size)  list[index]  [a, b]
 //! name     parameter, feature, resource (its size), resource.width .height .layers .mips .samples, viewport
+//! refer    &resource  &resource@pass  &resource@loop[round]  &resource@-1
 //! ```
 //!
-//! Values are numbers (`f64`), booleans, texts and lists. Arithmetic on a list works element by element, so that
-//! `"maps / 2"` halves both sides of a texture. Every way to leave the numbers (overflow, a division by zero, the root
+//! Values are numbers (`f64`), booleans, texts, lists and references to resources. Arithmetic on a list works element by element, so that
+//! `"=maps / 2"` halves both sides of a texture. Every way to leave the numbers (overflow, a division by zero, the root
 //! of a negative number) is an error with its place in the string; no expression yields infinity or NaN.
 //!
 //! Limits: nesting to 64 levels, texts to 4096 bytes, lists to 65,536 elements.
 
 mod evaluate;
 mod parse;
+mod reference;
 mod words;
 
 pub use evaluate::unknown_name;
 pub use evaluate::{Scope, evaluate};
-pub use parse::parse;
+pub use parse::{parse, parse_from};
+pub use reference::{Reference, ReferenceError};
 pub use words::unknown_word;
 
 use std::ops::Range;
@@ -38,6 +41,8 @@ pub enum Value {
     Text(String),
     /// A list.
     List(Vec<Value>),
+    /// A resource or published data, by its name outside of subgraphs.
+    Reference(Reference),
 }
 
 impl Value {
@@ -48,6 +53,7 @@ impl Value {
             Value::Number(_) => "a number",
             Value::Text(_) => "a text",
             Value::List(_) => "a list",
+            Value::Reference(_) => "a reference",
         }
     }
 
@@ -79,6 +85,7 @@ impl std::fmt::Display for Value {
                 let values: Vec<String> = values.iter().map(Value::to_string).collect();
                 write!(f, "[{}]", values.join(", "))
             }
+            Value::Reference(reference) => reference.fmt(f),
         }
     }
 }
@@ -99,10 +106,31 @@ impl Expression {
         self.parts().for_each(|part| part.visit(each));
     }
 
+    /// Changes the expression and all of its parts.
+    pub fn visit_mut(&mut self, each: &mut dyn FnMut(&mut Expression)) {
+        each(self);
+        match &mut self.kind {
+            ExpressionKind::Literal(_) | ExpressionKind::Name(_) | ExpressionKind::Reference(_) => {}
+            ExpressionKind::Unary(_, a) => a.visit_mut(each),
+            ExpressionKind::Binary(_, a, b) | ExpressionKind::Index(a, b) => {
+                a.visit_mut(each);
+                b.visit_mut(each);
+            }
+            ExpressionKind::Conditional(a, b, c) => {
+                [a, b, c].into_iter().for_each(|part| part.visit_mut(each));
+            }
+            ExpressionKind::Call(_, list) | ExpressionKind::List(list) => {
+                list.iter_mut().for_each(|part| part.visit_mut(each));
+            }
+        }
+    }
+
     /// The expressions that it is made of, each with its own parts in it.
     pub fn parts(&self) -> impl Iterator<Item = &Expression> {
         let (few, list): ([Option<&Expression>; 3], &[Expression]) = match &self.kind {
-            ExpressionKind::Literal(_) | ExpressionKind::Name(_) => ([None; 3], &[]),
+            ExpressionKind::Literal(_) | ExpressionKind::Name(_) | ExpressionKind::Reference(_) => {
+                ([None; 3], &[])
+            }
             ExpressionKind::Unary(_, a) => ([Some(a), None, None], &[]),
             ExpressionKind::Binary(_, a, b) | ExpressionKind::Index(a, b) => ([Some(a), Some(b), None], &[]),
             ExpressionKind::Conditional(a, b, c) => ([Some(a), Some(b), Some(c)], &[]),
@@ -130,6 +158,8 @@ pub enum ExpressionKind {
     Literal(Value),
     /// A name, dots included: `viewport.width`.
     Name(String),
+    /// `&maps@draw`, by the names that are known where it is written.
+    Reference(Reference),
     /// `-x`, `!x`.
     Unary(UnaryOperator, Box<Expression>),
     /// `a + b`.
@@ -230,6 +260,8 @@ pub enum ErrorKind {
     /// A name that is declared, but has no value because its declaration has a diagnostic: this one only follows from
     /// it.
     Follows,
+    /// It refers to nothing that can be.
+    Reference,
     /// An operand of the wrong kind, or the wrong number of arguments.
     Type,
     /// A result that is no number: overflow, division by zero, an index outside its list.

@@ -4,7 +4,9 @@
 
 use std::ops::Range;
 
-use super::{BinaryOperator, ErrorKind, Expression, ExpressionError, ExpressionKind, UnaryOperator, Value};
+use super::{
+    BinaryOperator, ErrorKind, Expression, ExpressionError, ExpressionKind, Reference, UnaryOperator, Value,
+};
 
 const MAX_DEPTH: usize = 64;
 const MAX_BYTES: usize = 4096;
@@ -16,10 +18,18 @@ const MAX_CHAIN: usize = 128;
 /// # Errors
 /// The first syntax error.
 pub fn parse(text: &str) -> Result<Expression, ExpressionError> {
+    parse_from(text, 0)
+}
+
+/// Parses the expression that begins at a byte of a text; places are those in the whole text.
+///
+/// # Errors
+/// The first syntax error.
+pub fn parse_from(text: &str, at: usize) -> Result<Expression, ExpressionError> {
     if text.len() > MAX_BYTES {
-        return Err(syntax(0..text.len(), format!("an expression has at most {MAX_BYTES} bytes")));
+        return Err(syntax(at..text.len(), format!("an expression has at most {MAX_BYTES} bytes")));
     }
-    let mut parser = Parser { text, at: 0, depth: 0 };
+    let mut parser = Parser { text, at, depth: 0 };
     let expression = parser.conditional()?;
     parser.blank();
     if parser.at < text.len() {
@@ -167,6 +177,9 @@ impl Parser<'_> {
                 kind: ExpressionKind::Literal(Value::Text(text)),
             });
         }
+        if first == '&' {
+            return self.reference();
+        }
         if self.take("(") {
             let inner = self.conditional()?;
             if !self.take(")") {
@@ -224,6 +237,21 @@ impl Parser<'_> {
             _ => ExpressionKind::Name(name.to_owned()),
         };
         Ok(Expression { range: start..end, kind })
+    }
+
+    fn reference(&mut self) -> Result<Expression, ExpressionError> {
+        let start = self.at;
+        let name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '@');
+        let rest = &self.text[start + 1..];
+        let end = rest
+            .char_indices()
+            .find(|(at, c)| !(name(*c) || *c == '-' && rest[..*at].ends_with('@')))
+            .map_or(self.text.len(), |(at, _)| start + 1 + at);
+        self.at = end;
+        let range = start..end;
+        let text = &self.text[start + 1..end];
+        let reference = Reference::parse(text).map_err(|error| error.of(text, range.clone()))?;
+        Ok(Expression { range, kind: ExpressionKind::Reference(reference) })
     }
 
     fn arguments(&mut self, close: &str) -> Result<Vec<Expression>, ExpressionError> {

@@ -3,7 +3,8 @@
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
-use crate::expression::{self, Expression, ExpressionError, ExpressionKind, Value};
+use super::Written;
+use crate::expression::{self, Expression, ExpressionError, ExpressionKind, Reference, Value};
 
 /// A JSON value that stands for an expression: a number, a boolean, a string in the expression language, or a list
 /// of expressions.
@@ -23,7 +24,7 @@ impl Expr {
             serde_json::Value::Number(value) => {
                 Ok(literal(Value::Number(value.as_f64().unwrap_or(f64::MAX))))
             }
-            serde_json::Value::String(text) => expression::parse(text),
+            serde_json::Value::String(text) => Self::parse_text(text),
             serde_json::Value::Array(elements) => {
                 let elements =
                     elements.iter().map(|element| Expr(element.clone()).parse()).collect::<Result<_, _>>()?;
@@ -33,6 +34,23 @@ impl Expr {
                 let message = "an expression is a number, a boolean, a string or a list";
                 Err(ExpressionError::new(expression::ErrorKind::Type, 0..0, message))
             }
+        }
+    }
+}
+
+impl Expr {
+    /// The parsed expression of a string, after its sign.
+    ///
+    /// # Errors
+    /// A syntax error, with its place relative to the string.
+    pub fn parse_text(text: &str) -> Result<Expression, ExpressionError> {
+        match Written::of(text) {
+            Written::Expression(_) => expression::parse_from(text, 1),
+            Written::Reference(name) => {
+                let reference = Reference::parse(name).map_err(|error| error.of(name, 0..0))?;
+                Ok(Expression { range: 0..text.len(), kind: ExpressionKind::Reference(reference) })
+            }
+            Written::Plain(text) => expression::parse(text),
         }
     }
 }

@@ -11,8 +11,10 @@ mod files;
 mod format_names;
 mod reference;
 mod resource;
+mod sign;
 mod word;
 
+pub use crate::expression::{Reference, ReferenceError};
 pub use declaration::{
     ConstraintDeclaration, ConstraintSeverity, ExtensionPointDeclaration, FeatureDeclaration, FeatureType,
     GeometryDeclaration, HostBinding, Names, Order, ParameterDeclaration, ParameterType, PassCommon, Paths,
@@ -22,9 +24,10 @@ pub use declaration::{
 pub use expression::Expr;
 pub use files::{ExtensionDeclaration, ParameterFileDeclaration};
 pub use format_names::{format_name, parse_format, unknown_format};
-pub use reference::{Reference, ReferenceError};
+pub use reference::Ref;
 pub use resource::{
     BufferDeclaration, FormatCandidates, Lifetime, ResourceDeclaration, TextureDeclaration, TextureShape,
     WordValue,
 };
+pub use sign::Written;
 pub use word::Word;

@@ -6,7 +6,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{DeserializeOwned, Error};
 use serde::{Deserialize, Deserializer};
 
-use super::Expr;
+use super::{Expr, Written};
 
 /// A word such as `"less-equal"`, or, after an equals sign, an expression that yields one:
 /// `"=reverse_z ? 'greater-equal' : 'less-equal'"`.
@@ -14,16 +14,16 @@ use super::Expr;
 pub enum Word<T> {
     /// The word.
     Is(T),
-    /// The expression after the equals sign.
+    /// The expression, with its equals sign.
     Computed(Expr),
 }
 
 impl<'de, T: DeserializeOwned> Deserialize<'de> for Word<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = String::deserialize(deserializer)?;
-        match text.strip_prefix('=') {
-            Some(expression) => Ok(Word::Computed(Expr(expression.into()))),
-            None => serde_json::from_value(text.into()).map(Word::Is).map_err(D::Error::custom),
+        match Written::of(&text) {
+            Written::Expression(_) => Ok(Word::Computed(Expr(text.into()))),
+            _ => serde_json::from_value(text.into()).map(Word::Is).map_err(D::Error::custom),
         }
     }
 }

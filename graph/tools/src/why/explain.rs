@@ -166,7 +166,8 @@ fn off(subject: &Subject<'_>, found: &Found<'_>, facts: &mut Vec<PlanFact>) {
     }
     facts.push(fact("runs", "never: it is switched off in this configuration"));
     for (when, of_what) in conditions {
-        let expression = when.text().map_or_else(|| super::origin::json(when), str::to_owned);
+        let bare = |text: &str| text.strip_prefix('=').unwrap_or(text).to_owned();
+        let expression = when.text().map_or_else(|| super::origin::json(when), bare);
         facts.push(said(subject, "when", format!("\"when\"{of_what} is {expression}"), when.span));
         values_in(subject, &expression, "when", facts);
     }
@@ -393,9 +394,11 @@ fn mentions(subject: &Subject<'_>, root: &Value, name: &str) -> Vec<PlanFact> {
         .iter()
         .any(|section| root.get(section).is_some_and(|section| section.entry(name).is_some()));
     let in_text = |entry: &Entry| {
-        let mut found = entry.value.get("when").and_then(Value::text) == Some(name);
+        let when = entry.value.get("when").and_then(Value::text);
+        let mut found = when.map(|when| when.strip_prefix('=').unwrap_or(when)) == Some(name);
         entry.value.for_each_text(&mut |text| {
             let is_other = is_shared && text == name;
+            let is_other = is_other || text.starts_with('&');
             found |= !is_other && words(text.strip_prefix('=').unwrap_or(text)).contains(&name);
         });
         found

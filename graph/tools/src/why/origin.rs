@@ -79,7 +79,7 @@ pub(super) fn location(sources: &Sources, span: Span) -> Location {
 pub(super) fn computed(value: &crate::expression::Value) -> String {
     use crate::expression::Value as V;
     match value {
-        V::Text(text) => serde_json::Value::from(text.as_str()).to_string(),
+        V::Text(_) | V::Reference(_) => serde_json::Value::from(value.to_string()).to_string(),
         V::List(list) => format!("[{}]", list.iter().map(computed).collect::<Vec<_>>().join(", ")),
         V::Bool(_) | V::Number(_) => value.to_string(),
     }

@@ -3,16 +3,17 @@
 use super::{Evaluate, PassBuilder};
 use crate::data::{DataShape, ValueType};
 use crate::diagnostic::{Diagnostic, codes};
+use crate::language::Ref;
 use crate::pipeline::load::Expected;
 use crate::pipeline::{ResourceKind, SubresourceRange, Version};
 use crate::work::Subresource;
 
 impl PassBuilder<'_> {
     /// Names the data that this pass publishes.
-    pub fn publish(&mut self, name: &str, pointer: &str, shape: DataShape) -> Option<Subresource> {
+    pub fn publish(&mut self, to: &Ref, pointer: &str, shape: DataShape) -> Option<Subresource> {
         let place = self.place(pointer);
         let at = self.absolute(pointer);
-        let name = &self.outside(name, pointer)?;
+        let name = &self.outside(to, pointer)?.resource;
         let handle = self.shared.intern_data(name, place, &at);
         let resource = &mut self.shared.resources[handle.index()];
         let (code, message, there, help) = match &mut resource.kind {
@@ -39,10 +40,10 @@ impl PassBuilder<'_> {
     }
 
     /// Reads blackboard data that another pass publishes.
-    pub fn data(&mut self, name: &str, pointer: &str) -> Option<Subresource> {
+    pub fn data(&mut self, reference: &Ref, pointer: &str) -> Option<Subresource> {
         let place = self.place(pointer);
         let at = self.absolute(pointer);
-        let name = &self.outside(name, pointer)?;
+        let name = &self.outside(reference, pointer)?.resource;
         let handle = self.shared.intern_data(name, place, &at);
         let resource = &self.shared.resources[handle.index()];
         if matches!(resource.kind, ResourceKind::Broken) {
@@ -61,25 +62,14 @@ impl PassBuilder<'_> {
     /// number.
     pub fn data_with(
         &mut self,
-        name: &str,
+        reference: &Ref,
         pointer: &str,
         values: &[(&str, ValueType)],
     ) -> Option<Subresource> {
-        let data = self.data(name, pointer)?;
+        let data = self.data(reference, pointer)?;
         let values = values.iter().map(|(name, value_type)| ((*name).to_owned(), *value_type)).collect();
         let (place, pointer) = (self.place(pointer), self.absolute(pointer));
         self.shared.expected.push(Expected { resource: data.resource, values, place, pointer });
         Some(data)
-    }
-
-    /// The name outside of what is named here, with expressions in braces replaced.
-    pub(super) fn outside(&mut self, name: &str, pointer: &str) -> Option<String> {
-        match self.environment.interpolate(name, &self.shared.scope) {
-            Ok(name) => Some(self.environment.resource(&name).into_owned()),
-            Err(error) => {
-                self.expression_error(&error, pointer);
-                None
-            }
-        }
     }
 }

@@ -21,9 +21,6 @@ pub trait Evaluate {
     /// Evaluates an expression over parameters and features.
     fn value(&mut self, expr: &Expr, pointer: &str) -> Option<Value>;
 
-    /// Evaluates an expression that stands behind the sign of equality, where a word can stand.
-    fn computed(&mut self, expr: &Expr, pointer: &str) -> Option<Value>;
-
     /// Reports a diagnostic at a setting.
     fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>);
 
@@ -129,7 +126,7 @@ pub trait Evaluate {
             Word::Is(word) => return Some(word.clone()),
             Word::Computed(expr) => expr,
         };
-        let text = match self.computed(expr, pointer)? {
+        let text = match self.value(expr, pointer)? {
             Value::Text(text) => text,
             other => return self.wrong_type(pointer, "a word", other.kind_name()),
         };
@@ -168,10 +165,6 @@ impl Evaluate for LiveSettings<'_> {
                 self.reject(codes::EXPRESSION_TYPE, pointer, "this setting is not live", help)
             }
         }
-    }
-
-    fn computed(&mut self, expr: &Expr, pointer: &str) -> Option<Value> {
-        self.value(expr, pointer)
     }
 
     fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>) {

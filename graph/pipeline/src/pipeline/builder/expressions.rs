@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::{Evaluate, PassBuilder};
 use crate::diagnostic::{Code, Diagnostic, codes};
-use crate::expression::{Expression, ExpressionError, UnknownName, Value};
+use crate::expression::{Expression, ExpressionError, ExpressionKind, UnknownName, Value};
 use crate::language::Expr;
 use crate::pipeline::expression_diagnostic::expression_diagnostic;
 use crate::pipeline::live::{LiveSetting, LiveTarget, Structural, names};
@@ -13,16 +13,6 @@ use crate::work::Deferred;
 impl Evaluate for PassBuilder<'_> {
     fn value(&mut self, expr: &Expr, pointer: &str) -> Option<Value> {
         let result = self.evaluate(expr, pointer);
-        result.map_err(|error| self.expression_error(&error, pointer)).ok()
-    }
-
-    fn computed(&mut self, expr: &Expr, pointer: &str) -> Option<Value> {
-        // The equals sign in front is not part of the expression.
-        let shifted = |error: ExpressionError| ExpressionError {
-            range: error.range.start + 1..error.range.end + 1,
-            ..error
-        };
-        let result = self.evaluate(expr, pointer).map_err(shifted);
         result.map_err(|error| self.expression_error(&error, pointer)).ok()
     }
 
@@ -42,7 +32,11 @@ impl Evaluate for PassBuilder<'_> {
         let diagnostic = Diagnostic::error(codes::UNKNOWN_WORD, self.place(pointer), message)
             .pointer(self.absolute(pointer))
             .help("the schema lists the words known here");
-        let derived = expr.0.as_str().and_then(|name| self.shared.scope.derived_at(name.trim()));
+        let name = match expr.parse() {
+            Ok(Expression { kind: ExpressionKind::Name(name), .. }) => Some(name),
+            _ => None,
+        };
+        let derived = name.and_then(|name| self.shared.scope.derived_at(&name));
         self.shared.diagnostics.push(match derived {
             Some(place) => diagnostic.related(place, "the word comes from here"),
             None => diagnostic,
@@ -121,7 +115,7 @@ impl PassBuilder<'_> {
     }
 
     /// Makes structural what an expression follows from, because of a setting.
-    fn fix(&mut self, expression: &Expression, pointer: &str) {
+    pub(super) fn fix(&mut self, expression: &Expression, pointer: &str) {
         let (settings, above) = (self.settings, &self.pointer);
         let at = || Structural { place: settings.nearest(pointer).span, pointer: [above, pointer].concat() };
         self.shared.fix(expression, self.environment, &at);

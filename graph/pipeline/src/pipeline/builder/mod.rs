@@ -22,7 +22,7 @@ pub use subresources::{Face, SubresourceRangeSettings};
 
 use std::collections::BTreeSet;
 
-use super::environment::Environment;
+use super::environment::{Environment, reference_in};
 use super::live::{LiveSetting, LiveTarget};
 use super::load::Shared;
 use super::located::Located as _;
@@ -81,8 +81,7 @@ impl PassBuilder<'_> {
         let written = match (key, value.text()) {
             (Some(entry), _) => Some(entry.key_span),
             (None, Some(text)) if text == name => Some(value.span),
-            // A reference, perhaps to a version.
-            (None, Some(text)) if text.starts_with(&format!("{name}@")) => value.span_within(0..name.len()),
+            (None, Some(text)) => reference_in(text, name).and_then(|range| value.span_within(range)),
             _ => None,
         };
         let taken = |known: &str| {

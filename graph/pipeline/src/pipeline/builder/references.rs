@@ -2,7 +2,7 @@
 
 use super::{Evaluate, PassBuilder};
 use crate::diagnostic::{Diagnostic, codes};
-use crate::language::{Reference, parse_format};
+use crate::language::{Expr, Ref, Reference, Written, parse_format};
 use crate::pipeline::{Resource, ResourceKind, SubresourceRange, Version, history};
 use crate::work::{ResourceHandle, Subresource, TextureRegion};
 
@@ -10,7 +10,7 @@ impl PassBuilder<'_> {
     /// A subresource range of a texture that a reference names.
     pub fn texture(
         &mut self,
-        reference: &str,
+        reference: &Ref,
         range: SubresourceRange,
         pointer: &str,
     ) -> Option<Subresource> {
@@ -22,28 +22,23 @@ impl PassBuilder<'_> {
     }
 
     /// A declared texture of which only the size is wanted.
-    pub fn declared_texture(&mut self, name: &str, pointer: &str) -> Option<ResourceHandle> {
-        let (handle, _) = self.reference(name, pointer)?;
-        let resource = &self.shared.resources[handle.index()];
-        if resource.texture().is_none() {
-            let message = format!("\"{name}\" is {}, but a texture is wanted here", resource.kind_name());
-            return self.reject(codes::WRONG_RESOURCE, pointer, message, "name a texture of \"resources\"");
-        }
-        Some(handle)
+    pub fn declared_texture(&mut self, reference: &Ref, pointer: &str) -> Option<ResourceHandle> {
+        let whole = SubresourceRange::WHOLE;
+        self.texture(reference, whole, pointer).map(|texture| texture.resource)
     }
 
     /// Whether a reference names a buffer.
-    pub fn is_buffer(&self, reference: &str) -> bool {
+    pub fn is_buffer(&self, reference: &Ref) -> bool {
         self.named(reference).is_some_and(|resource| matches!(resource.kind, ResourceKind::Buffer(_)))
     }
 
     /// Whether a reference names a texture.
-    pub fn is_texture(&self, reference: &str) -> bool {
+    pub fn is_texture(&self, reference: &Ref) -> bool {
         self.named(reference).is_some_and(|resource| resource.texture().is_some())
     }
 
     /// The bytes of a buffer that a reference names, if its declaration has a number.
-    pub fn declared_bytes(&self, reference: &str) -> Option<u64> {
+    pub fn declared_bytes(&self, reference: &Ref) -> Option<u64> {
         match &self.named(reference)?.kind {
             ResourceKind::Buffer(buffer) => buffer.size.0.as_u64(),
             _ => None,
@@ -84,21 +79,31 @@ impl PassBuilder<'_> {
     }
 
     /// The resource that a reference names.
-    fn named(&self, reference: &str) -> Option<&Resource> {
-        let written = self.environment.interpolate(reference, &self.shared.scope).unwrap_or_default();
-        let reference = Reference::parse(&written).ok()?;
-        let handle = self.shared.find(&self.environment.resource(reference.resource))?;
+    fn named(&self, reference: &Ref) -> Option<&Resource> {
+        let outside = self.environment.refer(&reference.0, &self.shared.scope).ok()?;
+        let handle = self.shared.find(&outside.resource)?;
         Some(&self.shared.resources[handle.index()])
     }
 
+    /// What a reference names, as it is outside.
+    pub(super) fn outside(&mut self, reference: &Ref, pointer: &str) -> Option<Reference> {
+        if let (Written::Expression(_), Ok(expression)) =
+            (Written::of(&reference.0), Expr::parse_text(&reference.0))
+        {
+            self.fix(&expression, pointer);
+        }
+        let found = self.environment.refer(&reference.0, &self.shared.scope);
+        found.map_err(|error| self.expression_error(&error, pointer)).ok()
+    }
+
     /// All of a buffer that a reference names.
-    pub fn buffer(&mut self, reference: &str, pointer: &str) -> Option<Subresource> {
+    pub fn buffer(&mut self, reference: &Ref, pointer: &str) -> Option<Subresource> {
         self.buffer_named(reference, SubresourceRange::WHOLE, pointer)
     }
 
     pub(super) fn buffer_named(
         &mut self,
-        reference: &str,
+        reference: &Ref,
         range: SubresourceRange,
         pointer: &str,
     ) -> Option<Subresource> {
@@ -117,38 +122,24 @@ impl PassBuilder<'_> {
         self.reject(codes::WRONG_RESOURCE, pointer, message, help)
     }
 
-    pub(super) fn reference(&mut self, text: &str, pointer: &str) -> Option<(ResourceHandle, Version)> {
+    pub(super) fn reference(&mut self, reference: &Ref, pointer: &str) -> Option<(ResourceHandle, Version)> {
         let environment = self.environment;
-        let text = match environment.interpolate(text, &self.shared.scope) {
-            Ok(text) => text,
-            Err(error) => {
-                self.expression_error(&error, pointer);
-                return None;
-            }
-        };
-        let reference = match Reference::parse(&text) {
-            Ok(reference) => reference,
-            Err(error) => {
-                let message = format!("\"{text}\" is not a reference");
-                return self.reject(codes::BAD_REFERENCE, pointer, message, error.to_string());
-            }
-        };
-        let outside = environment.resource(reference.resource);
-        let found = self.shared.find(&outside);
+        let outside = self.outside(reference, pointer)?;
+        let found = self.shared.find(&outside.resource);
         if found
             .is_some_and(|handle| matches!(self.shared.resources[handle.index()].kind, ResourceKind::Broken))
         {
             return None;
         }
         let Some(handle) = found else {
-            if self.report_misgiven(reference.resource) {
+            let name = environment.resource_inside(&outside.resource).unwrap_or(&outside.resource);
+            if self.report_misgiven(name) {
                 return None;
             }
             let resources = self.shared.resources.iter();
             let inside =
                 |resource: &Resource| self.environment.resource_inside(&resource.name).map(str::to_owned);
             let names: Vec<String> = resources.filter_map(inside).collect();
-            let name = reference.resource;
             // What has the name outside is not seen here; no name inside is meant.
             let is_outside = self.shared.find(name).is_some();
             let names = names.iter().map(String::as_str).filter(|_| !is_outside);
@@ -170,7 +161,7 @@ impl PassBuilder<'_> {
             );
             return None;
         };
-        let back = environment.frames_back(&reference);
+        let back = outside.back;
         if back > 0 {
             if let Some(earlier) = history::earlier(self.shared, handle, back) {
                 return Some((earlier, Version::Newest));
@@ -184,7 +175,7 @@ impl PassBuilder<'_> {
             self.shared.diagnostics.push(diagnostic);
             return None;
         }
-        Some((handle, environment.version_of(&reference)))
+        Some((handle, outside.version.into()))
     }
 
     pub(super) fn subresource(

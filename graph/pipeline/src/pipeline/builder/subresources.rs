@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::{Evaluate, PassBuilder};
 use crate::diagnostic::codes;
-use crate::language::{Expr, Word, parse_format};
+use crate::language::{Expr, Ref, Word, parse_format};
 use crate::pipeline::{Aspect, IndexRange, SubresourceRange};
 use crate::work::Subresource;
 
@@ -129,7 +129,7 @@ impl PassBuilder<'_> {
     /// Bytes of a buffer that a reference names.
     pub fn buffer_range(
         &mut self,
-        reference: &str,
+        reference: &Ref,
         bytes: Option<IndexRange<u64>>,
         pointer: &str,
     ) -> Option<Subresource> {

@@ -10,12 +10,12 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use super::{Expander, Gap, expression_of, gap};
+use super::{Expander, Gap, gap};
 use crate::compose::is_path;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, suggested_name};
 use crate::document::{self, Entry, Kind, Pointer, pointer_join};
 use crate::expression::{Expression, Value};
-use crate::language::{ParameterDeclaration, ParameterType, Reference};
+use crate::language::{Expr, ParameterDeclaration, ParameterType, Written};
 use crate::pipeline::environment::{Environment, Given, Input};
 use crate::pipeline::expression_diagnostic::expression_diagnostic;
 use crate::pipeline::instance::Instance;
@@ -46,7 +46,8 @@ impl<'a> Expander<'a, '_> {
         let mut fine = misspelt.is_empty();
         for input in section("inputs") {
             let given = with.iter().find(|given| given.key == input.key);
-            match given.map(|given| self.input(&input.key, &given.value, &at, outer)) {
+            let found = given.map(|given| self.input(&input.key, &given.value, &at, outer));
+            match found {
                 Some(Ok(found)) => drop(inner.inputs.insert(input.key.clone(), found)),
                 Some(Err(gap)) => {
                     self.shared.diagnostics.extend(gap.map(|diagnostic| *diagnostic));
@@ -78,7 +79,7 @@ impl<'a> Expander<'a, '_> {
 
     /// The resource that an input stands for.
     fn input(
-        &self,
+        &mut self,
         name: &str,
         given: &document::Value,
         at: &str,
@@ -89,22 +90,19 @@ impl<'a> Expander<'a, '_> {
             return Err(gap(codes::WRONG_TYPE, given, at, message, "name a resource"));
         };
         let pointer = pointer_join(at, name);
-        let text = outer.interpolate(written, &self.shared.scope).map_err(|mut error| {
+        if let Written::Expression(_) = Written::of(written) {
+            self.settle(given, &pointer, outer);
+        }
+        let reference = outer.refer(written, &self.shared.scope).map_err(|mut error| {
             outer.widen(&mut error, std::iter::empty());
             expression_diagnostic(&error, given, &pointer).map(Box::new)
         })?;
-        let reference = Reference::parse(&text).map_err(|error| {
-            let message = format!("\"{text}\" is not a reference");
-            gap(codes::BAD_REFERENCE, given, at, message, error.to_string())
-        })?;
-        let version = reference.version.map(|pass| outer.pass(pass));
-        let handed_on = outer.inputs.get(reference.resource).map(|input| input.given.clone());
+        let inside = outer.resource_inside(&reference.resource).unwrap_or(&reference.resource).to_owned();
+        let handed_on = outer.inputs.get(&inside).map(|input| input.given.clone());
         Ok(Input {
-            name: outer.resource(reference.resource).into_owned(),
-            version: version.or_else(|| outer.version(reference.resource).map(str::to_owned)),
-            back: outer.frames_back(&reference),
+            reference,
             given: handed_on.unwrap_or_else(|| Given {
-                name: reference.resource.to_owned(),
+                name: inside,
                 text: written.to_owned(),
                 place: given.span,
                 pointer,
@@ -129,8 +127,9 @@ impl<'a> Expander<'a, '_> {
         };
         // A word, or an expression after an equals sign, as wherever a word can stand.
         let is_word = declaration.parameter_type == ParameterType::Enum;
-        let is_expression =
-            |given: &&document::Value| !is_word || given.text().is_some_and(|text| text.starts_with('='));
+        let is_expression = |given: &&document::Value| {
+            !is_word || given.text().is_some_and(|text| !matches!(Written::of(text), Written::Plain(_)))
+        };
         let expression = given.filter(is_expression);
         let value = match expression {
             Some(given) => to_document(&self.evaluate(given, pointer, outer)?, given.span),
@@ -149,7 +148,7 @@ impl<'a> Expander<'a, '_> {
             inner.words.insert(parameter.key.clone(), declaration.values.clone());
         }
         if let Some(given) = expression
-            && let Ok(expression) = expression_of(given)
+            && let Ok(expression) = Expr(given.to_json()).parse()
         {
             let expression = outer.close_live(&expression, &|_| false);
             let follows = (expression, Some((*declaration).clone()), given.span);
@@ -211,6 +210,7 @@ fn to_document(value: &Value, span: Span) -> document::Value {
         Value::Bool(value) => Kind::Bool(*value),
         Value::Number(number) => serde_json::Number::from_f64(*number).map_or(Kind::Null, Kind::Number),
         Value::Text(text) => Kind::Text(text.clone()),
+        Value::Reference(reference) => Kind::Text(format!("&{reference}")),
         Value::List(list) => Kind::Array(list.iter().map(|value| to_document(value, span)).collect()),
     };
     document::Value { span, kind }

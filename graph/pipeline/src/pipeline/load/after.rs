@@ -52,7 +52,7 @@ pub(super) fn connect(
         for (position, value) in wanted.iter().enumerate() {
             let Some(written) = value.text() else { continue };
             let at = || format!("{pointer}/after/{position}");
-            let name = match environment.interpolate(written, &shared.scope) {
+            let name = match environment.word(written, &shared.scope) {
                 Ok(name) => environment.pass(&name),
                 Err(mut error) => {
                     environment.widen(&mut error, std::iter::empty());
@@ -131,7 +131,7 @@ fn followed(
         if is_absent(absent, name) || has_absent(absent, name) {
             let wanted = entry.value.elements_of("after");
             let names = wanted.iter().filter_map(Value::text);
-            let names = names.filter_map(|name| environment.interpolate(name, &shared.scope).ok());
+            let names = names.filter_map(|name| environment.word(name, &shared.scope).ok());
             followed.entry(name.clone()).or_default().extend(names.map(|name| environment.pass(&name)));
         }
     }

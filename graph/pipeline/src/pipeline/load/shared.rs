@@ -9,10 +9,8 @@ use super::programs::Programs;
 use crate::data::ValueType;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::document::{self, Pointer};
-use crate::expression::{
-    Expression, ExpressionError, ExpressionKind, Scope as _, Value, parse, unknown_name,
-};
-use crate::language::GeometryDeclaration;
+use crate::expression::{Expression, ExpressionError, ExpressionKind, Scope as _, Value, unknown_name};
+use crate::language::{Expr, GeometryDeclaration};
 use crate::pipeline::environment::Environment;
 use crate::pipeline::live::{Dependence, names};
 use crate::pipeline::{Resource, ResourceKind, StaticScope, Structural};
@@ -118,7 +116,7 @@ impl Shared {
         if let Some(known) = self.expressions.get(text) {
             return Ok(known.clone());
         }
-        let parsed = Rc::new(parse(text)?);
+        let parsed = Rc::new(Expr::parse_text(text)?);
         self.expressions.insert(text.to_owned(), parsed.clone());
         Ok(parsed)
     }
@@ -169,7 +167,7 @@ impl Shared {
                             self.fix(&expression, environment, &at);
                         }
                     }
-                } else if all && let Ok(expression) = self.parse(text.strip_prefix('=').unwrap_or(text)) {
+                } else if all && let Ok(expression) = self.parse(text) {
                     self.fix(&expression, environment, &at);
                 }
             }

@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::{Shared, is_of};
 use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::document::Entry;
+use crate::expression::ExpressionKind;
+use crate::language::{Expr, Written};
 use crate::pipeline::instance::Instance;
 use crate::pipeline::{Access, Environment, History, Located as _, Pass, Passthrough, ResourceKind, Version};
 use crate::source::Span;
@@ -198,11 +200,19 @@ pub(super) fn uncertain(
         known.map(|each| (each.name.as_str(), &*each.environment)).collect();
     for (pass, gap) in gaps {
         let environment = environments.get(pass.as_str());
-        gap.value.for_each_text(&mut |text| {
-            let name = text.split('@').next().unwrap_or(text);
+        let mut mention = |name: &str| {
             // In a subgraph a name is that of an input, or of a resource of its own.
             found.extend(environment.and_then(|inside| shared.find(&inside.resource(name))));
             found.extend(shared.find(name));
+        };
+        gap.value.for_each_text(&mut |text| match (Written::of(text), Expr::parse_text(text)) {
+            (Written::Plain(text), _) => mention(text.split('@').next().unwrap_or(text)),
+            (_, Ok(expression)) => expression.visit(&mut |inner| {
+                if let ExpressionKind::Reference(reference) = &inner.kind {
+                    mention(&reference.resource);
+                }
+            }),
+            (_, Err(_)) => {}
         });
     }
     let histories: Vec<_> =
