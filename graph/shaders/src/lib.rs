@@ -9,56 +9,36 @@
 //!   templates.
 //! - A [`TargetProfile`] says what a target guarantees.
 //! - [`Reflection`] is the one source of what host and shader agree on: bindings, memory layouts, entry points.
+//!
+//! Folders, the lowest first: `target`, `generated` (the text), `reflection`, `rules`, `module` (text to a validated
+//! module), `axes`, `jinja` (the template language), `rendering`, `variant`, `permutations`.
 
 use umbragraph_text::{diagnostic, document, language, source};
 
-mod aliasing;
-mod aside;
 pub mod axes;
-mod backend;
 pub mod codes;
-mod comparisons;
-mod compile;
-mod complexity;
-mod filters;
-mod guard;
-mod hint;
-pub mod interface;
-mod ir;
-mod limits;
-mod listing;
-mod markers;
-mod named_limits;
+mod generated;
+mod jinja;
+mod module;
 pub mod permutations;
-mod profile;
 mod reflection;
-mod render;
-mod scan;
-mod stages;
-mod syntax_help;
-mod template;
-mod template_error;
-mod templates;
+mod rendering;
+mod rules;
+mod target;
 #[cfg(test)]
 mod tests;
-mod text_map;
-mod texture_reads;
-mod tree;
-mod uniform_branches;
-mod uniformity;
-mod wgsl;
-mod wgsl_error;
+mod variant;
 
 pub use crate::diagnostic::{AxisValue, AxisValues, describe};
 pub use axes::{Axes, Axis, AxisKind, AxisMode, schema as axes_schema};
-pub use backend::Emitted;
-pub use compile::{ShaderModule, compile, complete, generate};
-pub use limits::exceeded_by_layout;
-pub use profile::{TargetLanguage, TargetProfile};
+pub use generated::text_map::TextMap;
+pub use module::backend::Emitted;
 pub use reflection::{
     Binding, EntryPoint, FragmentOutput, Member, Reflection, Scalar, ScalarKind, Stage, TypeLayout,
-    VertexInput,
+    VertexInput, interface,
 };
-pub use templates::{TEMPLATE_ENDS, TemplateSet};
-pub use text_map::TextMap;
-pub use texture_reads::texture_reads;
+pub use rendering::templates::{TEMPLATE_ENDS, TemplateSet};
+pub use rules::limits::exceeded_by_layout;
+pub use target::profile::{TargetLanguage, TargetProfile};
+pub use variant::compile::{ShaderModule, compile, complete, generate};
+pub use variant::texture_reads::texture_reads;

@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use super::{Axis, AxisKind};
+use super::axis::{Axis, AxisKind};
 use crate::diagnostic::{AxisValue, AxisValues};
 
 /// A condition on one axis.

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
-use super::Condition;
+use super::condition::Condition;
 use crate::diagnostic::AxisValues;
 use crate::source::Span;
 

@@ -6,8 +6,10 @@
 
 use std::collections::BTreeSet;
 
+use super::axis::{Axis, AxisKind, AxisMode};
 use super::condition::Condition;
-use super::{Axes, Axis, AxisKind, AxisMode, Constraint, Rule};
+use super::constraint::{Constraint, Rule};
+use super::set::{Axes, Lost};
 use crate::codes;
 use crate::diagnostic::{AxisValue, Diagnostic, Diagnostics};
 use crate::document::schema::{unknown_key, unknown_word};
@@ -21,14 +23,6 @@ pub(crate) struct Declaration {
     pub(crate) file: FileId,
     pub(crate) axes: Axes,
     constraints: Vec<WrittenConstraint>,
-}
-
-/// Axes that are declared, but not so that anybody could tell what they are. A template that has them cannot be rendered,
-/// and that its text knows nothing of them only follows.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Lost {
-    pub(super) names: BTreeSet<String>,
-    pub(crate) diagnostics: Vec<Diagnostic>,
 }
 
 #[derive(Clone, Debug)]

@@ -15,12 +15,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::Explored;
+use super::proven::Explored;
 use super::report::TemplateReport;
+use crate::axes::Axes;
+use crate::codes;
 use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe, select_axes};
-use crate::interface::{self, InterfaceConflict};
+use crate::generated::stages;
+use crate::reflection::Reflection;
+use crate::reflection::interface;
+use crate::reflection::interface::InterfaceConflict;
+use crate::rendering::templates::TemplateSet;
 use crate::source::Span;
-use crate::{Axes, Reflection, TemplateSet, codes, stages};
 
 /// The maximum number of variants of either view among which the closest pair is looked for.
 const MAX_CANDIDATES: usize = 256;

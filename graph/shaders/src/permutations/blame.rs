@@ -18,10 +18,11 @@ use naga::{Arena, BinaryOperator, Expression, Handle, Module, ShaderStage, Span,
 
 use super::overrides::Set;
 use crate::axes::Axes;
-use crate::compile;
 use crate::diagnostic::AxisValues;
-use crate::wgsl_error::Rejection;
-use crate::{stages, wgsl};
+use crate::generated::rejection::Rejection;
+use crate::generated::stages;
+use crate::module::wgsl;
+use crate::variant::compile;
 
 /// The rejection of a module with one of several sets of values, with the values that provoke it and its place.
 pub(super) fn blame(

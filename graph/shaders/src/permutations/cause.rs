@@ -8,9 +8,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::explore::Leaf;
-use super::space::Space;
+use crate::axes::Space;
 use crate::diagnostic::{AxisValues, Count, Diagnostic, Extent, Place, describe};
-use crate::wgsl_error::Excess;
+use crate::generated::rejection::Excess;
 
 /// A failure of one template for some of its leaves.
 #[derive(Clone, Debug)]

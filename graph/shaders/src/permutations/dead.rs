@@ -9,13 +9,15 @@ use std::sync::Arc;
 
 use super::explore::{Exploration, Explorer};
 use super::request::{Request, space_of};
+use crate::axes::Axes;
 use crate::axes::AxisMode;
+use crate::codes;
 use crate::diagnostic::{AxisValue, Diagnostic};
-use crate::scan::{Piece, TagKind};
+use crate::generated::text_map::Origin;
+use crate::jinja::scan::{Piece, TagKind};
+use crate::jinja::template::Template;
+use crate::rendering::templates::TemplateSet;
 use crate::source::{FileId, Span};
-use crate::template::Template;
-use crate::text_map::Origin;
-use crate::{Axes, TemplateSet, codes};
 
 /// The maximum number of paths whose pairs are compared; with more, every axis that is read counts as alive.
 const MAX_COMPARED: usize = 1 << 10;

@@ -13,10 +13,11 @@ use std::sync::Arc;
 
 use naga::{Module, TypeInner};
 
-use super::Space;
 use super::explore::Explorer;
+use crate::axes::Space;
 use crate::diagnostic::AxisValues;
-use crate::{TemplateSet, wgsl};
+use crate::module::wgsl;
+use crate::rendering::templates::TemplateSet;
 
 /// The values with which some variant of a template in which these axes are `fixed` declares a binding, with a member of
 /// that name where one is given; `None` if no variant does.

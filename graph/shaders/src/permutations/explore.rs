@@ -19,15 +19,18 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use minijinja::value::{Object, Value};
 
-use super::domain::Domain;
-use super::space::Space;
 use crate::axes::AxisKind;
+use crate::axes::Domain;
+use crate::axes::Space;
 use crate::diagnostic::{AxisValues, Diagnostic, Place};
-use crate::render::{self, Source, to_template_value};
+use crate::generated::text_map::{Origin, Segment, Source};
+use crate::rendering::context::to_template_value;
+use crate::rendering::render;
 use crate::source::FileId;
-use crate::text_map::{Origin, Segment};
-use crate::tree;
-use crate::{TemplateSet, codes};
+
+use crate::codes;
+use crate::jinja::guard;
+use crate::rendering::templates::TemplateSet;
 
 /// The maximum number of paths through one template.
 const MAX_PATHS: usize = 1 << 16;
@@ -356,7 +359,7 @@ impl Object for Fork {
         if let Some(value) = state.decided.get(key) {
             return Some(to_template_value(value));
         }
-        if key == tree::FITS {
+        if key == guard::FITS {
             return None;
         }
         let Some(domain) = self.space.variable(key) else {

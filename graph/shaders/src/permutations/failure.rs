@@ -6,12 +6,14 @@
 
 use super::cause::Failure;
 use super::prove::{Proof, Task};
+use super::proven::{Explored, Proven};
 use super::validator::{Opinion, Validator};
-use super::{Explored, Proven};
+use crate::codes;
 use crate::diagnostic::{Diagnostic, Place};
-use crate::render::Source;
-use crate::wgsl_error::Rejection;
-use crate::{TemplateSet, codes, markers};
+use crate::generated::rejection::Rejection;
+use crate::generated::text_map::Source;
+use crate::rendering::markers;
+use crate::rendering::templates::TemplateSet;
 
 /// The verdict of each external validator on a text, if naga accepts it.
 pub(super) fn judge(task: &Task<'_>, proof: &Proof, validators: &[&dyn Validator]) -> Vec<Opinion> {

@@ -16,18 +16,17 @@ mod blame;
 mod cause;
 mod dead;
 mod declared;
-mod diagram;
-pub(crate) mod domain;
 mod explore;
 mod failure;
 mod overrides;
 mod prove;
+mod proven;
 mod report;
 mod request;
-mod space;
 mod summary;
 mod validator;
 
+pub use crate::axes::Space;
 pub use crate::diagnostic::Count;
 pub use dead::dead;
 pub use declared::declares;
@@ -42,14 +41,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use cause::{Causes, Failure, Ground};
 use dead::Examined;
-use explore::{Exploration, Explorer};
-use prove::{Proof, Subject, Task};
+use explore::Explorer;
+use prove::{Subject, Task};
+use proven::{Explored, Proven};
 use rayon::iter::{ParallelBridge, ParallelIterator};
-pub use space::Space;
 
-use super::render::Source;
-use super::{Reflection, TemplateSet, wgsl};
+use super::{Reflection, TemplateSet};
 use crate::diagnostic::{AxisValues, Diagnostic, Diagnostics};
+use crate::module::wgsl;
 use crate::source::FileId;
 
 /// The options of a check.
@@ -72,23 +71,6 @@ impl Default for Options<'_> {
         let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         Self { threads, external: &[], report_dead: false, shared: BTreeSet::new(), progress: &|_, _| {} }
     }
-}
-
-/// A request that can be explored, with what came of it.
-struct Explored<'a> {
-    request: &'a Request,
-    space: Arc<Space>,
-    exploration: Exploration,
-    /// The index of each distinct text among all tasks.
-    tasks: Vec<usize>,
-}
-
-/// The proof of a distinct text.
-struct Proven {
-    proof: Proof,
-    opinions: Vec<Opinion>,
-    /// The text, where somebody rejects it, or advises against something in it.
-    source: Option<Source>,
 }
 
 /// The maximum number of threads that are worth their stacks.

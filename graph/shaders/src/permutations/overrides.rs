@@ -10,10 +10,10 @@ use naga::back::PipelineConstants;
 use naga::{Arena, ArraySize, BinaryOperator, Expression, Module, TypeInner, UnaryOperator};
 
 use crate::axes::{Axes, AxisKind, AxisMode};
-use crate::compile;
 use crate::diagnostic::{AxisValue, AxisValues};
-use crate::ir;
-use crate::wgsl_error::Rejection;
+use crate::generated::ir;
+use crate::generated::rejection::Rejection;
+use crate::variant::compile;
 
 /// Values of all override axes, and the constants that they are in a module.
 pub(super) struct Set {

@@ -9,12 +9,15 @@ use super::blame::{self, blame};
 use super::overrides;
 use crate::axes::Axes;
 use crate::diagnostic::AxisValues;
-use crate::profile::{TargetLanguage, TargetProfile};
+use crate::generated::rejection::Rejection;
+use crate::generated::stages;
+use crate::generated::text_map::Source;
+use crate::module::wgsl::Resolved;
+use crate::module::{backend, wgsl};
 use crate::reflection::{self, Reflection};
-use crate::render::Source;
-use crate::wgsl::Resolved;
-use crate::wgsl_error::Rejection;
-use crate::{backend, compile, limits, stages, uniform_branches, wgsl};
+use crate::rules::{limits, uniform_branches};
+use crate::target::profile::{TargetLanguage, TargetProfile};
+use crate::variant::compile;
 
 /// The profiles and limits that all texts of a template are proven for.
 pub(crate) struct Subject<'a> {

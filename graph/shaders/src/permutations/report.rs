@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::TemplateSet;
 use crate::diagnostic::{AxisValue, AxisValues, Count, Diagnostics};
 use crate::reflection::{Binding, Reflection};
-use crate::render;
+use crate::rendering::render;
+use crate::rendering::templates::TemplateSet;
 
 /// The outcome of a check.
 #[derive(Clone, Debug, Default)]

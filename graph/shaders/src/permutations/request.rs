@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::space::Space;
-use crate::compile::unknown_axis;
+use crate::axes::Space;
+use crate::codes;
 use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
-use crate::profile::TargetProfile;
-use crate::templates::contradiction;
-use crate::{TemplateSet, codes};
+use crate::rendering::templates::TemplateSet;
+use crate::rendering::templates::contradiction;
+use crate::target::profile::TargetProfile;
+use crate::variant::compile::unknown_axis;
 
 /// A template that is to be proven.
 #[derive(Clone, Debug)]

@@ -4,12 +4,14 @@ use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
 
 use super::dead;
+use super::proven::{Explored, Proven};
 use super::report::{TemplateReport, ValueBytes, VariantReport};
-use super::{Explored, Proven};
-use crate::compile::template_values;
+use crate::axes::{Axes, AxisMode};
 use crate::diagnostic::{AxisValues, Count};
-use crate::render;
-use crate::{Axes, AxisMode, TemplateSet, interface};
+use crate::reflection::interface;
+use crate::rendering::render;
+use crate::rendering::templates::TemplateSet;
+use crate::variant::compile::template_values;
 
 /// The report on one request.
 pub(super) fn report_on(templates: &TemplateSet, each: &Explored<'_>, proven: &[Proven]) -> TemplateReport {

@@ -12,7 +12,8 @@ use naga::{
     BinaryOperator, Binding, BuiltIn, Expression, Function, Handle, Literal, Module, ScalarKind, Statement,
 };
 
-use crate::ir::{self, Bound};
+use crate::generated::ir;
+use crate::generated::ir::Bound;
 
 /// Values, as far as they are needed.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use naga::{AddressSpace, Handle, Module, ShaderStage, TypeInner};
 use wgpu_types::{ShaderStages, VertexFormat};
 
 use super::{Scalar, ScalarKind, coverage};
-use crate::ir;
+use crate::generated::ir;
 
 /// The stage of an entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]

@@ -8,6 +8,7 @@
 mod binding;
 mod coverage;
 mod entry_point;
+pub mod interface;
 mod layout;
 
 pub use binding::Binding;

@@ -4,8 +4,9 @@ use proptest::prelude::*;
 use umbragraph_test_support::property;
 
 use super::Fixture;
+use crate::TargetProfile;
 use crate::permutations::{Options, Request, check};
-use crate::{TargetProfile, markers};
+use crate::rendering::markers;
 
 /// Pieces that templates consist of, and pieces that break them.
 const PIECES: &[&str] = &[
@@ -86,7 +87,7 @@ proptest! {
 
     #[test]
     fn any_text_is_scanned_and_guarded_without_loss(text in "[ -~\\n{}%#'\"äö]{0,80}") {
-        let prepared = crate::guard::prepare(&text);
+        let prepared = crate::jinja::tree::prepare(&text);
         for at in 0..=prepared.text.len() {
             prop_assert!(prepared.original(at) <= text.len());
         }
@@ -103,7 +104,7 @@ proptest! {
 fn markers_leave_the_text_as_it_is() {
     let text = "{% macro m(x) %}\n  // {{ x }} in a macro\n{% endmacro %}\n{% for i in range(n) %}\n// {{ i -}}   \n  {{- a }}z\n{{ m(i)|trim|indent(2) }}\n{% endfor %}\n{% set s %}\n  // set {{ b }}\n{% endset %}\n{{ s }}{% if a %}// a\n{% endif %}";
     let fixture = Fixture::new(&[("main.wgsl.jinja", text), ("main.axes.json", AXES)]);
-    let marked = markers::MarkedTemplates::new(&fixture.set);
+    let marked = markers::MarkedTemplates::new(&fixture.set.templates, None);
     let outcome = check(&fixture.set, &[Request::all("main.wgsl.jinja", &[])], &Options::default());
     assert!(outcome.templates[0].variants.len() > 8);
     for variant in &outcome.templates[0].variants {

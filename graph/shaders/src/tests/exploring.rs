@@ -6,10 +6,13 @@ use std::time::{Duration, Instant};
 use umbragraph_test_support::property;
 
 use super::{FRAGMENT, Fixture, values};
+use crate::axes::Domain;
+use crate::compile;
 use crate::diagnostic::{Place, Severity};
-use crate::permutations::domain::Domain;
 use crate::permutations::{Count, Opinion, Options, Permutations, Request, Validator, check};
-use crate::{AxisValue, AxisValues, TargetProfile, compile, render};
+use crate::rendering::render;
+use crate::variant::compile::template_values;
+use crate::{AxisValue, AxisValues, TargetProfile};
 
 const AXES: &str = r#"{ "axes": {
     "a": { "type": "bool", "default": false },
@@ -77,7 +80,7 @@ fn compare_with_exhaustive_rendering(fixture: &Fixture, template: &str) {
     let mut expected: BTreeMap<String, u128> = BTreeMap::new();
     let all = configurations(fixture, template);
     for values in &all {
-        let values = compile::template_values(&fixture.set, template, values);
+        let values = template_values(&fixture.set, template, values);
         let text = render::render(&fixture.set, template, &values).unwrap().0.wgsl;
         *expected.entry(text).or_default() += 1;
     }
@@ -361,7 +364,7 @@ fn a_provocation_is_sufficient_and_minimal() {
         let diagnostic = all(&fixture, &Options::default()).diagnostics.into_iter().next().unwrap();
         let provoked = provocation(&diagnostic);
         let fails = |values: &AxisValues| {
-            let values = compile::template_values(&fixture.set, "main.wgsl.jinja", values);
+            let values = template_values(&fixture.set, "main.wgsl.jinja", values);
             render::render(&fixture.set, "main.wgsl.jinja", &values).unwrap().0.wgsl.contains("oops")
         };
         let all = configurations(&fixture, "main.wgsl.jinja");

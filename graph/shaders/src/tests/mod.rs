@@ -43,13 +43,13 @@ impl Fixture {
     }
 
     pub(super) fn compile(&self, template: &str, given: &[(&str, AxisValue)]) -> super::ShaderModule {
-        super::compile(&self.set, template, &values(given), &TargetProfile::webgpu())
+        crate::compile(&self.set, template, &values(given), &TargetProfile::webgpu())
             .unwrap_or_else(|diagnostics| panic!("{:#?}", self.lines(&diagnostics)))
     }
 
     /// The diagnostics of a compilation that has to fail, as lines.
     pub(super) fn rejection(&self, template: &str, given: &[(&str, AxisValue)]) -> Vec<String> {
-        match super::compile(&self.set, template, &values(given), &TargetProfile::webgpu()) {
+        match crate::compile(&self.set, template, &values(given), &TargetProfile::webgpu()) {
             Ok(module) => panic!("compiles:\n{}", module.wgsl),
             Err(diagnostics) => self.lines(&diagnostics),
         }

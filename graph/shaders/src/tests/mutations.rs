@@ -14,8 +14,10 @@ use umbragraph_test_support::random::Random;
 
 use super::Fixture;
 use crate::diagnostic::{Diagnostic, Place};
+use crate::module::wgsl;
 use crate::permutations::{Options, Request, check};
-use crate::{AxisKind, AxisValues, TargetProfile, render, wgsl};
+use crate::rendering::render;
+use crate::{AxisKind, AxisValues, TargetProfile};
 
 /// Replaces the template `name` by `text` in the project's set.
 fn corrupted(name: &str, text: &str) -> Fixture {

@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use super::{FRAGMENT, Fixture, values};
-use crate::{TargetProfile, guard};
+use crate::TargetProfile;
+use crate::jinja::guard;
 
 fn rejection(text: &str) -> Vec<String> {
     let fixture = Fixture::new(&[("main.wgsl.jinja", text)]);

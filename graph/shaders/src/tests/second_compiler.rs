@@ -16,8 +16,9 @@ use umbragraph_test_support::skip;
 use super::Fixture;
 use super::random_wgsl::{self, Kind};
 use crate::codes;
+use crate::module::wgsl;
 use crate::permutations::{Options, Request, check};
-use crate::{AxisKind, TargetProfile, wgsl};
+use crate::{AxisKind, TargetProfile};
 
 /// The rules that a module breaks.
 type Broken = BTreeSet<&'static str>;

@@ -1,0 +1,131 @@
+//! Better places for two kinds of mistakes that naga reports far away.
+//!
+//! A bracket that is not closed is noticed where the next declaration begins, often in another template; a name that is
+//! misspelt where it is declared is noticed where it is used. Only after a parse error, so at no cost otherwise, this
+//! looks for the bracket itself and for the name that was meant.
+//!
+//! Limits: brackets are matched lexically, and `fn` or `struct` inside of brackets is taken for the sign that one is
+//! missing before; a name counts as meant if it is close in spelling and occurs in the same text.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use super::complexity;
+use super::rejection::Rejection;
+use crate::diagnostic::suggested_name;
+
+/// Moves a rejection to the bracket that provoked it, or adds the name that was meant.
+pub(crate) fn improve(text: &str, mut rejection: Rejection) -> Rejection {
+    // Identifiers, keywords and brackets.
+    let is_word = |range: &Range<usize>| {
+        let first = text.as_bytes()[range.start];
+        first.is_ascii_alphanumeric() || b"_()[]{}".contains(&first)
+    };
+    let words: Vec<Range<usize>> = complexity::words(text).filter(is_word).collect();
+    if let Some((range, message)) = unmatched(text, &words) {
+        if let Some(noticed) = rejection.range.replace(range) {
+            rejection.labels.insert(0, (noticed, format!("noticed here: {}", rejection.message)));
+        }
+        rejection.message = message;
+    } else if let Some((name, range)) = suggested(text, &rejection.message, &words) {
+        rejection.labels.push((range, format!("\"{name}\" is here")));
+        rejection.help = Some(format!("did you mean \"{name}\"?"));
+    } else if let Some(structs) = structs(text, &rejection, &words) {
+        rejection.help = Some(format!("the structs here are {structs}"));
+    }
+    rejection
+}
+
+/// The structs of a text where a type is unknown.
+fn structs(text: &str, rejection: &Rejection, words: &[Range<usize>]) -> Option<String> {
+    let at = rejection.range.as_ref().filter(|_| rejection.message.starts_with("no definition in scope"))?;
+    text.get(..at.start)?.trim_end().ends_with([':', '<', '>']).then_some(())?;
+    let declared = words.windows(2).filter(|pair| &text[pair[0].clone()] == "struct");
+    let names: Vec<&str> = declared.map(|pair| &text[pair[1].clone()]).collect();
+    (!names.is_empty()).then(|| names.join(", "))
+}
+
+fn unmatched(text: &str, words: &[Range<usize>]) -> Option<(Range<usize>, String)> {
+    let mut open: Vec<&Range<usize>> = Vec::new();
+    let never_closed =
+        |range: &Range<usize>| (range.clone(), format!("this \"{}\" is never closed", &text[range.clone()]));
+    for range in words {
+        match &text[range.clone()] {
+            "(" | "[" | "{" => open.push(range),
+            close @ (")" | "]" | "}") => {
+                let Some(last) = open.pop() else {
+                    return Some((range.clone(), format!("this \"{close}\" closes nothing")));
+                };
+                if !matches!((&text[last.clone()], close), ("(", ")") | ("[", "]") | ("{", "}")) {
+                    return Some(never_closed(last));
+                }
+            }
+            // Declarations stand outside of all brackets.
+            "fn" | "struct" => {
+                if let Some(last) = open.first() {
+                    return Some(never_closed(last));
+                }
+            }
+            _ => {}
+        }
+    }
+    open.first().map(|last| never_closed(last))
+}
+
+/// The name that was probably meant by the unknown one that a message quotes, and where it stands first.
+fn suggested<'t>(text: &'t str, message: &str, words: &[Range<usize>]) -> Option<(&'t str, Range<usize>)> {
+    const UNKNOWN: [&str; 3] = ["no definition in scope", "unknown type", "invalid field accessor"];
+    if !UNKNOWN.iter().any(|start| message.starts_with(start)) {
+        return None;
+    }
+    // Short names are close to everything.
+    let name = message.split('`').nth(1).filter(|name| name.len() > 3)?;
+    let is_name =
+        |word: &&str| *word != name && word.starts_with(|each: char| each.is_alphabetic() || each == '_');
+    let names: BTreeSet<&str> = words.iter().map(|range| &text[range.clone()]).filter(is_name).collect();
+    let suggested = suggested_name(name, names)?;
+    words.iter().find(|range| &text[(*range).clone()] == suggested).map(|range| (suggested, range.clone()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codes;
+
+    fn improved(text: &str, message: &str) -> Rejection {
+        improve(
+            text,
+            Rejection {
+                range: Some(0..1),
+                ..Rejection::new(codes::WGSL_SYNTAX, message, naga::Span::UNDEFINED)
+            },
+        )
+    }
+
+    #[test]
+    fn where_a_type_is_unknown_the_structs_are_named() {
+        let text = "struct Covered { uv: vec2f }\nfn f(a: VertexOutput) {}";
+        let at = text.find("VertexOutput").unwrap();
+        let message = "no definition in scope for identifier: `VertexOutput`";
+        let rejection = Rejection::new(codes::WGSL_SYNTAX, message, naga::Span::UNDEFINED);
+        let rejection = improve(text, Rejection { range: Some(at..at + 12), ..rejection });
+        assert_eq!(rejection.help.as_deref(), Some("the structs here are Covered"));
+    }
+
+    #[test]
+    fn the_bracket_itself_is_found() {
+        let place = |text: &str| improved(text, "expected").range.unwrap().start;
+        assert_eq!(place("fn f() { if a { }\nfn g() {}"), 7, "the function that is not closed");
+        assert_eq!(place("fn f() { let a = (1; }\nfn g() {}"), 17);
+        assert_eq!(place("fn f() { }}\nfn g() {}"), 10);
+        assert_eq!(place("fn f() { /* { */ } // {\n"), 0, "nothing is wrong with the brackets");
+    }
+
+    #[test]
+    fn the_name_that_was_meant_is_shown() {
+        let text = "fn sample_noise() {}\nfn f() { sample_noises(); }";
+        let rejection = improved(text, "no definition in scope for identifier: `sample_noises`");
+        assert_eq!(rejection.help.as_deref(), Some("did you mean \"sample_noise\"?"));
+        assert_eq!(rejection.labels[0].0, 3..15);
+    }
+}

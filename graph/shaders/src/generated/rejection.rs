@@ -1,0 +1,108 @@
+//! Reasons to reject a generated text, in terms of that text, and their diagnostics in the template.
+
+use std::ops::Range;
+
+use naga::Span;
+
+use super::text_map::TextMap;
+use crate::codes;
+use crate::diagnostic::{AxisValues, Code, Diagnostic, Place};
+use crate::source::{self, FileId};
+
+/// Why a text was rejected, in terms of that text.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Rejection {
+    pub(crate) code: Code,
+    pub(crate) message: String,
+    /// Where, as bytes of the generated text.
+    pub(crate) range: Option<Range<usize>>,
+    /// Further places with what is to be seen there.
+    pub(crate) labels: Vec<(Range<usize>, String)>,
+    pub(crate) help: Option<String>,
+    /// Whether it is no reason to reject the text, but better avoided.
+    pub(crate) warning: bool,
+    /// The limit that is exceeded, where it is one.
+    pub(crate) excess: Option<Excess>,
+    /// The values of overrides with which it shows, where others do not show it.
+    pub(crate) overrides: AxisValues,
+}
+
+/// More of something than a profile guarantees.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Excess {
+    /// Of what: two excesses of one thing at one place have one cause, however large each is.
+    pub(crate) of: String,
+    pub(crate) found: u64,
+}
+
+impl Rejection {
+    pub(crate) fn new(code: Code, message: impl Into<String>, span: Span) -> Self {
+        Self {
+            code,
+            message: message.into(),
+            range: span.to_range(),
+            labels: Vec::new(),
+            help: None,
+            warning: code == codes::UNIFORM_BRANCH,
+            excess: None,
+            overrides: AxisValues::new(),
+        }
+    }
+
+    pub(crate) fn help(self, help: impl Into<String>) -> Self {
+        Self { help: Some(help.into()), ..self }
+    }
+
+    /// The diagnostic in the template. `template` is where it falls if the text cannot be mapped.
+    pub(crate) fn to_diagnostic(&self, text: &str, map: &TextMap, template: FileId) -> Diagnostic {
+        let span = self.range.clone().and_then(|range| map.span(range));
+        let span = span.unwrap_or(source::Span::new(template, 0..0));
+        let make = if self.warning { Diagnostic::warning } else { Diagnostic::error };
+        let mut diagnostic = make(self.code, span, self.message.clone());
+        for (range, label) in &self.labels {
+            if let Some(span) = map.span(range.clone()) {
+                diagnostic = diagnostic.related(span, label.clone());
+            }
+        }
+        if let Some(range) = &self.range {
+            diagnostic = diagnostic.related(Place::Nowhere, generated_line(text, range.start));
+        }
+        diagnostic.help = self.help.clone();
+        diagnostic
+    }
+}
+
+/// `generated line 12: let x = 1;`
+pub(crate) fn generated_line(text: &str, offset: usize) -> String {
+    let bytes = text.as_bytes();
+    let offset = offset.min(bytes.len());
+    let start = bytes[..offset].iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
+    let end = bytes[offset..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |at| at + offset);
+    let number = bytes[..start].iter().filter(|byte| **byte == b'\n').count() + 1;
+    let line: String = text.get(start..end).unwrap_or_default().trim().chars().take(160).collect();
+    format!("generated line {number}: {line}")
+}
+
+/// One line without numbers of handles: `Expression [12] is invalid` reads `Expression is invalid`.
+pub(crate) fn one_line(text: &str) -> String {
+    let mut line = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find('[') {
+        let (before, after) = rest.split_at(at);
+        let digits = after[1..].bytes().take_while(u8::is_ascii_digit).count();
+        let is_handle = digits > 0 && after[1 + digits..].starts_with(']');
+        if is_handle && before.ends_with(" Some(") {
+            line.push_str(before.trim_end_matches(" Some("));
+            rest = after[digits + 2..].trim_start_matches(')');
+        } else if is_handle && before.ends_with(' ') {
+            line.push_str(before.trim_end());
+            rest = &after[digits + 2..];
+        } else {
+            line.push_str(before);
+            line.push('[');
+            rest = &after[1..];
+        }
+    }
+    line.push_str(rest);
+    line.split_whitespace().collect::<Vec<_>>().join(" ")
+}

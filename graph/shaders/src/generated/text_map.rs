@@ -1,0 +1,123 @@
+//! From offsets in generated text back to templates.
+//!
+//! minijinja writes literal text to its sink as sub-slices of the template's own text, so the address of a slice tells
+//! the template and the offset: exact for every literal byte, and free. That is an implementation detail of minijinja
+//! (pinned by a test that fails loudly if it changes), not an unsafe trick: addresses are only compared. What an
+//! expression writes has another address; it maps to its tag, the next `{{` after the literal text before it. Text that a
+//! macro, a `set` block or a filter captured is written by an expression too, and maps to the place that writes it out.
+
+use std::ops::Range;
+
+use crate::source::{FileId, Span};
+
+/// A generated text with its map.
+#[derive(Clone, Debug)]
+pub(crate) struct Source {
+    pub(crate) wgsl: String,
+    pub(crate) map: TextMap,
+}
+
+/// A piece of generated text and where it came from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Segment {
+    /// Its first byte in the generated text.
+    pub(crate) start: u32,
+    /// Its origin; `None` where nothing is known.
+    pub(crate) origin: Option<Origin>,
+}
+
+/// The origin of a piece of generated text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Origin {
+    /// Copied byte for byte from this place on.
+    Literal(FileId, u32),
+    /// Written by the tag at this place.
+    Tag(Span),
+}
+
+/// The map of one generated text.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TextMap {
+    pub(crate) segments: Vec<Segment>,
+    pub(crate) length: u32,
+}
+
+impl TextMap {
+    /// The template span for a byte range of the generated text: exact for literal text, the tag for what an expression
+    /// wrote. A range over several pieces maps to the part of it in the first piece, or from its first to its last byte
+    /// where both are literal text of one file in order.
+    pub fn span(&self, range: Range<usize>) -> Option<Span> {
+        let at = self.index(range.start)?;
+        let end = range.end.max(range.start + 1);
+        match self.segments[at].origin? {
+            Origin::Tag(span) => Some(span),
+            Origin::Literal(file, offset) => {
+                let into = range.start - self.segments[at].start as usize;
+                let start = offset as usize + into;
+                let length = end.min(self.end(at)) - range.start;
+                let last = self.place(end - 1).filter(|last| {
+                    last.file == file
+                        && (start..start + 2 * (end - range.start)).contains(&(last.start as usize))
+                });
+                let stop = last.map_or(start + length, |last| last.start as usize + 1);
+                Some(Span::new(file, start..stop.max(start + length)))
+            }
+        }
+    }
+
+    /// The template place of one byte of the generated text.
+    pub fn place(&self, offset: usize) -> Option<Span> {
+        let at = self.index(offset)?;
+        match self.segments[at].origin? {
+            Origin::Tag(span) => Some(span),
+            Origin::Literal(file, start) => {
+                let start = start as usize + (offset - self.segments[at].start as usize);
+                Some(Span::new(file, start..start + 1))
+            }
+        }
+    }
+
+    /// The pieces in the order of the generated text: their bytes in it, and the template span they came from.
+    pub fn pieces(&self) -> impl Iterator<Item = (Range<usize>, Option<Span>)> {
+        self.segments.iter().enumerate().map(|(at, segment)| {
+            let range = segment.start as usize..self.end(at);
+            let span = segment.origin.map(|origin| match origin {
+                Origin::Tag(span) => span,
+                Origin::Literal(file, start) => Span::new(file, start as usize..start as usize + range.len()),
+            });
+            (range, span)
+        })
+    }
+
+    /// The pieces of a part of the text, cut to it, each with the origin of its first byte.
+    pub(crate) fn part(&self, part: Range<usize>) -> impl Iterator<Item = (Range<usize>, Option<Origin>)> {
+        let first = self.index(part.start).unwrap_or_default();
+        let cut = move |at: usize| {
+            let start = self.segments[at].start as usize;
+            let piece = start.max(part.start)..self.end(at).min(part.end);
+            let origin = match self.segments[at].origin {
+                Some(Origin::Literal(file, offset)) => {
+                    Some(Origin::Literal(file, offset + (piece.start - start) as u32))
+                }
+                other => other,
+            };
+            (piece, origin)
+        };
+        let pieces = (first..self.segments.len()).map(cut);
+        pieces.take_while(|(piece, _)| piece.start <= piece.end).filter(|(piece, _)| !piece.is_empty())
+    }
+
+    pub(crate) fn origin(&self, offset: usize) -> Option<Origin> {
+        self.segments[self.index(offset)?].origin
+    }
+
+    fn end(&self, at: usize) -> usize {
+        self.segments.get(at + 1).map_or(self.length, |next| next.start) as usize
+    }
+
+    pub(crate) fn index(&self, offset: usize) -> Option<usize> {
+        // One past the end belongs to the last piece: parsers point there when text is missing.
+        let offset = offset.min(self.length.saturating_sub(1) as usize);
+        self.segments.partition_point(|segment| segment.start as usize <= offset).checked_sub(1)
+    }
+}

@@ -1,0 +1,55 @@
+//! Comparisons of an axis with what is none of its values.
+//!
+//! `{% if filter == "pfc" %}` renders without complaint and never holds. Looked at are comparisons of an axis with a
+//! string or a whole number that is written out, in either order or as `in` a list. Only templates that have a
+//! declaration of their own are looked at: what axes a part has that any template may include is not known.
+
+use super::template::Template;
+use super::tree::Compared;
+use crate::axes::{Axes, Axis, AxisKind, AxisMode};
+use crate::codes;
+use crate::diagnostic::{AxisValue, Diagnostic};
+use crate::source::Span;
+
+/// The diagnostics about a template with these axes.
+pub(crate) fn check(template: &Template, axes: &Axes) -> Vec<Diagnostic> {
+    let names = &template.prepared.names;
+    let diagnostic = |compared: &Compared| {
+        let axis = axes.get(&compared.variable).filter(|axis| axis.mode == AxisMode::Template)?;
+        if names.bound.contains(&axis.name) { None } else { never(template, axis, compared) }
+    };
+    names.compared.iter().filter_map(diagnostic).collect()
+}
+
+fn never(template: &Template, axis: &Axis, compared: &Compared) -> Option<Diagnostic> {
+    let written = template.text.get(compared.range.clone())?;
+    let (value, range) = match compared.literal.as_str() {
+        Some(name) => {
+            let range = compared.range.start + 1..compared.range.end.checked_sub(1)?;
+            // What is escaped, or put together of several texts, cannot be replaced.
+            template.text.get(range.clone()).filter(|inside| *inside == name)?;
+            (AxisValue::Name(name.to_owned()), range)
+        }
+        None if axis.kind != AxisKind::Bool => {
+            (AxisValue::Integer(written.parse().ok()?), compared.range.clone())
+        }
+        None => return None,
+    };
+    if axis.kind.contains(&value) {
+        return None;
+    }
+    let span = Span::new(template.file, range);
+    let message =
+        format!("the axis \"{}\" is compared with {written}, which is none of its values", axis.name);
+    let diagnostic = Diagnostic::error(codes::AXIS_COMPARED, span, message)
+        .related(axis.span, format!("declared here with {}", axis.kind.describe()));
+    let names: &[String] = match &axis.kind {
+        AxisKind::Enum(names) | AxisKind::TextureFormat(names) => names,
+        AxisKind::Bool | AxisKind::Integer { .. } => &[],
+    };
+    let text = value.to_string();
+    Some(diagnostic.suggest(&text, names.iter().map(String::as_str), Some(span), |_| match axis.kind {
+        AxisKind::Bool => format!("a boolean axis stands alone in a condition: {{% if {} %}}", axis.name),
+        _ => format!("the values are {}", axis.kind.describe()),
+    }))
+}

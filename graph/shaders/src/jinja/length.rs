@@ -1,0 +1,51 @@
+//! Longest expressions and branches of templates: the template engine descends them on the stack.
+
+use std::ops::Range;
+
+use super::scan::{Tag, WordKind};
+
+/// The most words of an expression, of lists and arguments the longest element counting, and the most branches of one `if`: the engine descends them on the stack.
+const MAX_WORDS: usize = 1024;
+
+/// A tag that is longer than an expression may be, or has more branches than an `if` may have.
+pub(crate) fn too_long(text: &str, tags: &[Tag]) -> Option<(Range<usize>, &'static str)> {
+    let mut branches: Vec<usize> = Vec::new();
+    for tag in tags {
+        // A comma begins a part of its own; the longest part counts on behind the bracket.
+        let (mut words, mut open) = (0, Vec::<(usize, usize)>::new());
+        for word in &tag.words {
+            words += 1;
+            let sign = if word.kind == WordKind::Sign { &text[word.range.clone()] } else { "" };
+            match (sign, open.last_mut()) {
+                ("(" | "[" | "{", _) => open.push((words, words)),
+                (",", Some((start, longest))) => {
+                    *longest = words.max(*longest);
+                    words = *start;
+                }
+                (",", None) => words = 0,
+                (")" | "]" | "}", Some((_, longest))) => {
+                    words = words.max(*longest);
+                    open.pop();
+                }
+                _ => {}
+            }
+            if words > MAX_WORDS {
+                return Some((word.range.clone(), "an expression of more than 1024 words"));
+            }
+        }
+        match tag.keyword(text) {
+            Some("if") => branches.push(0),
+            Some("endif") => drop(branches.pop()),
+            Some("elif") => {
+                if let Some(count) = branches.last_mut() {
+                    *count += 1;
+                    if *count > MAX_WORDS {
+                        return Some((tag.range.clone(), "an \"if\" of more than 1024 branches"));
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    None
+}

@@ -1,0 +1,19 @@
+//! One template of a set.
+
+use std::sync::Arc;
+
+use super::scan::Scan;
+use super::tree;
+use crate::diagnostic::Diagnostic;
+use crate::source::FileId;
+
+/// One template.
+#[derive(Debug)]
+pub(crate) struct Template {
+    pub(crate) file: FileId,
+    pub(crate) text: Arc<str>,
+    pub(crate) scan: Scan,
+    pub(crate) prepared: tree::Prepared,
+    /// Why it cannot be used at all.
+    pub(crate) broken: Option<Diagnostic>,
+}

@@ -1,0 +1,490 @@
+//! The syntax tree of a template: the checks of size that it needs, the names that it reads and binds, and the literals
+//! with which it compares them.
+//!
+//! The engine's fuel bounds steps, and the sink bounds the text. Neither sees a value that doubles (`s ~ s`), nor how
+//! long `in`, a slice or an index takes in a long value, and an operation on literals runs in the parser. So every
+//! expression that can make a larger value gets a function around it that checks the result ([`guard`](super::guard)),
+//! and every value that is searched one that counts its size: operators that grow, results of macros, captured blocks,
+//! and the elements of lists (`[l, l]` needs no memory, but a comparison visits all of it). Of a chain of one operator
+//! every [`LINKS`]th link is checked, so that calls nest less deep than the parser goes.
+//!
+//! Limits: an expression is as long as the engine's own recursion allows ([`length`](super::length)); between two checks there are
+//! [`LINKS`] values of 1 MiB, or one of the 100 MB that the engine allows for `"x" * n`. Of a template that the engine
+//! cannot parse nothing is known.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use minijinja::machinery::ast::{BinOpKind, Call, CallArg, CompareOpKind, Expr, Stmt};
+use minijinja::machinery::{Span, parse};
+
+use super::guard::{FACTOR, FITS, INDEXED, PLAIN_FUNCTIONS, SEEN};
+use super::scan::syntax;
+
+/// The most operands of one chain between two checks.
+const LINKS: usize = 16;
+
+/// The names of a template, each list in the order of the text.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Names {
+    /// Variables that are read, and where.
+    pub(crate) uses: Vec<(String, Range<usize>)>,
+    /// Variables that some tag binds.
+    pub(crate) bound: BTreeSet<String>,
+    pub(crate) compared: Vec<Compared>,
+}
+
+/// A comparison of a variable with a string or a number that is written out.
+#[derive(Clone, Debug)]
+pub(crate) struct Compared {
+    pub(crate) variable: String,
+    /// The literal, and where it stands.
+    pub(crate) literal: minijinja::Value,
+    pub(crate) range: Range<usize>,
+}
+
+/// A template with its checks, as the engine gets it.
+#[derive(Clone, Debug)]
+pub(crate) struct Prepared {
+    pub(crate) text: String,
+    /// Offset in the original text and length of each insertion, in order.
+    insertions: Vec<(usize, usize)>,
+    pub(crate) names: Names,
+}
+
+impl Prepared {
+    /// The offset in the original text for an offset in the prepared one. An offset inside an insertion falls on the
+    /// end of the tag that it belongs to.
+    pub(crate) fn original(&self, offset: usize) -> usize {
+        let mut inserted = 0;
+        for (at, length) in &self.insertions {
+            if *at + inserted >= offset {
+                break;
+            }
+            if offset < *at + inserted + length {
+                return *at;
+            }
+            inserted += length;
+        }
+        offset - inserted
+    }
+}
+
+/// Inserts the checks.
+pub(crate) fn prepare(text: &str) -> Prepared {
+    let (inserted, names) = read(text);
+    let mut prepared =
+        Prepared { text: String::with_capacity(text.len() + 256), insertions: Vec::new(), names };
+    let mut copied = 0;
+    for (at, insertion) in inserted {
+        prepared.text.push_str(&text[copied..at]);
+        copied = at;
+        prepared.insertions.push((at, insertion.len()));
+        prepared.text.push_str(&insertion);
+    }
+    prepared.text.push_str(&text[copied..]);
+    prepared
+}
+
+/// The insertions that a template needs, sorted, and its names; nothing for a template that the engine cannot parse.
+fn read(text: &str) -> (Vec<(usize, String)>, Names) {
+    let Ok(template) = parse(text, "", syntax()) else { return Default::default() };
+    let mut found = Found::default();
+    found.statement(&template);
+    let Found { starts, mut ends, mut names } = found;
+    // What begins further out was found first, and what ends further out has to end last.
+    ends.reverse();
+    ends.extend(starts);
+    ends.sort_by_key(|(at, _)| *at);
+    names.uses.sort_by_key(|(_, range)| range.start);
+    names.compared.sort_by_key(|compared| compared.range.start);
+    (ends, names)
+}
+
+#[derive(Default)]
+struct Found {
+    starts: Vec<(usize, String)>,
+    ends: Vec<(usize, String)>,
+    names: Names,
+}
+
+impl Found {
+    fn wrap(&mut self, one: &Expr<'_>, function: &str) {
+        self.starts.push((start(one), format!("{function}(")));
+        self.ends.push((one.span().end_offset as usize, ")".to_owned()));
+    }
+
+    /// Notes the variables that targets bind.
+    fn bind<'e, 'a: 'e>(&mut self, targets: impl IntoIterator<Item = &'e Expr<'a>>) {
+        for target in targets {
+            match target {
+                Expr::Var(variable) => drop(self.names.bound.insert(variable.id.to_owned())),
+                Expr::GetAttr(attribute) => self.bind([&attribute.expr]),
+                Expr::List(list) => self.bind(&list.items),
+                _ => {}
+            }
+        }
+    }
+
+    /// Notes what a variable is compared with, if all of it is written out.
+    fn compared(&mut self, variable: &Expr<'_>, with: &[Expr<'_>]) {
+        let Expr::Var(variable) = variable else { return };
+        let literal = |one: &Expr<'_>| match one {
+            Expr::Const(literal) if literal.value.as_str().is_some() || literal.value.is_number() => {
+                let (literal, range) = (literal.value.clone(), range(one.span()));
+                Some(Compared { variable: variable.id.to_owned(), literal, range })
+            }
+            _ => None,
+        };
+        let literals: Option<Vec<Compared>> = with.iter().map(literal).collect();
+        self.names.compared.extend(literals.into_iter().flatten());
+    }
+
+    fn comparison(&mut self, left: &Expr<'_>, operator: BinOpKind, right: &Expr<'_>) {
+        match (operator, right) {
+            (BinOpKind::Eq | BinOpKind::Ne, _) => {
+                self.compared(left, std::slice::from_ref(right));
+                self.compared(right, std::slice::from_ref(left));
+            }
+            (BinOpKind::In, Expr::List(list)) => self.compared(left, &list.items),
+            (BinOpKind::In, Expr::Tuple(list)) => self.compared(left, &list.items),
+            _ => {}
+        }
+    }
+
+    fn statements(&mut self, list: &[Stmt<'_>]) {
+        list.iter().for_each(|one| self.statement(one));
+    }
+
+    fn statement(&mut self, one: &Stmt<'_>) {
+        match one {
+            Stmt::Template(one) => self.statements(&one.children),
+            // What a macro returns here is written, and counted as such.
+            Stmt::EmitExpr(one) => match &one.expr {
+                Expr::Call(call) => self.call(call),
+                other => self.expression(other),
+            },
+            Stmt::ForLoop(one) => {
+                self.bind([&one.target]);
+                self.expression(&one.iter);
+                self.expressions(&one.filter_expr);
+                self.statements(&one.body);
+                self.statements(&one.else_body);
+            }
+            Stmt::IfCond(one) => {
+                self.expression(&one.expr);
+                self.statements(&one.true_body);
+                self.statements(&one.false_body);
+            }
+            Stmt::WithBlock(one) => {
+                self.bind(one.assignments.iter().map(|(target, _)| target));
+                one.assignments.iter().for_each(|(_, value)| self.expression(value));
+                self.statements(&one.body);
+            }
+            Stmt::Set(one) => {
+                self.bind([&one.target]);
+                self.expression(&one.expr);
+            }
+            Stmt::SetBlock(one) => {
+                self.bind([&one.target]);
+                self.ends.push((one.target.span().end_offset as usize, format!("|{FITS}")));
+                self.expressions(&one.filter);
+                self.statements(&one.body);
+            }
+            Stmt::AutoEscape(one) => {
+                self.expression(&one.enabled);
+                self.statements(&one.body);
+            }
+            Stmt::FilterBlock(one) => {
+                self.expression(&one.filter);
+                self.statements(&one.body);
+            }
+            Stmt::Block(one) => self.statements(&one.body),
+            Stmt::Import(one) => {
+                self.bind([&one.name]);
+                self.expression(&one.expr);
+            }
+            Stmt::FromImport(one) => {
+                self.bind(one.names.iter().map(|(name, alias)| alias.as_ref().unwrap_or(name)));
+                self.expression(&one.expr);
+            }
+            Stmt::Extends(one) => self.expression(&one.name),
+            Stmt::Include(one) => self.expression(&one.name),
+            Stmt::Macro(one) => {
+                self.names.bound.insert(one.name.to_owned());
+                self.bind(&one.args);
+                self.expressions(&one.defaults);
+                self.statements(&one.body);
+            }
+            Stmt::CallBlock(one) => {
+                self.bind(&one.macro_decl.args);
+                self.arguments(&one.call.args);
+                self.expressions(&one.macro_decl.defaults);
+                self.statements(&one.macro_decl.body);
+            }
+            Stmt::Do(one) => self.arguments(&one.call.args),
+            Stmt::EmitRaw(_) => {}
+        }
+    }
+
+    fn expressions<'e, 'a: 'e>(&mut self, list: impl IntoIterator<Item = &'e Expr<'a>>) {
+        list.into_iter().for_each(|one| self.expression(one));
+    }
+
+    fn arguments(&mut self, list: &[CallArg<'_>]) {
+        for one in list {
+            let (CallArg::Pos(one)
+            | CallArg::Kwarg(_, one)
+            | CallArg::PosSplat(one)
+            | CallArg::KwargSplat(one)) = one;
+            self.expression(one);
+        }
+    }
+
+    fn call(&mut self, one: &Call<'_>) {
+        self.expression(&one.expr);
+        self.arguments(&one.args);
+    }
+
+    /// Elements of a container: it is as large as all of them, however often each occurs.
+    fn elements(&mut self, list: &[Expr<'_>]) {
+        for one in list {
+            if matches!(one, Expr::Var(_) | Expr::GetAttr(_) | Expr::GetItem(_)) {
+                self.wrap(one, FITS);
+            }
+            self.expression(one);
+        }
+    }
+
+    fn expression(&mut self, one: &Expr<'_>) {
+        self.link(one, 0);
+    }
+
+    /// An expression that is the left side of so many unchecked links of a chain.
+    fn link(&mut self, one: &Expr<'_>, unchecked: usize) {
+        match one {
+            Expr::Const(_) => {}
+            Expr::Var(variable) => self.names.uses.push((variable.id.to_owned(), range(one.span()))),
+            Expr::UnaryOp(one) => self.expression(&one.expr),
+            Expr::BinOp(operation) => {
+                let mut links = 0;
+                if grows(one) {
+                    let checked = unchecked.is_multiple_of(LINKS);
+                    if checked {
+                        self.wrap(one, FITS);
+                    }
+                    links = unchecked + 1;
+                }
+                if matches!(operation.op, BinOpKind::Mul) {
+                    for side in [&operation.left, &operation.right] {
+                        if !is_number(side) {
+                            self.wrap(side, FACTOR);
+                        }
+                    }
+                    links = 0;
+                }
+                if matches!(operation.op, BinOpKind::In) {
+                    self.wrap(&operation.right, SEEN);
+                }
+                self.comparison(&operation.left, operation.op, &operation.right);
+                self.link(&operation.left, links);
+                self.expression(&operation.right);
+            }
+            Expr::Compare(one) => {
+                self.expression(&one.expr);
+                let mut left = &one.expr;
+                for each in &one.ops {
+                    let operator = match each.op {
+                        CompareOpKind::Eq => Some(BinOpKind::Eq),
+                        CompareOpKind::Ne => Some(BinOpKind::Ne),
+                        CompareOpKind::In | CompareOpKind::NotIn => Some(BinOpKind::In),
+                        _ => None,
+                    };
+                    operator.into_iter().for_each(|one| self.comparison(left, one, &each.expr));
+                    left = &each.expr;
+                    if matches!(each.op, CompareOpKind::In | CompareOpKind::NotIn) {
+                        self.wrap(&each.expr, SEEN);
+                    }
+                    self.expression(&each.expr);
+                }
+            }
+            Expr::Slice(one) => {
+                self.wrap(&one.expr, SEEN);
+                self.expression(&one.expr);
+                self.expressions(one.start.iter().chain(&one.stop).chain(&one.step));
+            }
+            Expr::IfExpr(one) => {
+                self.expressions([&one.test_expr, &one.true_expr]);
+                self.expressions(&one.false_expr);
+            }
+            Expr::Filter(one) => {
+                self.expressions(&one.expr);
+                self.arguments(&one.args);
+            }
+            Expr::Test(one) => {
+                if one.name == "in"
+                    && let Some(CallArg::Pos(container)) = one.args.first()
+                {
+                    self.wrap(container, SEEN);
+                }
+                self.expression(&one.expr);
+                self.arguments(&one.args);
+            }
+            Expr::GetAttr(one) => self.expression(&one.expr),
+            Expr::GetItem(one) => {
+                self.wrap(&one.expr, INDEXED);
+                self.expressions([&one.expr, &one.subscript_expr]);
+            }
+            Expr::Call(call) => {
+                if !matches!(&call.expr, Expr::Var(name) if PLAIN_FUNCTIONS.contains(&name.id)) {
+                    self.wrap(one, FITS);
+                }
+                self.call(call);
+            }
+            Expr::List(one) => self.elements(&one.items),
+            Expr::Tuple(one) => self.elements(&one.items),
+            Expr::Map(one) => {
+                self.elements(&one.keys);
+                self.elements(&one.values);
+            }
+        }
+    }
+}
+
+fn range(span: Span) -> Range<usize> {
+    span.start_offset as usize..span.end_offset as usize
+}
+
+/// Where an expression begins: of filters, tests, calls and indices the engine notes the last of them alone.
+fn start(one: &Expr<'_>) -> usize {
+    match one {
+        Expr::Filter(filter) => filter.expr.as_ref().map_or(one.span().start_offset as usize, start),
+        Expr::Test(one) => start(&one.expr),
+        Expr::GetAttr(one) => start(&one.expr),
+        Expr::GetItem(one) => start(&one.expr),
+        Expr::Slice(one) => start(&one.expr),
+        Expr::Call(one) => start(&one.expr),
+        Expr::IfExpr(one) => start(&one.true_expr),
+        _ => one.span().start_offset as usize,
+    }
+}
+
+/// Whether an operation can make a text or a list larger than its operands.
+fn grows(one: &Expr<'_>) -> bool {
+    let Expr::BinOp(one) = one else { return false };
+    match one.op {
+        BinOpKind::Concat => true,
+        BinOpKind::Add => !is_number(&one.left) && !is_number(&one.right),
+        BinOpKind::Mul => !is_number(&one.left) || !is_number(&one.right),
+        _ => false,
+    }
+}
+
+/// Whether a value is a number wherever it is anything.
+fn is_number(one: &Expr<'_>) -> bool {
+    use BinOpKind::{Div, FloorDiv, Pow, Rem, Sub};
+    match one {
+        Expr::Const(one) => one.value.is_number(),
+        Expr::BinOp(one) => matches!(one.op, Div | FloorDiv | Pow | Rem | Sub),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::FITS;
+    use crate::jinja::{filters, guard};
+
+    #[test]
+    fn what_makes_larger_values_is_checked() {
+        for (text, checked) in [
+            ("{% set a = b ~ c %}", "{% set a = __fits(b ~ c) %}"),
+            ("{%- set a -%}x{% endset %}", "{%- set a|__fits -%}x{% endset %}"),
+            ("{% set ns.a | upper %}x{% endset %}", "{% set ns.a|__fits | upper %}x{% endset %}"),
+            ("{% set a = [b, [c.d], 1] %}", "{% set a = [__fits(b), [__fits(c.d)], 1] %}"),
+            ("{% set a, b = c, d %}", "{% set a, b = __fits(c), __fits(d) %}"),
+            ("{% for k in m(x) %}{% endfor %}", "{% for k in __fits(m(x)) %}{% endfor %}"),
+            (
+                "{% for k in range(4) %}{{ m(k) }}{% endfor %}",
+                "{% for k in range(4) %}{{ m(k) }}{% endfor %}",
+            ),
+            ("{% macro m(a, b=c ~ d) %}{% endmacro %}", "{% macro m(a, b=__fits(c ~ d)) %}{% endmacro %}"),
+            ("{% with a = b * 2 %}{% endwith %}", "{% with a = __fits(__factor(b) * 2) %}{% endwith %}"),
+            ("{% if a in b %}{% endif %}", "{% if a in __seen(b) %}{% endif %}"),
+            ("{% for %}{% for in %}{% for k %}", "{% for %}{% for in %}{% for k %}"),
+        ] {
+            assert_eq!(super::prepare(text).text, checked);
+        }
+    }
+
+    #[test]
+    fn offsets_map_back_across_insertions() {
+        let text = "A{% set x = 1 + y %}B{%- for i in r + r -%}C{% endfor %}";
+        let prepared = super::prepare(text);
+        assert!(prepared.text.len() > text.len());
+        for (at, character) in prepared.text.char_indices().filter(|(_, one)| one.is_ascii_uppercase()) {
+            assert_eq!(text.as_bytes()[prepared.original(at)] as char, character, "at {at}");
+        }
+        assert_eq!(prepared.original(prepared.text.len()), text.len());
+    }
+
+    /// What a template writes, with the guards and without.
+    fn both(text: &str) -> [Result<String, minijinja::ErrorKind>; 2] {
+        let guarded = super::prepare(text).text;
+        [guarded.as_str(), text].map(|text| {
+            guard::begin();
+            filters::environment().render_str(text, ()).map_err(|error| error.kind())
+        })
+    }
+
+    #[test]
+    fn guarded_expressions_have_the_values_that_they_had() {
+        let operands = [
+            "a",
+            "(a)",
+            "b.c",
+            "b['c']",
+            "(a ~ a)",
+            "l[0]",
+            "(l + l)[1]",
+            "l[1:][0]",
+            "n|abs",
+            "(n + 1)|abs",
+            "-n",
+            "2",
+            "(n if n is odd else 4)",
+            "'x' 'y'",
+            "m(n)",
+            "(l|length)",
+            "n is odd",
+            "l|join('-')",
+            "[n, n * 2]",
+            "(n, n)",
+        ];
+        let operators =
+            ["~", "+", "*", "in", "not in", "-", "==", "and", "~ a ~", "+ n +", "* n *", "~ 2 * n ~"];
+        let before = "{% set a = 'x' %}{% set n = 3 %}{% set l = [1, 2] %}{% set b = {'c': 'd'} %}\
+                      {% macro m(x) %}{{ x * 2 }}{% endmacro %}";
+        let mut written = 0;
+        for left in operands {
+            for right in operands {
+                for operator in operators {
+                    let text = format!(
+                        "{before}{{{{ ({left} {operator} {right})|join(',') if ({left} {operator} {right}) is not string else {left} {operator} {right} }}}}"
+                    );
+                    let [guarded, plain] = both(&text);
+                    assert_eq!(guarded, plain, "{left} {operator} {right}");
+                    written += usize::from(plain.is_ok());
+                }
+            }
+        }
+        assert!(written > 500, "{written}");
+    }
+
+    #[test]
+    fn a_chain_is_checked_every_few_links() {
+        let text = format!("{{{{ {} }}}}", vec!["a"; 100].join(" ~ "));
+        let guarded = super::prepare(&text).text;
+        assert_eq!(guarded.matches(FITS).count(), 7);
+    }
+}

@@ -1,0 +1,111 @@
+//! Writing a module in the language of a target.
+//!
+//! Validation does not run the writers, and each of them rejects some valid modules, so proving a variant for a target
+//! means writing it. Bindings keep their WGSL numbers; the host's driver layer maps them in its own way later, which
+//! changes numbers and nothing else.
+
+use std::error::Error;
+
+use naga::back::{glsl, hlsl, msl, spv, wgsl as wgsl_out};
+use naga::proc::BoundsCheckPolicies;
+use naga::valid::ModuleInfo;
+use naga::{Expression, ImageClass, Module, Span, TypeInner};
+
+use super::wgsl::guarded;
+use crate::codes;
+use crate::generated::ir;
+use crate::generated::rejection::{Rejection, one_line};
+use crate::target::profile::TargetLanguage;
+
+/// A module in the language of a target.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Emitted {
+    /// A text; GLSL is one text per entry point, one after the other, each under a comment with its name.
+    Text(String),
+    /// SPIR-V words.
+    Words(Vec<u32>),
+}
+
+impl Emitted {
+    /// The bytes of a file: text as UTF-8, words in little-endian order.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        match self {
+            Emitted::Text(text) => text.clone().into_bytes(),
+            Emitted::Words(words) => words.iter().flat_map(|word| word.to_le_bytes()).collect(),
+        }
+    }
+}
+
+/// Writes a validated module without overrides.
+///
+/// # Errors
+/// Why the writer rejects it.
+pub(crate) fn emit(
+    module: &Module,
+    info: &ModuleInfo,
+    language: TargetLanguage,
+) -> Result<Emitted, Rejection> {
+    guarded(|| {
+        write(module, info, language).map_err(|error| {
+            let error = error.to_string();
+            let message = format!("{} cannot express this: {}", language.name(), one_line(&error));
+            // The writer of GLSL does not say where.
+            let range = depth_load(module).filter(|_| error.contains("depth textures"));
+            Rejection { range, ..Rejection::new(codes::BACKEND_REJECTS, message, Span::UNDEFINED) }
+        })
+    })
+}
+
+fn write(module: &Module, info: &ModuleInfo, language: TargetLanguage) -> Result<Emitted, Box<dyn Error>> {
+    Ok(match language {
+        TargetLanguage::Wgsl => {
+            Emitted::Text(wgsl_out::write_string(module, info, wgsl_out::WriterFlags::empty())?)
+        }
+        TargetLanguage::Spirv => {
+            let options = spv::Options { lang_version: (1, 3), ..spv::Options::default() };
+            Emitted::Words(spv::write_vec(module, info, &options, None)?)
+        }
+        TargetLanguage::Msl => {
+            let options = msl::Options { lang_version: (2, 3), ..msl::Options::default() };
+            let (text, found) = msl::write_string(module, info, &options, &msl::PipelineOptions::default())?;
+            found.entry_point_names.into_iter().collect::<Result<Vec<String>, _>>()?;
+            Emitted::Text(text)
+        }
+        TargetLanguage::Hlsl => {
+            let options = hlsl::Options { shader_model: hlsl::ShaderModel::V6_0, ..hlsl::Options::default() };
+            let (mut text, pipeline) = (String::new(), hlsl::PipelineOptions::default());
+            let found = hlsl::Writer::new(&mut text, &options, &pipeline).write(module, info, None)?;
+            found.entry_point_names.into_iter().collect::<Result<Vec<String>, _>>()?;
+            Emitted::Text(text)
+        }
+        TargetLanguage::Glsl => Emitted::Text(glsl_texts(module, info)?),
+    })
+}
+
+fn glsl_texts(module: &Module, info: &ModuleInfo) -> Result<String, Box<dyn Error>> {
+    let mut text = String::new();
+    let options = glsl::Options { version: glsl::Version::new_gles(310), ..glsl::Options::default() };
+    for naga::EntryPoint { stage, name, .. } in &module.entry_points {
+        let pipeline =
+            glsl::PipelineOptions { shader_stage: *stage, entry_point: name.clone(), multiview: None };
+        let mut one = String::new();
+        glsl::Writer::new(&mut one, module, info, &options, &pipeline, BoundsCheckPolicies::default())
+            .and_then(|mut writer| writer.write())
+            .map_err(|error| format!("{error} (in the entry point \"{name}\")"))?;
+        text.push_str(&format!("// entry point {name}\n{one}"));
+    }
+    Ok(text)
+}
+
+/// The first load from a depth texture.
+fn depth_load(module: &Module) -> Option<std::ops::Range<usize>> {
+    ir::functions(module).find_map(|function| {
+        let is_depth_load = |expression: &Expression| {
+            let Expression::ImageLoad { image, .. } = expression else { return false };
+            let image = ir::image(module, function, *image);
+            matches!(image, Some(TypeInner::Image { class: ImageClass::Depth { .. }, .. }))
+        };
+        let (handle, _) = function.expressions.iter().find(|(_, each)| is_depth_load(each))?;
+        function.expressions.get_span(handle).to_range()
+    })
+}

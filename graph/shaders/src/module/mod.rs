@@ -1,0 +1,5 @@
+//! WGSL text to a validated naga module, and from there to the language of a backend.
+
+pub(crate) mod backend;
+pub(crate) mod wgsl;
+pub(crate) mod wgsl_error;

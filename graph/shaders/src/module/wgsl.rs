@@ -1,0 +1,128 @@
+//! WGSL to a validated naga module.
+//!
+//! Three steps, each of which can reject: parse, validate with the capabilities of a profile, and, where the module has
+//! pipeline-overridable constants, give them their values and validate again, since backends do the same and naga can
+//! fail only there. naga is not written to be fed with anything: a panic inside it becomes a diagnostic, and it runs on
+//! a thread with a stack of its own, because it descends recursively into nested text.
+//!
+//! Limits: in a browser a panic ends the module, since nothing unwinds there, and no thread has a deeper stack. Texts that
+//! nest too deep or grow too large are rejected before naga sees them, there as elsewhere; what remains are defects of naga.
+//! So a pipeline that a browser loads is checked where it is built (`umbragraph check`), which runs naga on each of its texts.
+
+use std::borrow::Cow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use naga::back::PipelineConstants;
+use naga::back::pipeline_constants::process_overrides;
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use naga::{Module, Span};
+
+use super::wgsl_error;
+use crate::codes;
+use crate::generated::complexity;
+use crate::generated::hint;
+use crate::generated::rejection::Rejection;
+use crate::reflection::WorkgroupSizes;
+use crate::rules::aliasing;
+use crate::rules::uniformity;
+
+/// Stack for parsing and validating nested text.
+pub(crate) const STACK_BYTES: usize = 32 << 20;
+
+/// Parses WGSL.
+///
+/// # Errors
+/// Why naga rejects it.
+pub(crate) fn parse(text: &str) -> Result<Module, Rejection> {
+    complexity::check(text)?;
+    guarded(|| {
+        naga::front::wgsl::parse_str(text)
+            .map_err(|error| hint::improve(text, wgsl_error::parse(text, &error)))
+    })
+}
+
+/// Validates a parsed module.
+///
+/// # Errors
+/// Why naga rejects it.
+pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<ModuleInfo, Rejection> {
+    guarded(|| {
+        Validator::new(ValidationFlags::all(), capabilities)
+            .validate(module)
+            .map_err(|error| wgsl_error::validation(codes::WGSL_INVALID, module, &error))
+    })
+}
+
+/// What WGSL forbids and naga lets pass: browsers reject it.
+pub(crate) fn beyond_naga(module: &Module) -> Vec<Rejection> {
+    let mut found = uniformity::found(module);
+    found.extend(aliasing::found(module));
+    found
+}
+
+/// A module whose overrides have values, and what the validator says of it.
+pub(crate) type Resolved<'m> = (Cow<'m, Module>, Cow<'m, ModuleInfo>);
+
+/// Gives all overrides their values and validates the outcome.
+///
+/// # Errors
+/// Why naga rejects it.
+pub(crate) fn resolve_overrides<'m>(
+    module: &'m Module,
+    info: &'m ModuleInfo,
+    constants: &PipelineConstants,
+) -> Result<Resolved<'m>, Rejection> {
+    if module.overrides.is_empty() {
+        return Ok((Cow::Borrowed(module), Cow::Borrowed(info)));
+    }
+    guarded(|| {
+        process_overrides(module, info, None, constants)
+            .map_err(|error| wgsl_error::overrides(module, &error))
+    })
+}
+
+/// The workgroup sizes of a module, where overrides may have decided them.
+pub(crate) fn workgroup_sizes(resolved: &Resolved<'_>) -> WorkgroupSizes {
+    let (Cow::Owned(module), _) = resolved else { return WorkgroupSizes::new() };
+    module.entry_points.iter().map(|entry| (entry.name.clone(), entry.workgroup_size)).collect()
+}
+
+/// Runs `work` on a thread whose stack is deep enough for naga; where no thread can be had, on the stack at hand.
+pub(crate) fn with_stack<T: Send>(work: impl Fn() -> T + Sync) -> T {
+    if cfg!(target_family = "wasm") {
+        return work();
+    }
+    std::thread::scope(|scope| {
+        match std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, &work) {
+            Ok(thread) => thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+            Err(_) => work(),
+        }
+    })
+}
+
+pub(crate) fn guarded<T>(work: impl FnOnce() -> Result<T, Rejection>) -> Result<T, Rejection> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        let message = panic
+            .downcast_ref::<String>()
+            .map(String::as_str)
+            .or_else(|| panic.downcast_ref::<&str>().copied())
+            .unwrap_or("no message");
+        Err(Rejection::new(
+            codes::WGSL_COMPILER,
+            format!("the shader compiler failed: {message}"),
+            Span::UNDEFINED,
+        ))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::guarded;
+
+    #[test]
+    fn a_defect_of_the_shader_compiler_is_a_diagnostic() {
+        let rejection = guarded(|| -> Result<(), _> { panic!("a handle out of range") }).unwrap_err();
+        assert_eq!(rejection.code.id, "UG0523");
+        assert_eq!(rejection.message, "the shader compiler failed: a handle out of range");
+    }
+}

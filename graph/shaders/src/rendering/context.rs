@@ -1,0 +1,19 @@
+//! Values of axes as the template engine sees them.
+
+use minijinja::value::Value;
+
+use crate::diagnostic::{AxisValue, AxisValues};
+
+/// A context with these values and nothing else.
+pub(crate) fn fixed_context(values: &AxisValues) -> Value {
+    Value::from_pairs(values.iter().map(|(name, value)| (name.as_str(), to_template_value(value))))
+}
+
+/// The value of an axis as templates see it.
+pub(crate) fn to_template_value(value: &AxisValue) -> Value {
+    match value {
+        AxisValue::Bool(value) => Value::from(*value),
+        AxisValue::Integer(value) => Value::from(*value),
+        AxisValue::Name(name) => Value::from(name.as_str()),
+    }
+}

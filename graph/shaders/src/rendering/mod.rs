@@ -1,0 +1,9 @@
+//! Sets of templates, and their rendering to WGSL with a map back.
+
+pub(crate) mod aside;
+pub(crate) mod context;
+pub(crate) mod markers;
+pub(crate) mod placement;
+pub(crate) mod render;
+pub(crate) mod template_error;
+pub(crate) mod templates;

@@ -1,0 +1,151 @@
+//! Errors of the template engine as diagnostics.
+//!
+//! An error inside an include arrives wrapped once per level; the innermost one with a place is the diagnostic, and
+//! each level above it a related place. The engine's offsets are those of the guarded text, and are mapped back.
+
+use std::error::Error as _;
+
+use minijinja::{Error, ErrorKind};
+
+use super::templates::TemplateSet;
+use crate::codes;
+use crate::diagnostic::{Code, Diagnostic, Place};
+use crate::jinja::scan::WordKind;
+use crate::jinja::template::Template;
+use crate::jinja::{filters, guard, syntax_help};
+use crate::source::Span;
+
+/// A rendering of `root` that failed. `last` is where literal text was written last, for errors that know no place.
+pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option<Span>) -> Diagnostic {
+    let chain = chain(error);
+    let placed: Vec<(&Error, Span)> =
+        chain.iter().filter_map(|error| Some((*error, span(set, error)?))).collect();
+    let innermost = chain.last().copied().unwrap_or(error);
+    // A template with broken syntax was reported when it was added; including it is no diagnostic of its own.
+    let included = missing(innermost).and_then(|name| set.templates.get(name));
+    if let Some(broken) = included.and_then(|included| included.broken.clone()) {
+        return broken;
+    }
+    let too_large = chain.iter().any(|error| {
+        error
+            .source()
+            .and_then(|source| source.downcast_ref::<std::io::Error>())
+            .is_some_and(|source| source.kind() == std::io::ErrorKind::FileTooLarge)
+    });
+    let recursion =
+        chain.iter().any(|error| error.detail().is_some_and(|text| text.contains("recursion limit")));
+    let place = placed.last().map(|(_, span)| *span).or(last);
+    let place = place
+        .or_else(|| set.file(root).map(|file| Span::new(file, 0..0)))
+        .map_or(Place::Nowhere, Place::Span);
+    let (code, message, help) = if too_large {
+        (codes::TEMPLATE_LIMIT, "the template writes more than 4 MiB of WGSL".to_owned(), None)
+    } else if recursion {
+        let (message, place, help) = recursive(&placed, place);
+        return Diagnostic::error(codes::INCLUDE_RECURSIVE, place, message).help(help);
+    } else {
+        describe(innermost)
+    };
+    let mut diagnostic = Diagnostic::error(code, place, message);
+    diagnostic.help = help;
+    let written = |kind: WordKind, name: &str| {
+        let (error, span) = placed.last()?;
+        word(set.templates.get(error.name()?)?, *span, kind, name)
+    };
+    if let Some(name) = missing(innermost) {
+        let written = written(WordKind::Text, name);
+        diagnostic = diagnostic
+            .suggest(name, set.names(), written, |names| format!("the templates are {}", names.join(", ")));
+    }
+    if let Some((name, known)) = unknown_function(innermost) {
+        let written = written(WordKind::Identifier, name);
+        diagnostic = diagnostic
+            .suggest(name, known.iter().copied(), written, |names| format!("there are {}", names.join(", ")));
+    }
+    for (_, span) in placed.iter().rev().skip(1).take(8) {
+        diagnostic = diagnostic.related(*span, "included from here");
+    }
+    diagnostic
+}
+
+fn chain(error: &Error) -> Vec<&Error> {
+    let mut chain = vec![error];
+    let mut next = error.source();
+    while let Some(source) = next {
+        chain.extend(source.downcast_ref::<Error>());
+        next = source.source();
+    }
+    chain
+}
+
+fn span(set: &TemplateSet, error: &Error) -> Option<Span> {
+    let template = set.templates.get(error.name()?)?;
+    Some(Span::new(template.file, syntax_help::range(template, error)?))
+}
+
+/// The template that an error says does not exist.
+fn missing(error: &Error) -> Option<&str> {
+    let is_missing = error.kind() == ErrorKind::TemplateNotFound;
+    error.detail().filter(|_| is_missing)?.split(['"', '\'']).nth(1)
+}
+
+/// The filter, test or function that an error says does not exist, and those that do.
+fn unknown_function(error: &Error) -> Option<(&str, &'static [&'static str])> {
+    let known = match error.kind() {
+        ErrorKind::UnknownFilter => filters::FILTERS,
+        ErrorKind::UnknownTest => filters::TESTS,
+        ErrorKind::UnknownFunction => &guard::PLAIN_FUNCTIONS,
+        _ => return None,
+    };
+    // "filter abss is unknown"
+    let detail = error.detail()?.strip_suffix(" is unknown")?;
+    Some((detail.rsplit(' ').next()?, known))
+}
+
+/// Where a name, or a text in quotes, stands as the only such word of the tags at a place.
+fn word(template: &Template, place: Span, kind: WordKind, text: &str) -> Option<Span> {
+    let at = place.range();
+    let tags = template.scan.tags.iter().filter(|tag| tag.range.start <= at.end && at.start < tag.range.end);
+    let words = tags.flat_map(|tag| &tag.words).filter(|word| word.kind == kind);
+    let quote = usize::from(kind == WordKind::Text);
+    let inside = words.map(|word| word.range.start + quote..word.range.end - quote);
+    let mut found = inside.filter(|range| template.text.get(range.clone()) == Some(text));
+    let first = found.next()?;
+    found.next().is_none().then(|| Span::new(template.file, first))
+}
+
+fn recursive(placed: &[(&Error, Span)], place: Place) -> (String, Place, &'static str) {
+    let mut names: Vec<&str> = Vec::new();
+    for (error, span) in placed {
+        let Some(name) = error.name() else { continue };
+        if let Some(first) = names.iter().position(|known| *known == name) {
+            let cycle = [&names[first..], &[name]].concat().join("\" includes \"");
+            let from = placed.get(first).map_or(*span, |(_, span)| *span);
+            let message = format!("the template includes itself: \"{cycle}\"");
+            return (message, Place::Span(from), "include it under a condition that ends, or not at all");
+        }
+        names.push(name);
+    }
+    let message = "a macro or a loop calls itself without end".to_owned();
+    (message, place, "call it under a condition that ends, or not at all")
+}
+
+fn describe(error: &Error) -> (Code, String, Option<String>) {
+    let detail = error.detail().map(str::to_owned);
+    match error.kind() {
+        _ if guard::is_limit(error) => {
+            let what = detail.unwrap_or_else(|| "it takes more steps than allowed".to_owned());
+            (codes::TEMPLATE_LIMIT, format!("the template exceeds a limit: {what}"), None)
+        }
+        ErrorKind::TemplateNotFound => {
+            let name = missing(error).unwrap_or_default();
+            let message = format!("\"{name}\" is included, but there is no such template");
+            (codes::INCLUDE_MISSING, message, None)
+        }
+        ErrorKind::UndefinedError => {
+            let what = detail.unwrap_or_else(|| "a value is undefined".to_owned());
+            (codes::UNDECLARED_NAME, what, None)
+        }
+        kind => (codes::TEMPLATE_EVALUATION, detail.unwrap_or_else(|| kind.to_string()), None),
+    }
+}

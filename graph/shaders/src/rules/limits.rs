@@ -1,0 +1,255 @@
+//! The limits of a profile against what a module reflects.
+//!
+//! Validation knows no limits of devices. Everything that can be read off the reflected interface is compared here: bind
+//! groups, bindings, what a stage uses of each kind, sizes of blocks, variables between stages, vertex attributes, colour
+//! attachments, workgroups. The place of an excess is the declaration that goes beyond: the variable, the size of the
+//! workgroup, or the entry point.
+
+use naga::{BuiltIn, Module, ShaderStage, Span, TypeInner};
+use wgpu_types::{BindGroupLayoutEntry, BindingType, BufferBindingType};
+
+use crate::codes;
+use crate::generated::ir;
+use crate::generated::ir::Bound;
+use crate::generated::rejection::{Excess, Rejection};
+use crate::generated::stages;
+use crate::reflection::{Binding, EntryPoint, Reflection, Stage};
+use crate::target::profile::TargetProfile;
+
+/// Every limit of the profile that the module exceeds.
+pub(crate) fn exceeded(
+    text: &str,
+    module: &Module,
+    reflection: &Reflection,
+    profile: &TargetProfile,
+) -> Vec<Rejection> {
+    let mut check = Check { text, module, profile, found: Vec::new() };
+    for binding in &reflection.bindings {
+        check.binding(binding);
+    }
+    for entry_point in &reflection.entry_points {
+        check.bindings_of_stage(reflection, entry_point);
+        let is_it = |entry: &&naga::EntryPoint| {
+            (&entry.name, entry.stage) == (&entry_point.name, entry_point.stage.to_naga())
+        };
+        if let Some(entry) = module.entry_points.iter().find(is_it) {
+            check.entry_point(entry_point, entry);
+        }
+    }
+    check.found
+}
+
+/// A kind of binding of which a stage has a limited number.
+struct Kind {
+    what: &'static str,
+    allowed: u32,
+    is: fn(&BindingType) -> bool,
+}
+
+fn kinds(profile: &TargetProfile, stage: Stage) -> [Kind; 5] {
+    let limits = &profile.limits;
+    let storage_buffers = match stage {
+        Stage::Vertex => profile.vertex_storage_buffers,
+        Stage::Fragment | Stage::Compute => limits.max_storage_buffers_per_shader_stage,
+    };
+    let kind = |what, allowed, is| Kind { what, allowed, is };
+    [
+        kind("sampled textures", limits.max_sampled_textures_per_shader_stage, |ty| {
+            matches!(ty, BindingType::Texture { .. })
+        }),
+        kind("samplers", limits.max_samplers_per_shader_stage, |ty| matches!(ty, BindingType::Sampler(_))),
+        kind("storage textures", limits.max_storage_textures_per_shader_stage, |ty| {
+            matches!(ty, BindingType::StorageTexture { .. })
+        }),
+        kind("uniform buffers", limits.max_uniform_buffers_per_shader_stage, |ty| {
+            matches!(ty, BindingType::Buffer { ty: BufferBindingType::Uniform, .. })
+        }),
+        kind("storage buffers", storage_buffers, |ty| {
+            matches!(ty, BindingType::Buffer { ty: BufferBindingType::Storage { .. }, .. })
+        }),
+    ]
+}
+
+/// What a layout has more of in one stage than the profile guarantees: a layout is the union over variants, each of
+/// which may be within every limit.
+pub fn exceeded_by_layout<'a>(
+    entries: impl Iterator<Item = &'a BindGroupLayoutEntry> + Clone,
+    profile: &TargetProfile,
+) -> Vec<String> {
+    let mut found = Vec::new();
+    for stage in [Stage::Vertex, Stage::Fragment, Stage::Compute] {
+        for Kind { what, allowed, is } in kinds(profile, stage) {
+            let of_kind =
+                entries.clone().filter(|entry| entry.visibility.contains(stage.stages()) && is(&entry.ty));
+            let count: u32 = of_kind.map(|entry| entry.count.map_or(1, std::num::NonZeroU32::get)).sum();
+            if count > allowed {
+                found.push(format!("{count} {what}, but only {allowed} are guaranteed"));
+            }
+        }
+    }
+    found
+}
+
+struct Check<'a> {
+    text: &'a str,
+    module: &'a Module,
+    profile: &'a TargetProfile,
+    found: Vec<Rejection>,
+}
+
+impl Check<'_> {
+    /// Notes what goes beyond a limit; what has one cause with other excesses is `of` one thing. No place is worked out
+    /// for what is within its limit.
+    fn over(
+        &mut self,
+        span: &dyn Fn(&Self) -> Span,
+        of: &str,
+        what: &str,
+        found: u64,
+        allowed: impl Into<u64>,
+    ) {
+        let allowed = allowed.into();
+        if found > allowed {
+            let message = format!("{what} is {found}, but only {allowed} is guaranteed");
+            let excess = Some(Excess { of: of.to_owned(), found });
+            let rejection = Rejection::new(codes::LIMIT_EXCEEDED, message, span(self));
+            self.found.push(Rejection { excess, ..rejection });
+        }
+    }
+
+    fn span_of_binding(&self, binding: &Binding) -> Span {
+        let place = naga::ResourceBinding { group: binding.group, binding: binding.binding };
+        let variables = &self.module.global_variables;
+        let found = variables.iter().find(|(_, variable)| variable.binding == Some(place));
+        found.map(|(handle, _)| variables.get_span(handle)).unwrap_or_default()
+    }
+
+    fn span_of_entry_point(&self, entry_point: &EntryPoint) -> Span {
+        stages::entry_point(self.text, &entry_point.name).map_or(Span::UNDEFINED, Span::from)
+    }
+
+    /// The attribute that says how large a workgroup is.
+    fn span_of_workgroup_size(&self, entry_point: &EntryPoint) -> Span {
+        stages::workgroup_size(self.text, &entry_point.name)
+            .map_or_else(|| self.span_of_entry_point(entry_point), Span::from)
+    }
+
+    /// The first variable between stages beyond those that are allowed, or the last of all.
+    fn span_of_variable(&self, entry_point: &EntryPoint, entry: &naga::EntryPoint, allowed: u64) -> Span {
+        stages::variable_beyond(self.text, self.module, entry, allowed)
+            .map_or_else(|| self.span_of_entry_point(entry_point), Span::from)
+    }
+
+    /// How many of the variables that may go between stages built-in ones take: one each for what a fragment stage is
+    /// given beside its position, one for four distances that a vertex stage clips by.
+    fn built_in_variables(&self, entry: &naga::EntryPoint) -> u64 {
+        let is_fragment = entry.stage == ShaderStage::Fragment;
+        let between = match is_fragment {
+            true => ir::inputs(self.module, &entry.function),
+            false => ir::outputs(self.module, &entry.function),
+        };
+        let taken = |variable: &Bound<'_>| match (variable.binding, &self.module.types[variable.ty].inner) {
+            (naga::Binding::Location { .. } | naga::Binding::BuiltIn(BuiltIn::Position { .. }), _) => 0,
+            (naga::Binding::BuiltIn(BuiltIn::Barycentric { .. }), _) => 3,
+            (naga::Binding::BuiltIn(BuiltIn::ClipDistances), TypeInner::Array { size, .. }) => match size {
+                naga::ArraySize::Constant(size) => u64::from(size.get()).div_ceil(4),
+                _ => 0,
+            },
+            (naga::Binding::BuiltIn(_), _) => u64::from(is_fragment),
+        };
+        between.iter().map(taken).sum()
+    }
+
+    fn binding(&mut self, binding: &Binding) {
+        let limits = &self.profile.limits;
+        let span = &|check: &Self| check.span_of_binding(binding);
+        let name = &binding.name;
+        let what = format!("the number of bind groups with \"{name}\"");
+        self.over(span, &what, &what, u64::from(binding.group) + 1, limits.max_bind_groups);
+        let what = format!("the number of bindings with \"{name}\"");
+        self.over(span, &what, &what, u64::from(binding.binding) + 1, limits.max_bindings_per_bind_group);
+        if let BindingType::Buffer { ty, min_binding_size: Some(size), .. } = binding.entry.ty {
+            let allowed = match ty {
+                BufferBindingType::Uniform => limits.max_uniform_buffer_binding_size,
+                BufferBindingType::Storage { .. } => limits.max_storage_buffer_binding_size,
+            };
+            let what = format!("the size of \"{name}\" in bytes");
+            self.over(span, &what, &what, size.get(), allowed);
+        }
+    }
+
+    fn bindings_of_stage(&mut self, reflection: &Reflection, entry_point: &EntryPoint) {
+        for Kind { what, allowed, is } in kinds(self.profile, entry_point.stage) {
+            let used = reflection
+                .bindings
+                .iter()
+                .filter(|binding| is(&binding.entry.ty))
+                .filter(|binding| entry_point.bindings.contains(&(binding.group, binding.binding)));
+            let count: u64 = used
+                .clone()
+                .map(|binding| binding.entry.count.map_or(1, |count| u64::from(count.get())))
+                .sum();
+            let Some(beyond) = used.clone().nth(allowed as usize).or(used.clone().next_back()) else {
+                continue;
+            };
+            let span = &|check: &Self| check.span_of_binding(beyond);
+            let names: Vec<&str> = used.map(|binding| binding.name.as_str()).collect();
+            let before = self.found.len();
+            let what = format!("the number of {what} in \"{}\"", entry_point.name);
+            self.over(span, &what, &what, count, allowed);
+            for rejection in &mut self.found[before..] {
+                rejection.help = Some(format!("they are {}", names.join(", ")));
+            }
+        }
+    }
+
+    fn entry_point(&mut self, entry_point: &EntryPoint, entry: &naga::EntryPoint) {
+        let limits = &self.profile.limits;
+        let span = &|check: &Self| check.span_of_entry_point(entry_point);
+        let name = &entry_point.name;
+        let highest = |location: Option<u32>| location.map_or(0, |at| u64::from(at) + 1);
+        match entry_point.stage {
+            Stage::Vertex | Stage::Fragment => {
+                let allowed = u64::from(limits.max_inter_stage_shader_variables);
+                let between = &|check: &Self| check.span_of_variable(entry_point, entry, allowed);
+                let built_in = self.built_in_variables(entry);
+                let among =
+                    if built_in > 0 { format!(", {built_in} of them built in,") } else { String::new() };
+                let what = format!("the number of variables between stages in \"{name}\"{among}");
+                let count = entry_point.varyings.len() as u64 + built_in;
+                self.over(between, "variables between stages", &what, count, allowed);
+                // Distances to clip planes take locations, which what a fragment stage is given does not.
+                let taken = if entry_point.stage == Stage::Vertex { built_in } else { 0 };
+                let what = format!("the number of locations between stages in \"{name}\"");
+                let count = highest(entry_point.varyings.iter().copied().max()) + taken;
+                self.over(between, "variables between stages", &what, count, allowed);
+                let what = format!("the number of vertex attributes in \"{name}\"");
+                let count = highest(entry_point.inputs.iter().map(|input| input.location).max());
+                self.over(span, &what, &what, count, limits.max_vertex_attributes);
+                let what = format!("the number of colour attachments in \"{name}\"");
+                let count = highest(entry_point.outputs.iter().map(|output| output.location).max());
+                self.over(span, &what, &what, count, limits.max_color_attachments);
+            }
+            Stage::Compute => {
+                let [x, y, z] = entry_point.workgroup_size.map(u64::from);
+                let size_span = &|check: &Self| check.span_of_workgroup_size(entry_point);
+                let workgroup = format!("the workgroup of \"{name}\"");
+                for (side, size, allowed) in [
+                    ("the width of", x, limits.max_compute_workgroup_size_x),
+                    ("the height of", y, limits.max_compute_workgroup_size_y),
+                    ("the depth of", z, limits.max_compute_workgroup_size_z),
+                    (
+                        "the number of invocations in",
+                        x.saturating_mul(y).saturating_mul(z),
+                        limits.max_compute_invocations_per_workgroup,
+                    ),
+                ] {
+                    self.over(size_span, &workgroup, &format!("{side} {workgroup}"), size, allowed);
+                }
+                let what = format!("the workgroup memory of \"{name}\" in bytes");
+                let size = u64::from(entry_point.workgroup_storage);
+                self.over(span, &what, &what, size, limits.max_compute_workgroup_storage_size);
+            }
+        }
+    }
+}

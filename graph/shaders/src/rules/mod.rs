@@ -1,0 +1,6 @@
+//! Rules that naga does not enforce and browsers or targets do: uniform control flow, aliasing, limits.
+
+pub(crate) mod aliasing;
+pub(crate) mod limits;
+pub(crate) mod uniform_branches;
+pub(crate) mod uniformity;

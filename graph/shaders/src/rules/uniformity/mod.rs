@@ -1,0 +1,92 @@
+//! Uniform control flow, as WGSL demands it.
+//!
+//! Derivatives, sampling with an implicit level, barriers, `workgroupUniformLoad` and subgroup operations have meaning
+//! only where all invocations of a quad, workgroup or subgroup come together. WGSL has an analysis that decides, from the
+//! text alone, whether they do (<https://www.w3.org/TR/WGSL/#uniformity>); a browser rejects a module that fails it. naga
+//! looks at barriers and similar only, and not at fragment stages.
+//!
+//! Functions are gone through from the called to the callers. Of each a graph is made (`flow_graph`): which control flow
+//! and which value depends on which (`walk`, `expressions`). What has to be uniform and depends on what may differ between
+//! invocations is found; where it depends on the control flow of the call, or on an argument, that becomes a demand on the
+//! callers (`summary`), with the way on which it came.
+//!
+//! What naga's intermediate form has lost is of no account here: `&&` and `||` are branches, `while` and `for` are loops,
+//! and variables of blocks, which it lifts to the function, are not used outside of the blocks. Local variables are taken
+//! whole, not by their members.
+//!
+//! Limits, besides those of WGSL's own analysis: naga takes no `@diagnostic` at blocks and statements. What a subgroup
+//! operation gives counts as different in each invocation, also where it is the same in the subgroup, so that a further one
+//! behind it is rejected; that is stricter than `tint`.
+
+mod expressions;
+mod flow_graph;
+mod summary;
+#[cfg(test)]
+mod tests;
+mod walk;
+
+use std::collections::HashMap;
+
+use naga::{Expression, Module, SampleLevel, ShaderStage, Span};
+
+use crate::codes;
+use crate::generated::ir;
+use crate::generated::rejection::Rejection;
+use summary::{Finding, Summary};
+use walk::Walk;
+
+/// At most so many places are named of the way to a reason.
+const REASONS: usize = 6;
+
+/// What is not uniform and has to be, in the order of the text; warnings where the module asks for no more.
+pub(crate) fn found(module: &Module) -> Vec<Rejection> {
+    if !demands(module) {
+        return Vec::new();
+    }
+    let mut summaries: HashMap<_, Summary> = HashMap::new();
+    let mut findings = Vec::new();
+    for (handle, function) in module.functions.iter() {
+        let (summary, own) = Walk::new(module, function, None, &summaries).summary();
+        summaries.insert(handle, summary);
+        findings.extend(own);
+    }
+    for entry in &module.entry_points {
+        findings.extend(Walk::new(module, &entry.function, Some(entry.stage), &summaries).summary().1);
+    }
+    let start = |span: Span| span.to_range().map_or((0, 0), |range| (range.start, range.end));
+    findings.sort_by_key(|finding| (start(finding.need.place), finding.need.warning));
+    findings.dedup_by_key(|finding| start(finding.need.place));
+    findings.into_iter().map(rejection).collect()
+}
+
+/// Whether there is anything that needs uniform control flow.
+fn demands(module: &Module) -> bool {
+    let has_stage = |stage| module.entry_points.iter().any(|each| each.stage == stage);
+    has_stage(ShaderStage::Compute)
+        || ir::functions(module).any(|function| {
+            function.expressions.iter().any(|(_, expression)| match expression {
+                Expression::Derivative { .. } => true,
+                Expression::ImageSample { level, .. } => {
+                    matches!(level, SampleLevel::Auto | SampleLevel::Bias(_))
+                }
+                Expression::SubgroupBallotResult | Expression::SubgroupOperationResult { .. } => true,
+                _ => false,
+            })
+        })
+}
+
+fn rejection(finding: Finding) -> Rejection {
+    let Finding { need, reasons } = finding;
+    let mut rejection =
+        Rejection::new(codes::NON_UNIFORM, need.message(), need.place).help(need.operation.help());
+    rejection.warning = need.warning;
+    let mut notes = need.way;
+    notes.extend(reasons);
+    if notes.len() > REASONS {
+        // The last one is where the difference comes from.
+        notes.drain(REASONS - 1..notes.len() - 1);
+    }
+    rejection.labels =
+        notes.into_iter().filter_map(|note| Some((note.span.to_range()?, note.text))).collect();
+    rejection
+}

@@ -1,0 +1,216 @@
+//! One variant of a template, from values to a reflected module.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use naga::back::PipelineConstants;
+use naga::{Module, Scalar, Span, TypeInner};
+
+use crate::axes::{Axes, AxisMode};
+use crate::codes;
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, Severity, describe, select_axes};
+use crate::generated::rejection::Rejection;
+use crate::generated::text_map::{Source, TextMap};
+use crate::module::wgsl;
+use crate::reflection;
+use crate::reflection::Reflection;
+use crate::rendering::markers;
+use crate::rendering::render;
+use crate::rendering::templates::TemplateSet;
+use crate::source::Span as SourceSpan;
+use crate::target::profile::TargetProfile;
+
+/// One variant of a template, proven valid for a profile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShaderModule {
+    /// The name of the template.
+    pub template: String,
+    /// The values of the axes that the text depends on; the others have no effect on it.
+    pub axes: AxisValues,
+    /// The values of the axes that are pipeline-overridable constants of this module, as pipelines take them.
+    pub constants: BTreeMap<String, f64>,
+    /// The text.
+    pub wgsl: Arc<str>,
+    /// The BLAKE3 hash of the text.
+    pub hash: [u8; 32],
+    /// The reflection of the module.
+    pub reflection: Reflection,
+    /// From the text back to the templates.
+    pub map: TextMap,
+    /// Warnings about the module.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Generates, parses, validates and reflects one variant.
+///
+/// `values` may name any of the template's axes; the others have their defaults.
+///
+/// # Errors
+/// Every diagnostic that can be made: unknown axes and values, broken constraints, errors of the template, and the
+/// first error of the WGSL. Places are in the templates; the generated line stands beside them.
+pub fn compile(
+    templates: &TemplateSet,
+    template: &str,
+    values: &AxisValues,
+    profile: &TargetProfile,
+) -> Result<ShaderModule, Vec<Diagnostic>> {
+    let values = complete(templates, template, values)?;
+    let rendered = render::render(templates, template, &template_values(templates, template, &values))?;
+    wgsl::with_stack(|| check(templates, template, &values, &rendered, profile))
+}
+
+/// The text of one variant, also where naga rejects it; `None` where the template does not render.
+pub fn generate(templates: &TemplateSet, template: &str, values: &AxisValues) -> Option<String> {
+    let values = complete(templates, template, values).ok()?;
+    let (source, _) =
+        render::render(templates, template, &template_values(templates, template, &values)).ok()?;
+    Some(source.wgsl)
+}
+
+/// The values of all axes: the given ones, checked, and defaults for the rest.
+pub fn complete(
+    templates: &TemplateSet,
+    template: &str,
+    given: &AxisValues,
+) -> Result<AxisValues, Vec<Diagnostic>> {
+    let Some(axes) = templates.axes(template) else {
+        return Err(vec![templates.unknown(template, Place::Nowhere)]);
+    };
+    let mut diagnostics = templates.axes_diagnostics(template);
+    if templates.has_lost_axes(template) {
+        return Err(diagnostics);
+    }
+    let place = templates.file(template).map_or(Place::Nowhere, |file| SourceSpan::new(file, 0..0).into());
+    let mut values = axes.defaults();
+    for (name, value) in given {
+        match axes.get(name) {
+            None => diagnostics.push(unknown_axis(axes, template, name, place.clone())),
+            Some(axis) if !axis.kind.contains(value) => diagnostics.push(
+                Diagnostic::error(
+                    codes::AXIS_VALUE,
+                    axis.span,
+                    format!("{value} is not a value of the axis \"{name}\""),
+                )
+                .help(format!("the values are {}", axis.kind.describe())),
+            ),
+            Some(_) => {
+                values.insert(name.clone(), value.clone());
+            }
+        }
+    }
+    if diagnostics.is_empty() {
+        diagnostics.extend(axes.violated(&values).map(|constraint| {
+            let named = constraint.axes();
+            let involved = select_axes(&values, |name| named.contains(name));
+            let message =
+                format!("{} breaks a constraint of \"{template}\": {constraint}", describe(&involved));
+            Diagnostic::error(codes::CONSTRAINT_VIOLATED, constraint.span, message)
+        }));
+    }
+    if diagnostics.is_empty() { Ok(values) } else { Err(diagnostics) }
+}
+
+/// The diagnostic for a name that is no axis of a template.
+pub(crate) fn unknown_axis(axes: &Axes, template: &str, name: &str, place: Place) -> Diagnostic {
+    let diagnostic =
+        Diagnostic::error(codes::AXIS_UNKNOWN, place, format!("\"{template}\" has no axis \"{name}\""));
+    let written = diagnostic.span();
+    diagnostic.suggest(name, axes.names(), written, |names| match names {
+        [] => "it has no axes at all".to_owned(),
+        names => format!("its axes are {}", names.join(", ")),
+    })
+}
+
+/// The values of those axes that are variables of the template.
+pub(crate) fn template_values(templates: &TemplateSet, template: &str, values: &AxisValues) -> AxisValues {
+    select_axes(values, |name| {
+        let axis = templates.axes(template).and_then(|axes| axes.get(name));
+        axis.is_some_and(|axis| axis.mode == AxisMode::Template)
+    })
+}
+
+fn check(
+    templates: &TemplateSet,
+    template: &str,
+    values: &AxisValues,
+    (source, read): &(Source, BTreeSet<String>),
+    profile: &TargetProfile,
+) -> Result<ShaderModule, Vec<Diagnostic>> {
+    let (Some(axes), Some(file)) = (templates.axes(template), templates.file(template)) else {
+        return Err(vec![templates.unknown(template, Place::Nowhere)]);
+    };
+    let place = |rejection: &Rejection| {
+        markers::place(rejection, &source.wgsl, &source.map, file, || {
+            let values = template_values(templates, template, values);
+            templates.marked().map(template, &values, &source.wgsl)
+        })
+    };
+    let proven = || {
+        let module = wgsl::parse(&source.wgsl)?;
+        let constants = constants(axes, values, &module)?;
+        let info = wgsl::validate(&module, profile.capabilities)?;
+        let sizes = wgsl::workgroup_sizes(&wgsl::resolve_overrides(&module, &info, &constants)?);
+        let reflection = reflection::reflect(&module, &info, &sizes);
+        Ok((module, constants, reflection))
+    };
+    let (module, constants, reflection) = proven().map_err(|rejection| vec![place(&rejection)])?;
+    let mut warnings = Vec::new();
+    for mut rejection in wgsl::beyond_naga(&module) {
+        rejection.warning |= !profile.is_browser();
+        warnings.push(place(&rejection));
+    }
+    if warnings.iter().any(|one| one.severity == Severity::Error) {
+        return Err(warnings);
+    }
+    Ok(ShaderModule {
+        template: template.to_owned(),
+        axes: select_axes(values, |name| read.contains(name)),
+        constants: constants.into_iter().collect(),
+        hash: *blake3::hash(source.wgsl.as_bytes()).as_bytes(),
+        wgsl: source.wgsl.as_str().into(),
+        reflection,
+        map: source.map.clone(),
+        warnings,
+    })
+}
+
+/// The values of the override axes that a module declares as overrides.
+///
+/// # Errors
+/// An override whose type does not fit its axis.
+pub(crate) fn constants(
+    axes: &Axes,
+    values: &AxisValues,
+    module: &Module,
+) -> Result<PipelineConstants, Rejection> {
+    let mut constants = PipelineConstants::default();
+    for (handle, constant) in module.overrides.iter() {
+        let Some(name) = constant.name.as_deref() else { continue };
+        let Some(axis) = axes.get(name).filter(|axis| axis.mode == AxisMode::Override) else { continue };
+        let scalar = match module.types[constant.ty].inner {
+            TypeInner::Scalar(scalar) => Some(scalar),
+            _ => None,
+        };
+        let value = match (values.get(name), scalar) {
+            (Some(AxisValue::Bool(value)), Some(Scalar::BOOL)) => f64::from(u8::from(*value)),
+            (Some(AxisValue::Integer(value)), Some(Scalar::I32)) if i32::try_from(*value).is_ok() => {
+                *value as f64
+            }
+            (Some(AxisValue::Integer(value)), Some(Scalar::U32)) if u32::try_from(*value).is_ok() => {
+                *value as f64
+            }
+            _ => {
+                let message =
+                    format!("the override \"{name}\" does not fit its axis ({})", axis.kind.describe());
+                let span: Span = module.overrides.get_span(handle);
+                let help =
+                    "a boolean axis is a `bool`, an integer axis an `i32` or `u32` that holds all its values";
+                return Err(Rejection::new(codes::AXIS_OVERRIDE, message, span).help(help));
+            }
+        };
+        // An override with an `@id` is set by that number, any other by its name.
+        let key = constant.id.map_or_else(|| name.to_owned(), |id| id.to_string());
+        constants.insert(key, value);
+    }
+    Ok(constants)
+}
