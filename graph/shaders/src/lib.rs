@@ -10,14 +10,13 @@
 //! - A [`TargetProfile`] says what a target guarantees.
 //! - [`Reflection`] is the one source of what host and shader agree on: bindings, memory layouts, entry points.
 //!
-//! Folders, the lowest first: `target`, `generated` (the text), `reflection`, `rules`, `module` (text to a validated
+//! Folders, the lowest first: `target`, `written` (the text), `reflection`, `rules`, `module` (text to a validated
 //! module), `axes`, `jinja` (the template language), `rendering`, `variant`, `permutations`.
 
 use umbragraph_text::{diagnostic, document, language, source};
 
 pub mod axes;
 pub mod codes;
-mod generated;
 mod jinja;
 mod module;
 pub mod permutations;
@@ -28,10 +27,10 @@ mod target;
 #[cfg(test)]
 mod tests;
 mod variant;
+mod written;
 
 pub use crate::diagnostic::{AxisValue, AxisValues, describe};
 pub use axes::{Axes, Axis, AxisKind, AxisMode, schema as axes_schema};
-pub use generated::text_map::TextMap;
 pub use module::backend::Emitted;
 pub use reflection::{
     Binding, EntryPoint, FragmentOutput, Member, Reflection, Scalar, ScalarKind, Stage, TypeLayout,
@@ -42,3 +41,4 @@ pub use rules::limits::exceeded_by_layout;
 pub use target::profile::{TargetLanguage, TargetProfile};
 pub use variant::compile::{ShaderModule, compile, complete, generate};
 pub use variant::texture_reads::texture_reads;
+pub use written::text_map::TextMap;

@@ -13,9 +13,9 @@ use naga::{Expression, ImageClass, Module, Span, TypeInner};
 
 use super::wgsl::guarded;
 use crate::codes;
-use crate::generated::ir;
-use crate::generated::rejection::{Rejection, one_line};
 use crate::target::profile::TargetLanguage;
+use crate::written::ir;
+use crate::written::rejection::{Rejection, one_line};
 
 /// A module in the language of a target.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -19,12 +19,12 @@ use naga::{Module, Span};
 
 use super::wgsl_error;
 use crate::codes;
-use crate::generated::complexity;
-use crate::generated::hint;
-use crate::generated::rejection::Rejection;
 use crate::reflection::WorkgroupSizes;
 use crate::rules::aliasing;
 use crate::rules::uniformity;
+use crate::written::complexity;
+use crate::written::hint;
+use crate::written::rejection::Rejection;
 
 /// Stack for parsing and validating nested text.
 pub(crate) const STACK_BYTES: usize = 32 << 20;

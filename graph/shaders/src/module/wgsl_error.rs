@@ -16,8 +16,8 @@ use naga::{GlobalVariable, Handle, Module, Span, Type, WithSpan};
 
 use crate::codes;
 use crate::diagnostic::Code;
-use crate::generated::rejection::{Rejection, one_line};
 use crate::rules::uniformity;
+use crate::written::rejection::{Rejection, one_line};
 
 pub(crate) fn parse(text: &str, error: &ParseError) -> Rejection {
     let mut labels: Vec<(Range<usize>, String)> =

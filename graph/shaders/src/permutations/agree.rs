@@ -20,12 +20,12 @@ use super::report::TemplateReport;
 use crate::axes::Axes;
 use crate::codes;
 use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe, select_axes};
-use crate::generated::stages;
 use crate::reflection::Reflection;
 use crate::reflection::interface;
 use crate::reflection::interface::InterfaceConflict;
 use crate::rendering::templates::TemplateSet;
 use crate::source::Span;
+use crate::written::stages;
 
 /// The maximum number of variants of either view among which the closest pair is looked for.
 const MAX_CANDIDATES: usize = 256;

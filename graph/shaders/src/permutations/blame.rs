@@ -19,10 +19,10 @@ use naga::{Arena, BinaryOperator, Expression, Handle, Module, ShaderStage, Span,
 use super::overrides::Set;
 use crate::axes::Axes;
 use crate::diagnostic::AxisValues;
-use crate::generated::rejection::Rejection;
-use crate::generated::stages;
 use crate::module::wgsl;
 use crate::variant::compile;
+use crate::written::rejection::Rejection;
+use crate::written::stages;
 
 /// The rejection of a module with one of several sets of values, with the values that provoke it and its place.
 pub(super) fn blame(

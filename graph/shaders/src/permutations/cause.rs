@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::explore::Leaf;
 use crate::axes::Space;
 use crate::diagnostic::{AxisValues, Count, Diagnostic, Extent, Place, describe};
-use crate::generated::rejection::Excess;
+use crate::written::rejection::Excess;
 
 /// A failure of one template for some of its leaves.
 #[derive(Clone, Debug)]

@@ -13,11 +13,11 @@ use crate::axes::Axes;
 use crate::axes::AxisMode;
 use crate::codes;
 use crate::diagnostic::{AxisValue, Diagnostic};
-use crate::generated::text_map::Origin;
 use crate::jinja::scan::{Piece, TagKind};
 use crate::jinja::template::Template;
 use crate::rendering::templates::TemplateSet;
 use crate::source::{FileId, Span};
+use crate::written::text_map::Origin;
 
 /// The maximum number of paths whose pairs are compared; with more, every axis that is read counts as alive.
 const MAX_COMPARED: usize = 1 << 10;

@@ -23,10 +23,10 @@ use crate::axes::AxisKind;
 use crate::axes::Domain;
 use crate::axes::Space;
 use crate::diagnostic::{AxisValues, Diagnostic, Place};
-use crate::generated::text_map::{Origin, Segment, Source};
 use crate::rendering::context::to_template_value;
 use crate::rendering::render;
 use crate::source::FileId;
+use crate::written::text_map::{Origin, Segment, Source};
 
 use crate::codes;
 use crate::jinja::guard;

@@ -11,9 +11,9 @@ use naga::{Arena, ArraySize, BinaryOperator, Expression, Module, TypeInner, Unar
 
 use crate::axes::{Axes, AxisKind, AxisMode};
 use crate::diagnostic::{AxisValue, AxisValues};
-use crate::generated::ir;
-use crate::generated::rejection::Rejection;
 use crate::variant::compile;
+use crate::written::ir;
+use crate::written::rejection::Rejection;
 
 /// Values of all override axes, and the constants that they are in a module.
 pub(super) struct Set {

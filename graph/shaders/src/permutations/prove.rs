@@ -9,15 +9,15 @@ use super::blame::{self, blame};
 use super::overrides;
 use crate::axes::Axes;
 use crate::diagnostic::AxisValues;
-use crate::generated::rejection::Rejection;
-use crate::generated::stages;
-use crate::generated::text_map::Source;
 use crate::module::wgsl::Resolved;
 use crate::module::{backend, wgsl};
 use crate::reflection::{self, Reflection};
 use crate::rules::{limits, uniform_branches};
 use crate::target::profile::{TargetLanguage, TargetProfile};
 use crate::variant::compile;
+use crate::written::rejection::Rejection;
+use crate::written::stages;
+use crate::written::text_map::Source;
 
 /// The profiles and limits that all texts of a template are proven for.
 pub(crate) struct Subject<'a> {

@@ -7,7 +7,7 @@ use super::prove::Proof;
 use super::request::Request;
 use super::validator::Opinion;
 use crate::axes::Space;
-use crate::generated::text_map::Source;
+use crate::written::text_map::Source;
 
 /// A request that can be explored, with what came of it.
 pub(super) struct Explored<'a> {

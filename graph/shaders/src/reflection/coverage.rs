@@ -12,8 +12,8 @@ use naga::{
     BinaryOperator, Binding, BuiltIn, Expression, Function, Handle, Literal, Module, ScalarKind, Statement,
 };
 
-use crate::generated::ir;
-use crate::generated::ir::Bound;
+use crate::written::ir;
+use crate::written::ir::Bound;
 
 /// Values, as far as they are needed.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use naga::{AddressSpace, Handle, Module, ShaderStage, TypeInner};
 use wgpu_types::{ShaderStages, VertexFormat};
 
 use super::{Scalar, ScalarKind, coverage};
-use crate::generated::ir;
+use crate::written::ir;
 
 /// The stage of an entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]

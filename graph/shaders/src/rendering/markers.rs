@@ -11,12 +11,12 @@ use std::sync::Arc;
 
 use super::context::fixed_context;
 use crate::diagnostic::{AxisValues, Diagnostic};
-use crate::generated::rejection::Rejection;
-use crate::generated::text_map::{Origin, Segment, TextMap};
 use crate::jinja::scan::{Piece, TagKind, scan};
 use crate::jinja::template::Template;
 use crate::jinja::{filters, guard, tree};
 use crate::source::{FileId, Span};
+use crate::written::rejection::Rejection;
+use crate::written::text_map::{Origin, Segment, TextMap};
 
 const OPEN: char = '\u{E000}';
 const CLOSE: char = '\u{E001}';

@@ -18,10 +18,10 @@ use super::{aside, template_error};
 use crate::axes::{Axes, AxisMode};
 use crate::codes;
 use crate::diagnostic::{AxisValues, Diagnostic};
-use crate::generated::complexity;
-use crate::generated::text_map::{Origin, Segment, Source, TextMap};
 use crate::jinja::{filters, guard};
 use crate::source::{FileId, Span};
+use crate::written::complexity;
+use crate::written::text_map::{Origin, Segment, Source, TextMap};
 
 /// Renders a template with the values of all its axes; with the text come the axes that were read.
 ///

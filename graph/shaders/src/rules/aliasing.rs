@@ -10,8 +10,8 @@ use std::collections::HashMap;
 use naga::{Block, Expression, Function, GlobalVariable, Handle, LocalVariable, Module, Span, Statement};
 
 use crate::codes;
-use crate::generated::ir;
-use crate::generated::rejection::Rejection;
+use crate::written::ir;
+use crate::written::rejection::Rejection;
 
 /// What a pointer goes back to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

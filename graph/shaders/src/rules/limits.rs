@@ -9,12 +9,12 @@ use naga::{BuiltIn, Module, ShaderStage, Span, TypeInner};
 use wgpu_types::{BindGroupLayoutEntry, BindingType, BufferBindingType};
 
 use crate::codes;
-use crate::generated::ir;
-use crate::generated::ir::Bound;
-use crate::generated::rejection::{Excess, Rejection};
-use crate::generated::stages;
 use crate::reflection::{Binding, EntryPoint, Reflection, Stage};
 use crate::target::profile::TargetProfile;
+use crate::written::ir;
+use crate::written::ir::Bound;
+use crate::written::rejection::{Excess, Rejection};
+use crate::written::stages;
 
 /// Every limit of the profile that the module exceeds.
 pub(crate) fn exceeded(

@@ -19,8 +19,8 @@ use naga::{
 };
 
 use crate::codes;
-use crate::generated::ir;
-use crate::generated::rejection::Rejection;
+use crate::written::ir;
+use crate::written::rejection::Rejection;
 
 /// What something depends on, as bits.
 type Sources = u8;

@@ -9,8 +9,6 @@ use naga::{Module, Scalar, Span, TypeInner};
 use crate::axes::{Axes, AxisMode};
 use crate::codes;
 use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, Severity, describe, select_axes};
-use crate::generated::rejection::Rejection;
-use crate::generated::text_map::{Source, TextMap};
 use crate::module::wgsl;
 use crate::reflection;
 use crate::reflection::Reflection;
@@ -19,6 +17,8 @@ use crate::rendering::render;
 use crate::rendering::templates::TemplateSet;
 use crate::source::Span as SourceSpan;
 use crate::target::profile::TargetProfile;
+use crate::written::rejection::Rejection;
+use crate::written::text_map::{Source, TextMap};
 
 /// One variant of a template, proven valid for a profile.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 
 use super::compile::ShaderModule;
 use crate::diagnostic::{Diagnostic, Place};
-use crate::generated::rejection::Rejection;
 use crate::module::backend::Emitted;
 use crate::module::{backend, wgsl};
 use crate::source::Sources;
 use crate::target::profile::TargetLanguage;
 use crate::target::profile::TargetProfile;
+use crate::written::rejection::Rejection;
 
 impl ShaderModule {
     /// The module in the language of a target, its overrides set to [`ShaderModule::constants`].

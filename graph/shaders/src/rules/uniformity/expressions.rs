@@ -9,7 +9,7 @@ use naga::{
 use super::flow_graph::Node;
 use super::summary::{Need, Operation};
 use super::walk::Walk;
-use crate::generated::ir;
+use crate::written::ir;
 
 /// What a pointer goes back to.
 enum Root {

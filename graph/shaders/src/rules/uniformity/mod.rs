@@ -30,8 +30,8 @@ use std::collections::HashMap;
 use naga::{Expression, Module, SampleLevel, ShaderStage, Span};
 
 use crate::codes;
-use crate::generated::ir;
-use crate::generated::rejection::Rejection;
+use crate::written::ir;
+use crate::written::rejection::Rejection;
 use summary::{Finding, Summary};
 use walk::Walk;
 

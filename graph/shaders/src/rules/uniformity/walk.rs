@@ -14,7 +14,7 @@ use naga::{
 
 use super::flow_graph::{FlowGraph, Node, Note};
 use super::summary::{Finding, Need, Operation, Origin, Passed, Summary};
-use crate::generated::ir;
+use crate::written::ir;
 
 /// How a statement can end, as bits.
 type Ends = u8;
