@@ -379,7 +379,7 @@ fn cpu_passes_take_over_live_settings_and_reject_what_loading_rejects() {
     let mut set = |passes: &mut CpuPasses, name: &str, value: &Value| {
         let at = live.find(name).expect("a live parameter");
         live.set(at, &mut |given| given.clone_from(value)).expect("a value of its type");
-        live.apply(passes, &mut |_, _| {})
+        live.apply(passes, &mut |_, _, _| {})
     };
     for (name, text) in [
         ("points", "1024"),

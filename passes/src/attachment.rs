@@ -9,13 +9,13 @@ use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Ref, Word};
 use umbragraph_pipeline::pipeline::{
-    Contents, Evaluate, Face as CubeFace, IndexRange, LiveTarget, PassBuilder, Produced, SubresourceRange,
+    Contents, Evaluate, Face as CubeFace, IndexRange, PassBuilder, Produced, SubresourceRange,
     SubresourceRangeSettings,
 };
 use umbragraph_pipeline::wgpu_types::{ColorWrites, StencilFaceState, StencilOperation, StencilState};
 use umbragraph_pipeline::work::{
-    ColorAttachment, Compare, DepthAttachment, Draw, LoadOperation, RenderWork, StencilAttachment,
-    Subresource, Work,
+    Byte, ColorAttachment, Compare, DepthAttachment, Draw, Live, LiveValue, LoadOperation, RenderWork,
+    StencilAttachment, Subresource, Work,
 };
 
 use crate::blend::{BlendSettings, blend_constant};
@@ -239,17 +239,15 @@ impl Attachments {
 
 impl Attached {
     /// What it holds before: the value of "clear", or what "contents" says.
-    fn load<T>(
+    fn load<T: LiveValue>(
         &self,
         pass: &mut PassBuilder<'_>,
-        (clear, at, target): (&Option<Expr>, &str, LiveTarget),
-        without: LoadOperation<T>,
-        value: impl FnOnce(&mut PassBuilder<'_>, &Expr, &str) -> Option<T>,
-    ) -> Option<LoadOperation<T>> {
+        clear: &Option<Expr>,
+        at: &str,
+        without: LoadOperation<Live<T>>,
+    ) -> Option<LoadOperation<Live<T>>> {
         let load = match (clear, &self.contents) {
-            (Some(expr), _) => {
-                LoadOperation::Clear(pass.live(target, |pass| value(pass, expr, &format!("{at}/clear")))?)
-            }
+            (Some(expr), _) => LoadOperation::Clear(pass.live_value(expr, &format!("{at}/clear"))?),
             (None, None) => return Some(without),
             (None, Some(word)) => match pass.word(word, &format!("{at}/contents"))? {
                 Contents::Load => LoadOperation::Load,
@@ -286,12 +284,7 @@ impl ColorSettings {
             .map_or(all, |channels| channels.iter().map(|channel| ColorWrites::from(*channel)).collect());
         let replaces = covers && blend.is_none() && write_mask == all;
         let without = if replaces { LoadOperation::Discard } else { LoadOperation::Load };
-        let load = self.attached.load(
-            pass,
-            (&self.clear, at, LiveTarget::Color(index)),
-            without,
-            |pass, expr, pointer| color_of_numbers(pass, expr, pointer, "[0, 0, 0, 1]"),
-        )?;
+        let load = self.attached.load(pass, &self.clear, at, without)?;
         let format = if_said(&self.format, |name| pass.format(name, &format!("{at}/format")))?;
         let to = self.attached.target(pass, at)?;
         let resolve = if_said(&self.resolve, |resolve| {
@@ -306,19 +299,7 @@ impl DepthSettings {
     fn declare(&self, pass: &mut PassBuilder<'_>, at: &str) -> Option<DepthAttachment> {
         let write = pass.boolean_or(&self.write, format_args!("{at}/write"), true)?;
         let compare = pass.word(&self.compare, &format!("{at}/compare"))?;
-        let load = self.attached.load(
-            pass,
-            (&self.clear, at, LiveTarget::Depth),
-            LoadOperation::Load,
-            |pass, expr, pointer| {
-                let value = pass.number(expr, pointer)?;
-                if !(0.0..=1.0).contains(&value) {
-                    let message = format!("depth is cleared to {value}");
-                    return pass.reject(codes::OUT_OF_BOUNDS, pointer, message, "depth lies between 0 and 1");
-                }
-                Some(value)
-            },
-        )?;
+        let load = self.attached.load(pass, &self.clear, at, LoadOperation::Load)?;
         let pointer = format!("{at}/slope_bias");
         let bias = pass.number_or(&self.slope_bias, &pointer, 0.0)? as f32;
         if !bias.is_finite() {
@@ -336,47 +317,23 @@ impl DepthSettings {
 impl StencilSettings {
     /// Declares the stencil attachment beside a depth attachment, which has to be of the same texture.
     fn declare(&self, pass: &mut PassBuilder<'_>, at: &str) -> Option<StencilAttachment> {
-        let load =
-            self.attached.load(pass, (&self.clear, at, LiveTarget::Stencil), LoadOperation::Load, byte)?;
+        let load = self.attached.load(pass, &self.clear, at, LoadOperation::Load)?;
         let front = if_said(&self.front, |face| face.declare(pass, &format!("{at}/front")))?;
         let front = front.unwrap_or(StencilFaceState::IGNORE);
         let back = if_said(&self.back, |face| face.declare(pass, &format!("{at}/back")))?.unwrap_or(front);
-        let byte_or = |pass: &mut PassBuilder<'_>, expr: &Option<Expr>, key: &str, without: u32| {
-            if_said(expr, |expr| byte(pass, expr, &format!("{at}/{key}"))).map(|byte| byte.unwrap_or(without))
+        let mut mask = |expr: &Option<Expr>, key: &str| {
+            let mask = if_said(expr, |expr| pass.read(expr, &format!("{at}/{key}")))?;
+            Some(mask.map_or(255, |Byte(mask)| mask.into()))
         };
-        let read_mask = byte_or(pass, &self.read_mask, "read_mask", 255)?;
-        let write_mask = byte_or(pass, &self.write_mask, "write_mask", 255)?;
-        let reference =
-            pass.live(LiveTarget::Reference, |pass| byte_or(pass, &self.reference, "reference", 0))?;
+        let read_mask = mask(&self.read_mask, "read_mask")?;
+        let write_mask = mask(&self.write_mask, "write_mask")?;
+        let reference = if_said(&self.reference, |expr| pass.live_value(expr, &format!("{at}/reference")))?;
+        let reference = reference.unwrap_or_else(|| Byte(0).into());
         let to = self.attached.target(pass, at)?;
         let discard = self.attached.discards(pass, at)?;
         let state = StencilState { front, back, read_mask, write_mask };
         Some(StencilAttachment { to, load, state, reference, discard })
     }
-}
-
-/// Red, green, blue and alpha; what has other numbers is told an example.
-pub(crate) fn color_of_numbers(
-    pass: &mut PassBuilder<'_>,
-    expr: &Expr,
-    pointer: &str,
-    example: &str,
-) -> Option<[f64; 4]> {
-    let numbers = pass.numbers(expr, pointer)?;
-    <[f64; 4]>::try_from(numbers.as_slice()).ok().or_else(|| {
-        let message = format!("a color has four numbers, not {}", numbers.len());
-        let help = format!("write red, green, blue and alpha: {example}");
-        pass.reject(codes::OUT_OF_BOUNDS, pointer, message, help)
-    })
-}
-
-fn byte(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str) -> Option<u32> {
-    let value = pass.count(expr, pointer)?;
-    if value > 255 {
-        let message = format!("stencil has eight bits, not {value}");
-        return pass.reject(codes::OUT_OF_BOUNDS, pointer, message, "0 to 255 are possible");
-    }
-    Some(value)
 }
 
 impl StencilFace {

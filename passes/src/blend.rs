@@ -16,10 +16,11 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Word};
-use umbragraph_pipeline::pipeline::{Evaluate, LiveTarget, PassBuilder};
+use umbragraph_pipeline::pipeline::{Evaluate, PassBuilder};
 use umbragraph_pipeline::wgpu_types::{BlendComponent, BlendFactor, BlendOperation, BlendState};
+use umbragraph_pipeline::work::{Color, Live};
 
-use crate::attachment::{ColorSettings, color_of_numbers};
+use crate::attachment::ColorSettings;
 
 /// How colors are combined with what is there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -155,7 +156,7 @@ impl BlendSettings {
 pub(crate) fn blend_constant(
     pass: &mut PassBuilder<'_>,
     attachments: &[ColorSettings],
-) -> Option<Option<[f64; 4]>> {
+) -> Option<Option<Live<Color>>> {
     let mut found = None;
     for (at, attachment) in attachments.iter().enumerate() {
         let Some(BlendSettings::Equation(BlendEquation { constant: Some(expr), .. })) = &attachment.blend
@@ -163,10 +164,8 @@ pub(crate) fn blend_constant(
             continue;
         };
         let pointer = format!("/color/{at}/blend/constant");
-        let constant = pass.live(LiveTarget::BlendConstant, |pass| {
-            color_of_numbers(pass, expr, &pointer, "[0.5, 0.5, 0.5, 1]")
-        })?;
-        if found.is_some_and(|known| known != constant) {
+        let constant: Live<Color> = pass.live_value(expr, &pointer)?;
+        if found.is_some_and(|known: Live<Color>| known.value != constant.value) {
             let message = "two attachments of a pass blend with different constants";
             let help = "a pass has one constant for all of them";
             return pass.reject(codes::ATTACHMENTS, &pointer, message, help);

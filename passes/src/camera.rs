@@ -23,7 +23,7 @@ use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::frame::{Camera as FrameCamera, Projection};
 use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 /// Publishes the frame's camera as a view, and its matrices and directions by name.
@@ -62,7 +62,7 @@ impl Node for Camera {
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let reverse = pass.boolean_or(&self.reverse, "/reverse", false)?;
-        let jitter = pass.live(LiveTarget::Node, |pass| points(&self.jitter, pass))?;
+        let jitter = pass.live(|pass| points(&self.jitter, pass))?;
         let output = pass.publish(&self.to, "/to", shape())?;
         pass.produce(Work::Cpu(CpuWork::new(
             RunCamera { setting: self.jitter.clone(), reverse, jitter },

@@ -5,8 +5,8 @@ use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{Evaluate, IndexRange, LiveTarget, PassBuilder, Produced};
-use umbragraph_pipeline::work::{ComputeWork, Deferred, Dispatch, Subresource, Work};
+use umbragraph_pipeline::pipeline::{Evaluate, IndexRange, PassBuilder, Produced};
+use umbragraph_pipeline::work::{ComputeWork, Deferred, Dispatch, Live, Subresource, Work};
 
 use crate::shader::ShaderSettings;
 
@@ -66,15 +66,12 @@ impl Node for Compute {
                 resource.map(|resource| Dispatch::Over { resource, mip })
             }
             (None, Some(counts), None) => {
-                let counts: Option<Vec<Deferred>> = counts
+                let counts: Option<Vec<Live<Deferred>>> = counts
                     .iter()
                     .enumerate()
-                    .map(|(at, expr)| {
-                        let pointer = format!("/workgroups/{at}");
-                        pass.live(LiveTarget::Workgroups, |pass| pass.deferred(expr, &pointer))
-                    })
+                    .map(|(at, expr)| pass.live_deferred(expr, &format!("/workgroups/{at}")))
                     .collect();
-                counts.and_then(|counts| <[Deferred; 3]>::try_from(counts).ok()).map(Dispatch::Workgroups)
+                counts.and_then(|counts| <[_; 3]>::try_from(counts).ok()).map(Dispatch::Workgroups)
             }
             _ => {
                 let help = "\"over\": a texture, or \"workgroups\": [x, y, z], or \"indirect\": a buffer";

@@ -10,7 +10,7 @@ use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, IndexRange, PassBuilder, Produced, SubresourceRange};
 use umbragraph_pipeline::wgpu_types::Face;
 use umbragraph_pipeline::work::{
-    ColorAttachment, DepthAttachment, Draw as DrawWork, DrawOrder, LoadOperation, Redraw, SceneDraw,
+    ColorAttachment, Depth, DepthAttachment, Draw as DrawWork, DrawOrder, LoadOperation, Redraw, SceneDraw,
 };
 
 use crate::attachment::Attachments;
@@ -163,7 +163,7 @@ impl Draw {
             let message = "what is drawn over another texture does not scroll";
             return pass.reject(codes::ATTACHMENTS, "/scroll", message, "remove \"scroll\", or \"over\"");
         }
-        Some(Some(Redraw { clear: 0.0, over, every, scroll }))
+        Some(Some(Redraw { clear: Depth(0.0).into(), over, every, scroll }))
     }
 }
 

@@ -10,7 +10,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Ref, Word};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{Evaluate, LiveTarget, PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{Evaluate, PassBuilder, Produced};
 use umbragraph_pipeline::wgpu_types::{IndexFormat, PrimitiveTopology, VertexStepMode};
 use umbragraph_pipeline::work::{BufferDraw, Draw, DrawCounts, IndexStream, ProgramHandle, VertexStream};
 
@@ -185,10 +185,10 @@ impl Mesh {
     fn counts(&self, pass: &mut PassBuilder<'_>) -> Option<DrawCounts> {
         match (&self.count, &self.indirect) {
             (Some(count), None) => {
-                let count = pass.live(LiveTarget::Count, |pass| pass.count(count, "/count"));
-                let instances =
-                    pass.live(LiveTarget::Instances, |pass| pass.count_or(&self.instances, "/instances", 1));
-                Some(DrawCounts::Direct { count: count?, instances: instances? })
+                let count = pass.live_value(count, "/count");
+                let instances = if_said(&self.instances, |expr| pass.live_value(expr, "/instances"));
+                let instances = instances?.unwrap_or_else(|| 1.into());
+                Some(DrawCounts::Direct { count: count?, instances })
             }
             (None, Some(settings)) if self.instances.is_none() => {
                 let words = if self.indices.is_some() { 5 } else { 4 };

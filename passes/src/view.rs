@@ -11,7 +11,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, DataShape};
 use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 /// Publishes one view of other data, to be drawn into a texture of its own.
@@ -31,7 +31,7 @@ impl Node for View {
     const SUMMARY: &'static str = "Publishes one view of other data, to be drawn into a texture of its own.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let index = pass.live(LiveTarget::Node, |pass| pass.count(&self.index, "/index"));
+        let index = pass.live(|pass| pass.count(&self.index, "/index"));
         let input = pass.data(&self.from, "/from");
         let output = pass.publish(&self.to, "/to", DataShape::new().views(1))?;
         pass.produce(Work::Cpu(CpuWork::new(

@@ -228,7 +228,7 @@ impl ByHand {
                 .map(|(color, planned)| {
                     let load = match color.load {
                         LoadOperation::Load => wgpu::LoadOp::Load,
-                        LoadOperation::Clear([r, g, b, a]) => wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
+                        LoadOperation::Clear(color) => wgpu::LoadOp::Clear(color.value.into()),
                         LoadOperation::Discard => wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
                     };
                     (layer(texture(color.to.resource), 0), load, store(planned.store))
@@ -238,7 +238,7 @@ impl ByHand {
             let depth_ops = attached.zip(planned.depth.as_ref()).map(|((depth, _), planned)| {
                 let load = match depth.load {
                     LoadOperation::Load => wgpu::LoadOp::Load,
-                    LoadOperation::Clear(value) => wgpu::LoadOp::Clear(value as f32),
+                    LoadOperation::Clear(depth) => wgpu::LoadOp::Clear(depth.value.into()),
                     LoadOperation::Discard => wgpu::LoadOp::Clear(0.0),
                 };
                 (load, store(planned.store))

@@ -15,8 +15,8 @@ use crate::pipeline::{
 use crate::shader::TargetProfile;
 use crate::source::{Sources, Span};
 use crate::work::{
-    ColorAttachment, DepthAttachment, Draw, LoadOperation, PassHandle, ProgramHandle, RenderWork,
-    ResourceHandle, Subresource, TransferEnd, TransferWork, Work,
+    Color, ColorAttachment, Depth, DepthAttachment, Draw, LoadOperation, PassHandle, ProgramHandle,
+    RenderWork, ResourceHandle, Subresource, TransferEnd, TransferWork, Work,
 };
 
 /// A pipeline in the making.
@@ -293,7 +293,7 @@ impl AssemblyPass<'_> {
         let to = self.attached(resource);
         self.color.push(ColorAttachment {
             to,
-            load,
+            load: load.map(|color| Color(color).into()),
             blend: None,
             write_mask: wgpu_types::ColorWrites::ALL,
             format: None,
@@ -306,6 +306,7 @@ impl AssemblyPass<'_> {
     /// Draws with mip 0 and layer 0 of a depth texture, which it writes unless `write` is false.
     pub fn depth(mut self, resource: ResourceHandle, load: LoadOperation<f64>, write: bool) -> Self {
         let to = self.attached(resource);
+        let load = load.map(|depth| Depth(depth).into());
         let compare = wgpu_types::CompareFunction::Less;
         self.depth = Some(DepthAttachment { to, load, write, compare, slope_bias: 0.0, discard: false });
         self.draw()

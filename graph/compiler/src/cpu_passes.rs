@@ -189,9 +189,9 @@ impl CpuPasses {
 
 /// What an executor needs besides.
 impl CpuPasses {
-    /// Lets the node at a position of the plan take over live settings; `None` after a diagnostic.
+    /// Lets the node at a position of the plan, if there is one, take over live settings; `None` after a diagnostic.
     pub fn update(&mut self, at: usize, settings: &mut LiveSettings<'_>) -> Option<()> {
-        self.runs.get_mut(at)?.as_mut()?.update(settings)
+        self.runs.get_mut(at).and_then(Option::as_mut).map_or(Some(()), |run| run.update(settings))
     }
 
     /// Switches the toggles of a frame.

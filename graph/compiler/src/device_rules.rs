@@ -6,12 +6,12 @@
 //! bindings for each stage) are checked with the shader's variants, and what a copy joins where copies are planned
 //! ([`super::copies`]).
 
-use super::drawn_buffers::DrawnBuffer;
+use super::drawn_buffers::{Counted, DrawnBuffer};
 use super::planned::{Plan, PlannedPass};
 use super::texture_size::TextureSize;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{TextureShape, format_name};
-use crate::pipeline::{LiveTarget, Located as _, Pass, Program, ProgramBinding};
+use crate::pipeline::{Located as _, Pass, Program, ProgramBinding};
 use crate::shader::Stage;
 use crate::work::{
     BoundSlot, BufferDraw, ColorAttachment, Draw, DrawCounts, ResourceHandle, SlotSource, Work,
@@ -56,8 +56,8 @@ impl Rules<'_> {
     fn buffer_draw(&self, draw: &BufferDraw) -> Vec<Diagnostic> {
         let DrawCounts::Direct { count, instances } = draw.counts else { return Vec::new() };
         let drawn = DrawnBuffer::all(draw).into_iter().map(|one| {
-            let elements = if one.counted == LiveTarget::Count { count } else { instances };
-            (one.buffer, one.bytes(elements.into()))
+            let elements = if one.counted == Counted::Elements { count } else { instances };
+            (one.buffer, one.bytes(elements.value.into()))
         });
         let too_short = |(resource, wanted): (ResourceHandle, u64)| {
             let bytes = self.plan.resource(resource)?.bytes;

@@ -1,10 +1,23 @@
 //! How many workgroups a compute pass runs.
 
 use super::resolved_resources::ResolvedResources;
-use crate::diagnostic::{Diagnostic, codes};
+use crate::diagnostic::{Diagnostic, Place, codes};
+use crate::expression::Value;
 use crate::pipeline::{Located as _, whole_number};
 use crate::shader::Stage;
-use crate::work::{ComputeWork, Dispatch, PassHandle};
+use crate::work::{ComputeWork, Dispatch, Live, PassHandle};
+
+/// The number of workgroups that a value is.
+///
+/// # Errors
+/// No whole number, or one beyond the limit: a diagnostic without its place.
+pub(super) fn count(value: &Value, limit: u32) -> Result<u32, Diagnostic> {
+    whole_number(value, 0..=limit).ok_or_else(|| {
+        let message = format!("{value} is not a workgroup count");
+        Diagnostic::error(codes::DISPATCH, Place::Nowhere, message)
+            .help(format!("whole numbers from 0 to {limit} are possible; ceil() rounds up"))
+    })
+}
 
 /// The workgroup counts of a pass; `None` after a diagnostic, and where a buffer says them.
 pub(super) fn workgroups(
@@ -28,15 +41,12 @@ pub(super) fn workgroups(
         }
         Dispatch::Workgroups(expressions) => {
             let mut counts = [0; 3];
-            for (count, deferred) in counts.iter_mut().zip(expressions) {
+            for (count, Live { value: deferred, .. }) in counts.iter_mut().zip(expressions) {
                 let value = resolved.sizes.value(deferred)?;
-                let Some(found) = whole_number(&value, 0..=limit) else {
-                    let message = format!("{value} is not a workgroup count");
-                    let help = format!("whole numbers from 0 to {limit} are possible; ceil() rounds up");
-                    diagnostics.push(deferred.error(codes::DISPATCH, message).help(help));
-                    return None;
-                };
-                *count = found;
+                let found = self::count(&value, limit).map_err(|diagnostic| {
+                    diagnostics.push(diagnostic.at(deferred.place, &deferred.pointer));
+                });
+                *count = found.ok()?;
             }
             counts
         }

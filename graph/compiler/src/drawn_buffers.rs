@@ -3,14 +3,21 @@
 //! WebGPU rejects a draw that counts more than its buffers hold. Of an indexed draw that are indices, and elements by
 //! instance; which vertices indices name is not known, and what lies beyond is cut off by the device.
 
-use crate::pipeline::LiveTarget;
 use crate::work::{BufferDraw, ResourceHandle};
+
+/// The count of a draw that says how much of a buffer is read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Counted {
+    /// Vertices, or indices.
+    Elements,
+    Instances,
+}
 
 /// What is read of a buffer.
 pub(super) struct DrawnBuffer {
     pub(super) buffer: ResourceHandle,
-    /// What says how many elements that is: the count or the instances.
-    pub(super) counted: LiveTarget,
+    /// The count of its elements.
+    pub(super) counted: Counted,
     /// Bytes from one element to the next.
     stride: u64,
     /// Bytes of the last element.
@@ -22,8 +29,8 @@ impl DrawnBuffer {
     pub(super) fn all(draw: &BufferDraw) -> Vec<Self> {
         let streams = draw.vertices.iter().filter_map(|stream| {
             let counted = match (stream.step, &draw.indices) {
-                (wgpu_types::VertexStepMode::Instance, _) => LiveTarget::Instances,
-                (_, None) => LiveTarget::Count,
+                (wgpu_types::VertexStepMode::Instance, _) => Counted::Instances,
+                (_, None) => Counted::Elements,
                 (_, Some(_)) => return None,
             };
             let last = stream.attributes.iter().map(|one| one.offset + one.format.size()).max().unwrap_or(0);
@@ -31,7 +38,7 @@ impl DrawnBuffer {
         });
         let indices = draw.indices.as_ref().map(|indices| {
             let size = if indices.format == wgpu_types::IndexFormat::Uint16 { 2 } else { 4 };
-            Self { buffer: indices.buffer.resource, counted: LiveTarget::Count, stride: size, last: size }
+            Self { buffer: indices.buffer.resource, counted: Counted::Elements, stride: size, last: size }
         });
         streams.chain(indices).collect()
     }

@@ -71,7 +71,7 @@ pub use graph::{Edge, Graph, GraphNode, Hazard};
 pub use history::{InitialValue, PlannedHistory};
 pub use options::{Import, PlanOptions};
 pub use order_report::{MemoryOrder, Objective, OrderMethod, OrderReport};
-pub use parameters::{Changed, Parameters, PlannedParameter, PlannedSetting};
+pub use parameters::{Parameters, PlannedParameter, PlannedSetting, TakeOver};
 pub use physical::{Physical, PhysicalBuffer, PhysicalTexture};
 pub use plan::plan;
 pub use planned::{Plan, PlannedAttachment, PlannedPass, PlannedResource, StoreOperation};

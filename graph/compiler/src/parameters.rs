@@ -11,53 +11,31 @@
 
 mod settings;
 
-use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 
 use super::cpu_passes::CpuPasses;
-use super::planned::Plan;
-use super::values::{PackedBlock, Packing, pack_member};
-use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes};
-use crate::expression::{self, Expression, Scope, Value};
-use crate::pipeline::{LiveSettings, LiveTarget, Pipeline, rejected, whole_number};
+use super::dispatch;
+use super::planned::{Plan, PlannedPass};
+use super::values::PackedBlock;
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use crate::expression::{self, Expression, Scope as _, Value};
+use crate::pipeline::{Constraint, Following, LiveSetting, LiveSettings, Pipeline, StaticScope, rejected};
 use crate::source::Span;
+use crate::work::Deferred;
 
+pub(super) use settings::{Bound, of_pass, planned};
 pub use settings::{PlannedParameter, PlannedSetting};
-pub(super) use settings::{of_block, of_dispatch, of_pass, planned};
 
-use settings::PlannedTarget;
-
-/// What has changed of a pass.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Changed<'a> {
-    /// A block's bytes.
-    Block(&'a PackedBlock),
-    /// One of the three counts of a dispatch.
-    Workgroups(usize, u32),
-    /// The clear value of a color attachment.
-    Color(usize, [f64; 4]),
-    /// The clear value of the depth attachment.
-    Depth(f64),
-    /// The clear value of the stencil attachment.
-    Stencil(u32),
-    /// The stencil reference.
-    Reference(u32),
-    /// The blend constant.
-    BlendConstant([f64; 4]),
-    /// The number of vertices, or indices.
-    Count(u32),
-    /// The number of instances.
-    Instances(u32),
-    /// Settings of the CPU node, which has taken them over.
-    Node,
-}
+/// Takes over what has changed of the pass at a position: the values of its live settings, and its blocks.
+pub type TakeOver<'a> = dyn FnMut(usize, &[Value], &[PackedBlock]) + 'a;
 
 /// The parameters of a plan with their values in this frame.
 pub struct Parameters {
     plan: Arc<Plan>,
-    values: Values,
-    /// The values that passes have taken over.
+    /// The values of all names that live settings can see.
+    scope: StaticScope,
+    /// For each parameter the value that passes have taken over.
     settled: Vec<Value>,
     /// Memory for values that are given.
     given: Vec<Value>,
@@ -67,39 +45,9 @@ pub struct Parameters {
     id: u64,
     /// For each pass its blocks.
     blocks: Vec<Vec<PackedBlock>>,
-    /// For each pass where its live settings went, those that are members of blocks.
-    packings: Vec<Vec<Packing>>,
     /// For each pass the values of its live settings.
     taken: Vec<Vec<Value>>,
     numbers: Vec<f64>,
-    scratch: Value,
-}
-
-/// The names that live settings can see.
-struct Values {
-    names: HashMap<String, usize>,
-    list: Vec<Value>,
-}
-
-impl Values {
-    fn add(&mut self, name: &str, value: Value) {
-        self.names.insert(name.to_owned(), self.list.len());
-        self.list.push(value);
-    }
-}
-
-impl Scope for Values {
-    fn lookup(&self, name: &str) -> Option<Value> {
-        self.borrow(name).cloned()
-    }
-
-    fn borrow(&self, name: &str) -> Option<&Value> {
-        self.names.get(name).and_then(|at| self.list.get(*at))
-    }
-
-    fn names(&self) -> Vec<String> {
-        self.names.keys().cloned().collect()
-    }
 }
 
 impl Parameters {
@@ -107,50 +55,31 @@ impl Parameters {
     pub fn new(plan: Arc<Plan>) -> Self {
         let pipeline = &plan.pipeline;
         let scope = pipeline.scope();
-        let mut values = Values { names: HashMap::new(), list: Vec::new() };
-        for (name, parameter) in &pipeline.parameters {
-            values.add(name, parameter.value.clone());
-        }
+        let settled: Vec<Value> = pipeline.parameters.values().map(|one| one.value.clone()).collect();
         let mut hasher = DefaultHasher::new();
         pipeline.parameters.keys().for_each(|name| name.hash(&mut hasher));
-        let settled = values.list.clone();
-        for following in &pipeline.following {
-            values.add(&following.name, scope.lookup(&following.name).unwrap_or(Value::Bool(false)));
-        }
-        // What does not change.
-        for name in pipeline.features.keys().chain(pipeline.derived.keys()) {
-            if !values.names.contains_key(name)
-                && let Some(value) = scope.lookup(name)
-            {
-                values.add(name, value);
-            }
-        }
-        let mut parameters = Self {
+        let taken = |planned: &PlannedPass| {
+            let settings = planned.live.iter().zip(&pipeline.pass(planned.handle).live);
+            let value = |(setting, declared): (&PlannedSetting, &LiveSetting)| {
+                let mut value = Value::Bool(false);
+                // A value that cannot be evaluated is a diagnostic of the plan.
+                drop(take(&scope, setting, &declared.value, &mut value));
+                value
+            };
+            settings.map(value).collect()
+        };
+        Self {
             is_set: vec![false; settled.len()],
             is_changed: false,
             id: hasher.finish(),
             blocks: plan.passes.iter().map(|pass| pass.blocks.clone()).collect(),
-            packings: plan.passes.iter().map(|pass| vec![Packing::default(); pass.live.len()]).collect(),
-            taken: Vec::new(),
+            taken: plan.passes.iter().map(taken).collect(),
             numbers: Vec::new(),
-            scratch: Value::Bool(false),
             given: settled.clone(),
             settled,
-            values,
+            scope,
             plan,
-        };
-        parameters.taken = parameters.taken_first();
-        parameters
-    }
-
-    /// The values of the live settings of each pass with which the plan was made.
-    fn taken_first(&self) -> Vec<Vec<Value>> {
-        let value = |setting: &PlannedSetting| {
-            let mut value = Value::Bool(false);
-            self.value(setting, &mut value, &mut Diagnostics::new());
-            value
-        };
-        self.plan.passes.iter().map(|planned| planned.live.iter().map(value).collect()).collect()
+        }
     }
 
     /// The position of a live parameter.
@@ -183,7 +112,7 @@ impl Parameters {
 
     /// The value of the parameter at a position.
     pub fn get(&self, at: usize) -> Option<&Value> {
-        self.values.list.get(at).filter(|_| at < self.settled.len())
+        self.scope.borrow(self.plan.pipeline.parameters.keys().nth(at)?)
     }
 
     /// A number that is the same for plans with the same parameters: positions are good for these.
@@ -203,7 +132,9 @@ impl Parameters {
             let diagnostic = Diagnostic::error(codes::UNKNOWN_SETTING, Place::Nowhere, message);
             return Err(diagnostic.help("ask the executor for the parameter again").into());
         };
-        let (before, given) = (&mut self.values.list[at], &mut self.given[at]);
+        let Some((before, given)) = self.scope.get_mut(name).zip(self.given.get_mut(at)) else {
+            return Ok(());
+        };
         assign(given);
         if let Some((code, message, help)) = rejected(name, &parameter.declaration, given, before) {
             given.clone_from(before);
@@ -220,215 +151,151 @@ impl Parameters {
     /// Sets what was set in another plan's parameters, where it fits here.
     pub fn go_on_from(&mut self, before: &Self) {
         for (at, (name, parameter)) in self.plan.pipeline.parameters.iter().enumerate() {
-            let Some(from) = before.plan.pipeline.parameters.keys().position(|known| known == name) else {
+            let from = before.plan.pipeline.parameters.keys().position(|known| known == name);
+            let is_set = parameter.structural.is_none() && from.is_some_and(|from| before.is_set[from]);
+            let (Some(value), Some(own), true) =
+                (before.scope.borrow(name), self.scope.get_mut(name), is_set)
+            else {
                 continue;
             };
-            let value = &before.values.list[from];
-            let fits = rejected(name, &parameter.declaration, value, &self.values.list[at]).is_none();
-            if before.is_set[from] && parameter.structural.is_none() && fits {
+            if rejected(name, &parameter.declaration, value, own).is_none() {
                 self.is_set[at] = true;
-                self.is_changed |= self.values.list[at] != *value;
-                self.values.list[at] = value.clone();
+                self.is_changed |= own != value;
+                own.clone_from(value);
             }
         }
     }
 
-    /// Lets passes take over the parameters that have changed: CPU nodes at once, everything else through `set`, with the
-    /// position of the pass.
+    /// Lets passes take over the parameters that have changed: CPU nodes at once, everything else through `set`.
     ///
     /// # Errors
     /// What loading and planning would say of these values; all parameters have the values before then.
-    pub fn apply(
-        &mut self,
-        cpu_passes: &mut CpuPasses,
-        set: &mut dyn FnMut(usize, Changed<'_>),
-    ) -> Result<(), Diagnostics> {
+    pub fn apply(&mut self, cpu_passes: &mut CpuPasses, set: &mut TakeOver<'_>) -> Result<(), Diagnostics> {
         if !std::mem::take(&mut self.is_changed) {
             return Ok(());
         }
-        let mut diagnostics = Diagnostics::new();
-        let count = self.settled.len();
-        if self.attempt(cpu_passes, set, &mut diagnostics).is_none() {
-            for (value, settled) in self.values.list.iter_mut().zip(&self.settled) {
-                assign(value, settled);
+        let plan = self.plan.clone();
+        let attempted = self.attempt(&plan, cpu_passes, set);
+        for (name, settled) in plan.pipeline.parameters.keys().zip(&mut self.settled) {
+            match self.scope.get_mut(name) {
+                Some(value) if attempted.is_err() => assign(value, settled),
+                Some(value) if settled != value => assign(settled, value),
+                _ => {}
             }
-            self.attempt(cpu_passes, set, &mut Diagnostics::new());
-            return Err(diagnostics);
         }
-        for (settled, value) in self.settled.iter_mut().zip(&self.values.list[..count]) {
-            if settled != value {
-                assign(settled, value);
+        if attempted.is_err() {
+            // What was taken over before holds again.
+            drop(self.attempt(&plan, cpu_passes, set));
+        }
+        attempted
+    }
+
+    fn attempt(
+        &mut self,
+        plan: &Plan,
+        cpu_passes: &mut CpuPasses,
+        set: &mut TakeOver<'_>,
+    ) -> Result<(), Diagnostics> {
+        self.follow(&plan.pipeline)?;
+        for (at, planned) in plan.passes.iter().enumerate() {
+            let (settings, mut is_changed) = (&plan.pipeline.pass(planned.handle).live, false);
+            for (position, (setting, declared)) in planned.live.iter().zip(settings).enumerate() {
+                if take(&self.scope, setting, &declared.value, &mut self.taken[at][position])? {
+                    is_changed = true;
+                    (declared.check)(&self.taken[at][position])
+                        .and_then(|()| self.hold(at, position, setting))
+                        .map_err(|rejected| rejected.at(declared.value.place, &declared.value.pointer))?;
+                }
+            }
+            if is_changed {
+                let mut diagnostics = Diagnostics::new();
+                let (values, diagnostics_of) = (&self.taken[at], &mut diagnostics);
+                let mut settings = LiveSettings { settings, values, diagnostics: diagnostics_of };
+                if cpu_passes.update(at, &mut settings).is_none() {
+                    return Err(diagnostics);
+                }
+                set(at, values, &self.blocks[at]);
             }
         }
         Ok(())
     }
 
-    fn attempt(
-        &mut self,
-        cpu_passes: &mut CpuPasses,
-        set: &mut dyn FnMut(usize, Changed<'_>),
-        diagnostics: &mut Diagnostics,
-    ) -> Option<()> {
-        let plan = self.plan.clone();
-        self.follow(&plan.pipeline, diagnostics)?;
-        for (at, planned) in plan.passes.iter().enumerate() {
-            let mut is_node = false;
-            for (position, setting) in planned.live.iter().enumerate() {
-                let is_list = !setting.elements.is_empty();
-                let mut value = Value::Bool(false);
-                if is_list {
-                    std::mem::swap(&mut value, &mut self.scratch);
-                }
-                self.value(setting, &mut value, diagnostics)?;
-                if self.taken[at][position] != value {
-                    is_node |= matches!(setting.target, PlannedTarget::Node);
-                    assign(&mut self.taken[at][position], &value);
-                    self.take(at, (position, setting), &value, set, diagnostics)?;
-                }
-                if is_list {
-                    self.scratch = value;
-                }
+    /// Holds the value of a live setting to its bound, and packs it if it is of a block.
+    fn hold(&mut self, at: usize, position: usize, setting: &PlannedSetting) -> Result<(), Diagnostic> {
+        let value = &self.taken[at][position];
+        match &setting.bound {
+            Bound::Member(block, packing) => {
+                packing.pack(value, &mut self.numbers, &mut self.blocks[at][*block].bytes)
             }
-            if is_node {
-                let settings = &plan.pipeline.pass(planned.handle).live;
-                let mut settings = LiveSettings { settings, values: &self.taken[at], diagnostics };
-                cpu_passes.update(at, &mut settings)?;
-                set(at, Changed::Node);
+            Bound::Workgroups(limit) => dispatch::count(value, *limit).map(drop),
+            Bound::Drawn(most, buffer) if value.number().is_some_and(|count| count > *most as f64) => {
+                let message = format!("\"{buffer}\" has {most} of the {value} that are drawn of it");
+                let diagnostic = Diagnostic::error(codes::DEVICE_RULE, Place::Nowhere, message);
+                Err(diagnostic.help("make the buffer larger, or draw less"))
             }
+            Bound::Free | Bound::Drawn(..) => Ok(()),
         }
-        Some(())
-    }
-
-    /// Lets a pass take over the value of a live setting, but for those of CPU nodes, which take over all at once.
-    fn take(
-        &mut self,
-        at: usize,
-        (position, setting): (usize, &PlannedSetting),
-        value: &Value,
-        set: &mut dyn FnMut(usize, Changed<'_>),
-        diagnostics: &mut Diagnostics,
-    ) -> Option<()> {
-        let mut reject = |code: Code, message: String, help: &str| {
-            let diagnostic = Diagnostic::error(code, setting.place, message);
-            diagnostics.push(diagnostic.pointer(&setting.pointer).help(help));
-            None
-        };
-        match &setting.target {
-            PlannedTarget::Node => {}
-            PlannedTarget::Member(block, member) => {
-                let block = &mut self.blocks[at][*block];
-                let packing = &mut self.packings[at][position];
-                if let Err(message) =
-                    pack_member(member, value, (packing, &mut self.numbers), &mut block.bytes)
-                {
-                    let spelling = member.layout.spelling();
-                    let help = format!("the shader declares \"{}\" as {spelling}", member.name);
-                    return reject(codes::EXPRESSION_TYPE, message, &help);
-                }
-                set(at, Changed::Block(block));
-            }
-            PlannedTarget::Workgroups(axis, limit) => {
-                let Some(count) = whole_number(value, 0..=*limit) else {
-                    let help = format!("whole numbers from 0 to {limit} are possible; ceil() rounds up");
-                    return reject(codes::DISPATCH, format!("{value} is not a workgroup count"), &help);
-                };
-                set(at, Changed::Workgroups(*axis, count));
-            }
-            PlannedTarget::Drawn(target, most) => {
-                let Some(count) = whole_number(value, 0..=u32::MAX) else {
-                    let message = format!("{value} cannot be set here");
-                    return reject(codes::OUT_OF_BOUNDS, message, "write a whole number from 0");
-                };
-                if let Some((most, buffer)) = most.as_ref().filter(|(most, _)| u64::from(count) > *most) {
-                    let message = format!("\"{buffer}\" has {most} of the {count} that are drawn of it");
-                    let help = "make the buffer larger, or draw less";
-                    return reject(codes::DEVICE_RULE, message, help);
-                }
-                let is_count = *target == LiveTarget::Count;
-                set(at, if is_count { Changed::Count(count) } else { Changed::Instances(count) });
-            }
-            PlannedTarget::Other(target) => match changed(*target, value) {
-                Ok(changed) => set(at, changed),
-                Err(help) => {
-                    return reject(codes::OUT_OF_BOUNDS, format!("{value} cannot be set here"), help);
-                }
-            },
-        }
-        Some(())
     }
 
     /// Evaluates what follows from parameters, and holds it to ranges and constraints.
-    fn follow(&mut self, pipeline: &Pipeline, diagnostics: &mut Diagnostics) -> Option<()> {
-        let first = self.settled.len();
-        for (at, following) in pipeline.following.iter().enumerate() {
-            let value = self.evaluate(&following.expression, following.place, "", diagnostics)?;
-            if let Some(declaration) = &following.declaration {
-                let name = following.name.rsplit('$').next().unwrap_or_default();
-                let before = &self.values.list[first + at];
-                if let Some((code, message, help)) = rejected(name, declaration, &value, before) {
-                    diagnostics.push(Diagnostic::error(code, following.place, message).help(help));
-                    return None;
+    fn follow(&mut self, pipeline: &Pipeline) -> Result<(), Diagnostic> {
+        for Following { name, expression, declaration, place } in &pipeline.following {
+            let value = evaluate(&self.scope, expression, *place, "")?;
+            if let (Some(declaration), Some(before)) = (declaration, self.scope.borrow(name)) {
+                let inner = name.rsplit('$').next().unwrap_or_default();
+                if let Some((code, message, help)) = rejected(inner, declaration, &value, before) {
+                    return Err(Diagnostic::error(code, *place, message).help(help));
                 }
             }
-            self.values.list[first + at] = value;
+            self.scope.set(name, value);
         }
-        for constraint in &pipeline.constraints {
-            let (place, pointer) = (constraint.place, constraint.pointer.as_str());
-            let holds = self.evaluate(&constraint.holds, place, pointer, diagnostics)?;
-            if holds != Value::Bool(true) {
-                let diagnostic =
-                    Diagnostic::error(codes::CONSTRAINT, constraint.place, constraint.message.clone());
-                let help = "set other values before the next frame";
-                diagnostics.push(diagnostic.pointer(&constraint.pointer).help(help));
-                return None;
+        for Constraint { holds, message, place, pointer } in &pipeline.constraints {
+            if evaluate(&self.scope, holds, *place, pointer)? != Value::Bool(true) {
+                let diagnostic = Diagnostic::error(codes::CONSTRAINT, *place, message);
+                return Err(diagnostic.pointer(pointer).help("set other values before the next frame"));
             }
         }
-        Some(())
+        Ok(())
     }
+}
 
-    /// The value of a live setting, in the memory of one before.
-    fn value(
-        &self,
-        setting: &PlannedSetting,
-        value: &mut Value,
-        diagnostics: &mut Diagnostics,
-    ) -> Option<()> {
-        let evaluate = |expression: &Expression, diagnostics: &mut Diagnostics| {
-            self.evaluate(expression, setting.place, &setting.pointer, diagnostics)
-        };
-        if setting.elements.is_empty() {
-            *value = evaluate(&setting.expression, diagnostics)?;
-            return Some(());
-        }
-        if !matches!(value, Value::List(_)) {
-            *value = Value::List(Vec::with_capacity(setting.elements.len()));
-        }
-        if let Value::List(list) = value {
-            list.clear();
-            for element in &setting.elements {
-                list.push(evaluate(element, diagnostics)?);
-            }
-        }
-        Some(())
+/// Evaluates a live setting into the value before; whether it has changed.
+fn take(
+    scope: &StaticScope,
+    setting: &PlannedSetting,
+    declared: &Deferred,
+    to: &mut Value,
+) -> Result<bool, Diagnostic> {
+    let replace = |to: &mut Value, expression: &Expression| {
+        let value = evaluate(scope, expression, declared.place, &declared.pointer)?;
+        Ok(std::mem::replace(to, value) != *to)
+    };
+    let count = setting.elements.len();
+    if count == 0 {
+        return replace(to, &setting.expression);
     }
+    if !matches!(to, Value::List(list) if list.len() == count) {
+        *to = Value::List(vec![Value::Bool(false); count]);
+    }
+    let mut is_changed = false;
+    if let Value::List(list) = to {
+        for (to, element) in list.iter_mut().zip(&setting.elements) {
+            is_changed |= replace(to, element)?;
+        }
+    }
+    Ok(is_changed)
+}
 
-    fn evaluate(
-        &self,
-        expression: &Expression,
-        place: Span,
-        pointer: &str,
-        diagnostics: &mut Diagnostics,
-    ) -> Option<Value> {
-        match expression::evaluate(expression, &self.values) {
-            Ok(value) => Some(value),
-            Err(error) => {
-                let diagnostic = Diagnostic::error(codes::EXPRESSION_ARITHMETIC, place, error.message);
-                let help = error.help.unwrap_or_else(|| "set another value".to_owned());
-                diagnostics.push(diagnostic.pointer(pointer).help(help));
-                None
-            }
-        }
-    }
+fn evaluate(
+    scope: &StaticScope,
+    expression: &Expression,
+    place: Span,
+    pointer: &str,
+) -> Result<Value, Diagnostic> {
+    expression::evaluate(expression, scope).map_err(|error| {
+        let help = error.help.unwrap_or_else(|| "set another value".to_owned());
+        Diagnostic::error(codes::EXPRESSION_ARITHMETIC, place, error.message).pointer(pointer).help(help)
+    })
 }
 
 /// Takes over a value in the memory of one of the same shape.
@@ -440,36 +307,4 @@ fn assign(to: &mut Value, from: &Value) {
         (Value::Text(to), Value::Text(from)) => to.clone_from(from),
         (to, from) => *to = from.clone(),
     }
-}
-
-fn color(value: &Value) -> Option<[f64; 4]> {
-    let Value::List(list) = value else { return None };
-    let [r, g, b, a] = list.as_slice() else { return None };
-    Some([r.number()?, g.number()?, b.number()?, a.number()?])
-}
-
-/// What a value sets.
-///
-/// # Errors
-/// What it has to be.
-fn changed(target: LiveTarget, value: &Value) -> Result<Changed<'static>, &'static str> {
-    let found = match target {
-        LiveTarget::Color(at) => color(value).map(|color| Changed::Color(at, color)),
-        LiveTarget::BlendConstant => color(value).map(Changed::BlendConstant),
-        LiveTarget::Depth => {
-            let depth = value.number().filter(|depth| (0.0..=1.0).contains(depth));
-            return depth.map(Changed::Depth).ok_or("depth lies between 0 and 1");
-        }
-        LiveTarget::Stencil | LiveTarget::Reference => {
-            let byte = whole_number(value, 0..=255).ok_or("0 to 255 are possible")?;
-            let is_clear = target == LiveTarget::Stencil;
-            return Ok(if is_clear { Changed::Stencil(byte) } else { Changed::Reference(byte) });
-        }
-        LiveTarget::Count
-        | LiveTarget::Instances
-        | LiveTarget::Node
-        | LiveTarget::Workgroups
-        | LiveTarget::Block => None,
-    };
-    found.ok_or("write red, green, blue and alpha: [0, 0, 0, 1]")
 }

@@ -5,15 +5,17 @@
 
 use super::copies;
 use super::dispatch;
-use super::drawn_buffers::DrawnBuffer;
+use super::drawn_buffers::{Counted, DrawnBuffer};
 use super::format;
-use super::parameters;
+use super::parameters::{self, Bound, PlannedSetting};
 use super::planned::{PlannedAttachment, PlannedPass};
 use super::resolved_resources::{Descriptor, ResolvedResources, TextureProperties};
 use super::values::{self, PackedBlock};
 use crate::diagnostic::{Diagnostic, codes};
-use crate::pipeline::{Access, LiveTarget, ResourceKind};
-use crate::work::{AttachmentTarget, Dispatch, Draw, PassHandle, Redraw, RenderWork, SceneDraw, Work};
+use crate::pipeline::{Access, ResourceKind};
+use crate::work::{
+    AttachmentTarget, Dispatch, Draw, DrawCounts, PassHandle, Redraw, RenderWork, SceneDraw, Work,
+};
 
 impl ResolvedResources<'_> {
     /// Fills in, or makes again, what depends on sizes.
@@ -21,30 +23,33 @@ impl ResolvedResources<'_> {
     /// Diagnostics: values that do not fit their block, impossible dispatches, attachments that do not fit together.
     pub(super) fn size_pass(&self, planned: &mut PlannedPass, diagnostics: &mut Vec<Diagnostic>) {
         let handle = planned.handle;
+        let pass = self.pipeline.pass(handle);
         planned.blocks.clear();
-        planned.live.clear();
+        planned.live = parameters::of_pass(&self.sizes, &pass.live);
         if let Some((_, slots)) = format::slots(self.pipeline, handle) {
             for slot in slots {
                 if let Some(block) = slot.source.values()
-                    && let Some(bytes) =
-                        values::pack(&block.layout, &block.expressions, &self.sizes, diagnostics)
+                    && let (position, live) = (planned.blocks.len(), &mut planned.live)
+                    && let Some(bytes) = values::pack(block, position, &self.sizes, live, diagnostics)
                 {
-                    let position = planned.blocks.len();
-                    parameters::of_block(&self.sizes, position, block, &mut planned.live);
                     planned.blocks.push(PackedBlock { group: slot.group, binding: slot.binding, bytes });
                 }
             }
         }
-        let pass = self.pipeline.pass(handle);
-        let most = |counted| self.most(pass.work(), counted);
-        parameters::of_pass(&self.sizes, &pass.live, most, &mut planned.live);
         match pass.work() {
-            Work::Render(render) => self.check_attachments(handle, planned, render, diagnostics),
+            Work::Render(render) => {
+                self.check_attachments(handle, planned, render, diagnostics);
+                self.bind_counts(&render.draw, &mut planned.live);
+            }
             Work::Compute(compute) => {
                 planned.workgroups = dispatch::workgroups(self, compute, handle, diagnostics);
                 if let Dispatch::Workgroups(counts) = &compute.dispatch {
                     let limit = self.pipeline.profile.limits.max_compute_workgroups_per_dimension;
-                    parameters::of_dispatch(&self.sizes, counts, limit, &mut planned.live);
+                    for setting in counts.iter().filter_map(|count| count.setting) {
+                        if let Some(live) = planned.live.get_mut(setting) {
+                            live.bound = Bound::Workgroups(limit);
+                        }
+                    }
                 }
             }
             Work::Transfer(transfer) => {
@@ -54,16 +59,21 @@ impl ResolvedResources<'_> {
         }
     }
 
-    /// How many vertices, indices or instances the buffers of a draw have, and the name of that with the fewest.
-    fn most(&self, work: &Work, counted: LiveTarget) -> Option<(u64, String)> {
-        let Work::Render(render) = work else { return None };
-        let Draw::Buffers(draw) = &render.draw else { return None };
-        let drawn = DrawnBuffer::all(draw).into_iter().filter(|one| one.counted == counted);
-        let most = drawn.filter_map(|one| {
-            let Descriptor::Buffer { bytes, .. } = self.get(one.buffer)?.descriptor? else { return None };
-            Some((one.elements(bytes)?, self.pipeline.resource(one.buffer).name.clone()))
-        });
-        most.min()
+    /// Holds live counts of a draw to what its buffers have.
+    fn bind_counts(&self, draw: &Draw, live: &mut [PlannedSetting]) {
+        let Draw::Buffers(draw) = draw else { return };
+        let DrawCounts::Direct { count, instances } = draw.counts else { return };
+        for (counted, setting) in
+            [(Counted::Elements, count.setting), (Counted::Instances, instances.setting)]
+        {
+            let Some(live) = setting.and_then(|at| live.get_mut(at)) else { continue };
+            let drawn = DrawnBuffer::all(draw).into_iter().filter(|one| one.counted == counted);
+            let most = drawn.filter_map(|one| {
+                let Descriptor::Buffer { bytes, .. } = self.get(one.buffer)?.descriptor? else { return None };
+                Some((one.elements(bytes)?, self.pipeline.resource(one.buffer).name.clone()))
+            });
+            live.bound = most.min().map_or(Bound::Free, |(most, buffer)| Bound::Drawn(most, buffer));
+        }
     }
 
     /// An error about an attachment of a pass.

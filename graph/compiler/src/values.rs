@@ -4,11 +4,12 @@ use serde::Serialize;
 
 use super::size::Sizes;
 use crate::data::{Component, ValueType};
-use crate::diagnostic::{Diagnostic, codes};
+use crate::diagnostic::{Diagnostic, Place, codes};
 use crate::expression::Value;
-use crate::pipeline::{Located as _, element_type, member_runs, whole_number};
+use crate::parameters::{Bound, PlannedSetting};
+use crate::pipeline::{element_type, member_runs, whole_number};
 use crate::shader::{Member, TypeLayout};
-use crate::work::Deferred;
+use crate::work::{BlockValues, Live};
 
 /// The bytes of one block.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -21,100 +22,115 @@ pub struct PackedBlock {
     pub bytes: Vec<u8>,
 }
 
-/// Packs the values of a block's members.
+/// Packs the values of a block's members; the live ones among them are bound to the block, which is at a position.
 pub(super) fn pack(
-    layout: &TypeLayout,
-    values: &[(String, Deferred)],
+    block: &BlockValues,
+    position: usize,
     sizes: &Sizes<'_>,
+    live: &mut [PlannedSetting],
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Vec<u8>> {
-    let TypeLayout::Struct { members, .. } = layout else { return None };
-    let mut bytes = vec![0; layout.size() as usize];
+    let TypeLayout::Struct { members, .. } = &block.layout else { return None };
+    let (mut bytes, mut numbers) = (vec![0; block.layout.size() as usize], Vec::new());
     let mut fine = true;
     for member in members {
-        let Some((_, deferred)) = values.iter().find(|(name, _)| *name == member.name) else { continue };
+        let mut expressions = block.expressions.iter();
+        let Some((_, Live { value: deferred, setting })) = expressions.find(|(name, _)| *name == member.name)
+        else {
+            continue;
+        };
         let Some(value) = sizes.value(deferred) else {
             fine = false;
             continue;
         };
-        if let Err(message) =
-            pack_member(member, &value, (&mut Packing::default(), &mut Vec::new()), &mut bytes)
-        {
+        let packed = Packing::new(member, 0).pack(&value, &mut numbers, &mut bytes);
+        if let Err(diagnostic) = packed {
             fine = false;
-            let help = format!("the shader declares \"{}\" as {}", member.name, member.layout.spelling());
-            diagnostics.push(deferred.error(codes::EXPRESSION_TYPE, message).help(help));
+            diagnostics.push(diagnostic.at(deferred.place, &deferred.pointer));
+        } else if let Some(setting) = setting.and_then(|at| live.get_mut(at)) {
+            setting.bound = Bound::Member(position, Packing::new(member, numbers.len()));
         }
     }
     fine.then_some(bytes)
 }
 
-/// Packs the value of one member; `packing` is where the value before went, and `numbers` memory that is used again.
-pub(super) fn pack_member(
-    member: &Member,
-    value: &Value,
-    (packing, numbers): (&mut Packing, &mut Vec<f64>),
-    bytes: &mut [u8],
-) -> Result<(), String> {
-    numbers.clear();
-    flatten(value, numbers)?;
-    if packing.count != numbers.len() || packing.runs.is_empty() {
-        *packing = Packing::new(member, numbers.len())?;
-    }
-    let end = packing.runs.iter().map(|(_, length, offset)| offset + length * 4).max().unwrap_or(0);
-    if end as usize > bytes.len() {
-        return Err(format!("\"{}\" has no room for {} numbers", member.name, numbers.len()));
-    }
-    for (word, length, offset) in &packing.runs {
-        for at in 0..*length {
-            let number = numbers[(word + at) as usize];
-            let bits = to_word(number, packing.component)
-                .ok_or_else(|| format!("{number} is no {} for \"{}\"", packing.component, member.name))?;
-            let start = (offset + at * 4) as usize;
-            bytes[start..start + 4].copy_from_slice(&bits.to_le_bytes());
-        }
-    }
-    Ok(())
-}
-
-/// Where the numbers of a member go in its block.
+/// Where so many numbers go in the block of a member.
 #[derive(Clone, Debug)]
 pub(super) struct Packing {
-    /// The number of numbers.
+    member: Member,
     count: usize,
-    component: Component,
-    /// The first number, how many, and the byte of the first.
-    runs: Vec<(u32, u32, u32)>,
+    runs: Result<Runs, String>,
 }
 
-impl Default for Packing {
-    fn default() -> Self {
-        Self { count: 0, component: Component::F32, runs: Vec::new() }
-    }
-}
+/// The component, and for each run the first number, how many, and the byte of the first.
+type Runs = (Component, Vec<(u32, u32, u32)>);
 
 impl Packing {
-    fn new(member: &Member, count: usize) -> Result<Self, String> {
-        let element = match &member.layout {
-            TypeLayout::Array { element, .. } => element_type(element),
-            other => element_type(other),
-        };
-        let Some(element) = element else {
-            return Err(format!("\"{}\" is of a type that values cannot fill", member.name));
-        };
-        let per_element = element.element_words();
-        let whole = match &member.layout {
-            TypeLayout::Array { .. } => {
-                count.is_multiple_of(per_element).then(|| element.array((count / per_element) as u32))
-            }
-            _ => (count == per_element).then_some(element),
-        };
-        let scalars = ValueType::vector(element.component, 1).array(count as u32);
-        let runs = whole
-            .and_then(|own| member_runs(&member.layout, own, member.offset))
-            .or_else(|| member_runs(&member.layout, scalars, member.offset))
-            .ok_or_else(|| format!("\"{}\" is given {count} numbers", member.name))?;
-        Ok(Self { count, component: element.component, runs })
+    fn new(member: &Member, count: usize) -> Self {
+        Self { member: member.clone(), count, runs: runs(member, count) }
     }
+
+    /// Packs a value; `numbers` is memory that is used again.
+    pub(super) fn pack(
+        &self,
+        value: &Value,
+        numbers: &mut Vec<f64>,
+        bytes: &mut [u8],
+    ) -> Result<(), Diagnostic> {
+        numbers.clear();
+        let member = &self.member;
+        let packed = flatten(value, numbers).and_then(|()| {
+            if self.count == numbers.len() {
+                return self.write(numbers, bytes);
+            }
+            Self::new(member, numbers.len()).write(numbers, bytes)
+        });
+        packed.map_err(|message| {
+            let help = format!("the shader declares \"{}\" as {}", member.name, member.layout.spelling());
+            Diagnostic::error(codes::EXPRESSION_TYPE, Place::Nowhere, message).help(help)
+        })
+    }
+
+    fn write(&self, numbers: &[f64], bytes: &mut [u8]) -> Result<(), String> {
+        let (component, runs) = self.runs.as_ref().map_err(String::clone)?;
+        let name = &self.member.name;
+        let end = runs.iter().map(|(_, length, offset)| offset + length * 4).max().unwrap_or(0);
+        if end as usize > bytes.len() {
+            return Err(format!("\"{name}\" has no room for {} numbers", numbers.len()));
+        }
+        for (word, length, offset) in runs {
+            for at in 0..*length {
+                let number = numbers[(word + at) as usize];
+                let bits = to_word(number, *component)
+                    .ok_or_else(|| format!("{number} is no {component} for \"{name}\""))?;
+                let start = (offset + at * 4) as usize;
+                bytes[start..start + 4].copy_from_slice(&bits.to_le_bytes());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The component of a member, and where so many numbers go in it.
+fn runs(member: &Member, count: usize) -> Result<Runs, String> {
+    let (array, element) = match &member.layout {
+        TypeLayout::Array { element, .. } => (true, element_type(element)),
+        other => (false, element_type(other)),
+    };
+    let Some(element) = element else {
+        return Err(format!("\"{}\" is of a type that values cannot fill", member.name));
+    };
+    let per_element = element.element_words();
+    let whole = match array {
+        true => count.is_multiple_of(per_element).then(|| element.array((count / per_element) as u32)),
+        false => (count == per_element).then_some(element),
+    };
+    let scalars = ValueType::vector(element.component, 1).array(count as u32);
+    let runs = whole
+        .and_then(|own| member_runs(&member.layout, own, member.offset))
+        .or_else(|| member_runs(&member.layout, scalars, member.offset))
+        .ok_or_else(|| format!("\"{}\" is given {count} numbers", member.name))?;
+    Ok((element.component, runs))
 }
 
 /// The bits of a number, if it is one of the component's.

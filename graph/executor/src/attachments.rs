@@ -16,61 +16,77 @@ use wgpu_profiler::GpuProfilerQuery;
 use super::creation::Creation;
 use super::redraw::Texels;
 use super::resources::{Resources, Viewed};
-use crate::compiler::{Changed, Plan, PlannedPass, StoreOperation};
+use crate::compiler::{Plan, PlannedPass, StoreOperation};
 use crate::data::View;
+use crate::expression::Value;
 use crate::language::TextureShape;
 use crate::pipeline::{Aspect, IndexRange};
-use crate::work::{AttachmentTarget, LoadOperation, RenderWork, TextureView};
+use crate::work::{
+    AttachmentTarget, Byte, Color, Depth, Live, LiveValue, LoadOperation, RenderWork, TextureView,
+};
 
 /// The maximum number of color attachments of a render pass.
 pub(super) const MAX_COLORS: usize = 8;
 
 /// The attachments of one pass, or of several that are recorded as one.
 pub(super) struct Attachments {
-    color: Vec<Attachment<wgpu::Color>>,
-    depth: Option<Attachment<f32>>,
+    color: Vec<Attachment<Color>>,
+    depth: Option<Attachment<Depth>>,
     /// Whether depth is only tested against; a shader of the same pass may sample it then.
     depth_read_only: bool,
     /// Views of the texture of the depth attachment too, where both are there.
-    stencil: Option<Attachment<u32>>,
+    stencil: Option<Attachment<Byte>>,
     /// Whether stencil is only tested against.
     stencil_read_only: bool,
     /// Width and height in texels.
     pub(super) extent: [u32; 2],
 }
 
-struct Attachment<V> {
+struct Attachment<T> {
     /// A view of each layer that can be drawn into; one where the layer is fixed or the only one.
     layers: Vec<Viewed>,
     /// The resolve target. What has several samples has one layer.
     resolve: Option<Viewed>,
-    load: wgpu::LoadOp<V>,
+    load: LoadOperation<Live<T>>,
     store: wgpu::StoreOp,
 }
 
-impl<V: Copy> Attachment<V> {
+impl<T: LiveValue> Attachment<T> {
     /// The position of a view's layer.
     fn position(&self, layer: u32) -> usize {
         if self.layers.len() > 1 { layer as usize } else { 0 }
     }
 
-    fn operations(&self, is_first: bool) -> wgpu::Operations<V> {
-        wgpu::Operations { load: if is_first { self.load } else { wgpu::LoadOp::Load }, store: self.store }
+    /// What is discarded is cleared to nothing: to leave it undefined is unsafe.
+    fn operations<V: From<T> + Default>(&self, is_first: bool) -> wgpu::Operations<V> {
+        let load = match self.load {
+            LoadOperation::Clear(clear) if is_first => wgpu::LoadOp::Clear(clear.value.into()),
+            LoadOperation::Discard if is_first => wgpu::LoadOp::Clear(V::default()),
+            _ => wgpu::LoadOp::Load,
+        };
+        wgpu::Operations { load, store: self.store }
+    }
+
+    /// Takes over the clear value.
+    fn update(&mut self, values: &[Value]) {
+        if let LoadOperation::Clear(clear) = &mut self.load {
+            clear.update(values);
+        }
     }
 
     /// What clears a layer, of an attachment that begins cleared.
-    fn cleared<'a>(
+    fn cleared<'a, V: From<T> + Default>(
         &'a self,
         position: usize,
         resources: &'a Resources,
     ) -> Option<(&'a wgpu::TextureView, wgpu::Operations<V>)> {
-        let begins_cleared = matches!(self.load, wgpu::LoadOp::Clear(_));
+        let begins_cleared = !matches!(self.load, LoadOperation::Load);
         let view = self.layers.get(position).filter(|_| begins_cleared)?.get(resources)?;
         Some((view, self.operations(true)))
     }
 }
 
-impl Attachment<wgpu::Color> {
+impl Attachment<Color> {
     fn of_color<'a>(
         &'a self,
         view: &'a wgpu::TextureView,
@@ -115,28 +131,27 @@ impl Attachments {
         };
         let mut color = Vec::with_capacity(render.color.len());
         for (attachment, planned) in render.color.iter().zip(&planned.color) {
-            let load = load(attachment.load, |[r, g, b, a]| wgpu::Color { r, g, b, a });
             let layers = view_layers(resources, attachment.to.target(), attachment.format)?;
             let resolve = match &attachment.resolve {
                 Some(to) => view_layers(resources, to.target(), attachment.format)?.into_iter().next(),
                 None => None,
             };
-            color.push(Attachment { layers, resolve, load, store: store(planned.store) });
+            color.push(Attachment { layers, resolve, load: attachment.load, store: store(planned.store) });
         }
         let depth = match render.depth.as_ref().zip(planned.depth.as_ref()) {
             None => None,
             Some((attachment, planned)) => {
-                let load = load(attachment.load, |value| (value as f32).clamp(0.0, 1.0));
+                let (load, store) = (attachment.load, store(planned.store));
                 let layers = view_layers(resources, attachment.to.target(), None)?;
-                Some(Attachment { layers, resolve: None, load, store: store(planned.store) })
+                Some(Attachment { layers, resolve: None, load, store })
             }
         };
         let stencil = match render.stencil.as_ref().zip(planned.stencil.as_ref()) {
             None => None,
             Some((attachment, planned)) => {
-                let load = load(attachment.load, |value| value);
+                let (load, store) = (attachment.load, store(planned.store));
                 let layers = view_layers(resources, attachment.to.target(), None)?;
-                Some(Attachment { layers, resolve: None, load, store: store(planned.store) })
+                Some(Attachment { layers, resolve: None, load, store })
             }
         };
         let is_read_only =
@@ -146,26 +161,11 @@ impl Attachments {
         Some(Self { color, depth, depth_read_only, stencil, stencil_read_only, extent: extent? })
     }
 
-    /// Sets a clear value.
-    pub(super) fn set_clear(&mut self, changed: Changed<'_>) {
-        match changed {
-            Changed::Color(at, [r, g, b, a]) => {
-                if let Some(color) = self.color.get_mut(at) {
-                    color.load = wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a });
-                }
-            }
-            Changed::Depth(value) => {
-                if let Some(depth) = &mut self.depth {
-                    depth.load = wgpu::LoadOp::Clear(value as f32);
-                }
-            }
-            Changed::Stencil(value) => {
-                if let Some(stencil) = &mut self.stencil {
-                    stencil.load = wgpu::LoadOp::Clear(value);
-                }
-            }
-            _ => {}
-        }
+    /// Takes over the clear values.
+    pub(super) fn update(&mut self, values: &[Value]) {
+        self.color.iter_mut().for_each(|color| color.update(values));
+        self.depth.iter_mut().for_each(|depth| depth.update(values));
+        self.stencil.iter_mut().for_each(|stencil| stencil.update(values));
     }
 
     /// Whether every attachment has one layer, so that one render pass does.
@@ -316,15 +316,6 @@ impl Drawn {
 
     fn contains(&self, at: usize) -> bool {
         self.0.get(at).copied().unwrap_or(false)
-    }
-}
-
-/// What is discarded is cleared to nothing: to leave it undefined is unsafe.
-fn load<T, V: Default>(operation: LoadOperation<T>, clear: impl FnOnce(T) -> V) -> wgpu::LoadOp<V> {
-    match operation {
-        LoadOperation::Load => wgpu::LoadOp::Load,
-        LoadOperation::Clear(value) => wgpu::LoadOp::Clear(clear(value)),
-        LoadOperation::Discard => wgpu::LoadOp::Clear(V::default()),
     }
 }
 

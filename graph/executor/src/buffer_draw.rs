@@ -2,8 +2,9 @@
 
 use super::resources::Resources;
 use super::transfer::Counts;
-use crate::compiler::{Changed, Plan, Switches};
-use crate::work::{BufferDraw, DrawCounts};
+use crate::compiler::{Plan, Switches};
+use crate::expression::Value;
+use crate::work::{BufferDraw, DrawCounts, Live};
 
 /// A draw.
 pub(super) struct InstantiatedDraw {
@@ -13,7 +14,7 @@ pub(super) struct InstantiatedDraw {
 }
 
 enum InstantiatedCounts {
-    Direct { count: u32, instances: u32 },
+    Direct { count: Live<u32>, instances: Live<u32> },
     Indirect(Counts),
 }
 
@@ -32,12 +33,10 @@ impl InstantiatedDraw {
     }
 
     /// Takes over another number of vertices, indices or instances.
-    pub(super) fn set(&mut self, changed: Changed<'_>) {
-        let InstantiatedCounts::Direct { count, instances } = &mut self.counts else { return };
-        match changed {
-            Changed::Count(new) => *count = new,
-            Changed::Instances(new) => *instances = new,
-            _ => {}
+    pub(super) fn update(&mut self, values: &[Value]) {
+        if let InstantiatedCounts::Direct { count, instances } = &mut self.counts {
+            count.update(values);
+            instances.update(values);
         }
     }
 
@@ -55,9 +54,11 @@ impl InstantiatedDraw {
             pass.set_index_buffer(indices.buffer(resources, switches)?.slice(..), *format);
         }
         match (&self.counts, &self.indices) {
-            (InstantiatedCounts::Direct { count, instances }, None) => pass.draw(0..*count, 0..*instances),
+            (InstantiatedCounts::Direct { count, instances }, None) => {
+                pass.draw(0..count.value, 0..instances.value);
+            }
             (InstantiatedCounts::Direct { count, instances }, Some(_)) => {
-                pass.draw_indexed(0..*count, 0, 0..*instances);
+                pass.draw_indexed(0..count.value, 0, 0..instances.value);
             }
             (InstantiatedCounts::Indirect(counts), None) => {
                 pass.draw_indirect(counts.buffer(resources, switches)?, counts.offset);

@@ -25,9 +25,11 @@ use super::transfer::{Counts, Transfer};
 use crate::compiler::{CpuPasses, Parameters, Plan, PlannedPass, Switches};
 use crate::data::View;
 use crate::diagnostic::Diagnostic;
+use crate::expression::Value;
 use crate::pipeline::{IndexRange, Pass, Program};
 use crate::work::{
-    AttachmentTarget, Dispatch, Draw, ResourceHandle, SceneDraw, SlotSource, TextureView, Work,
+    AttachmentTarget, Byte, Color, Depth, Dispatch, Draw, Live, ResourceHandle, SceneDraw, SlotSource,
+    TextureView, Work,
 };
 use umbragraph_pipeline::draw::{HostInterface, MATERIAL_GROUP, OBJECT_GROUP, PropertySet};
 
@@ -66,9 +68,9 @@ pub(super) struct InstantiatedPass {
 #[derive(Clone, Copy, Default)]
 pub(super) struct Constants {
     /// What stencil is compared with, and what replaces it.
-    pub(super) reference: Option<u32>,
+    pub(super) reference: Option<Live<Byte>>,
     /// The constant of blend equations.
-    pub(super) blend: Option<[f64; 4]>,
+    pub(super) blend: Option<Live<Color>>,
 }
 
 impl Constants {
@@ -83,7 +85,7 @@ pub(super) enum InstantiatedWork {
     Transfer(Transfer),
     Compute {
         pipeline: wgpu::ComputePipeline,
-        workgroups: [u32; 3],
+        workgroups: [Live<u32>; 3],
         indirect: Option<Counts>,
     },
     Fullscreen {
@@ -118,7 +120,7 @@ pub(super) struct InstantiatedScene {
     /// What brings the texels over which a view is drawn, and the position of the pass that keeps them, if one does.
     pub(super) over: Option<(Scroll, Option<usize>)>,
     /// The depth that it is cleared to.
-    pub(super) clear_depth: f32,
+    pub(super) clear_depth: Live<Depth>,
     /// Whether shaders ask for the matrix of the view; where they do not, it does not say which texels are drawn.
     pub(super) is_placed: bool,
 }
@@ -219,11 +221,17 @@ impl Instantiated {
         match pass.work() {
             Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => None,
             Work::Compute(compute) => {
-                let workgroups = planned.workgroups.unwrap_or_default();
-                let indirect = match &compute.dispatch {
-                    Dispatch::Indirect(counts) => Some(Counts::new(&self.resources, &plan, counts)),
-                    _ => None,
-                };
+                let mut workgroups = planned.workgroups.unwrap_or_default().map(Live::from);
+                let mut indirect = None;
+                match &compute.dispatch {
+                    Dispatch::Indirect(counts) => {
+                        indirect = Some(Counts::new(&self.resources, &plan, counts));
+                    }
+                    Dispatch::Workgroups(counts) => {
+                        workgroups.iter_mut().zip(counts).for_each(|(to, from)| to.setting = from.setting);
+                    }
+                    Dispatch::Over { .. } => {}
+                }
                 Some(InstantiatedWork::Compute {
                     pipeline: pipelines.compute(layouts)?,
                     workgroups,
@@ -278,7 +286,10 @@ impl Instantiated {
                             clear: pipelines.clear(render, scene),
                             scroll,
                             over,
-                            clear_depth: scene.redraw.as_ref().map_or(0.0, |redraw| redraw.clear as f32),
+                            clear_depth: scene
+                                .redraw
+                                .as_ref()
+                                .map_or(Depth(0.0).into(), |redraw| redraw.clear),
                             is_placed: is_placed(&plan, scene),
                         };
                         Some(InstantiatedWork::Scene { scene, attachments })
@@ -349,6 +360,28 @@ impl Instantiated {
             {
                 join(leader, followers);
             }
+        }
+    }
+}
+
+impl InstantiatedPass {
+    /// Takes over the values of the live settings.
+    pub(super) fn update(&mut self, values: &[Value]) {
+        self.constants.reference.iter_mut().for_each(|reference| reference.update(values));
+        self.constants.blend.iter_mut().for_each(|blend| blend.update(values));
+        match &mut self.work {
+            InstantiatedWork::Compute { workgroups, .. } => {
+                workgroups.iter_mut().for_each(|count| count.update(values));
+            }
+            InstantiatedWork::Fullscreen { attachments, draw, .. } => {
+                attachments.update(values);
+                draw.iter_mut().for_each(|draw| draw.update(values));
+            }
+            InstantiatedWork::Scene { attachments, scene } => {
+                attachments.update(values);
+                scene.clear_depth.update(values);
+            }
+            InstantiatedWork::Transfer(_) | InstantiatedWork::Nothing => {}
         }
     }
 }

@@ -25,7 +25,7 @@
 //! Limits: one pass has at most eight color attachments, and its depth and stencil are of one texture.
 
 use umbragraph_compiler as compiler;
-use umbragraph_pipeline::{data, diagnostic, frame, language, pipeline, shader, work};
+use umbragraph_pipeline::{data, diagnostic, expression, frame, language, pipeline, shader, work};
 
 mod attachments;
 mod blocks;

@@ -2,10 +2,10 @@
 
 use std::marker::PhantomData;
 
-use super::instantiate::{Instantiated, InstantiatedWork};
-use crate::compiler::{Changed, Parameters};
+use super::instantiate::Instantiated;
+use crate::compiler::{PackedBlock, Parameters};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
-use umbragraph_pipeline::expression::Value;
+use crate::expression::Value;
 
 /// A live parameter of an executor's plan, of a type; [`crate::Executor::parameter`] gives it.
 #[derive(Debug)]
@@ -136,36 +136,14 @@ impl Instantiated {
     /// Values that loading or planning would reject; the ones before hold then.
     pub(super) fn apply_parameters(&mut self) -> Result<(), Diagnostics> {
         let Self { parameters, cpu_passes, passes, blocks, plan, kept, keepers, .. } = self;
-        let mut set = |at: usize, changed: Changed<'_>| {
+        let mut set = |at: usize, values: &[Value], packed: &[PackedBlock]| {
             // What a view is drawn with may be other than when it was kept.
             for keeper in keepers.get(at).into_iter().flatten() {
                 kept[*keeper].forget();
             }
-            if let Changed::Block(block) = changed {
-                blocks.replace(plan, at, block);
-                return;
-            }
-            let Some(pass) = passes.get_mut(at) else { return };
-            match changed {
-                Changed::Reference(reference) => pass.constants.reference = Some(reference),
-                Changed::BlendConstant(color) => pass.constants.blend = Some(color),
-                _ => {}
-            }
-            match (&mut pass.work, changed) {
-                (InstantiatedWork::Compute { workgroups, .. }, Changed::Workgroups(axis, count)) => {
-                    workgroups[axis] = count;
-                }
-                (InstantiatedWork::Scene { scene, .. }, Changed::Depth(depth)) if scene.clear.is_some() => {
-                    scene.clear_depth = depth as f32;
-                }
-                (InstantiatedWork::Fullscreen { attachments, draw, .. }, changed) => {
-                    if let Some(draw) = draw {
-                        draw.set(changed);
-                    }
-                    attachments.set_clear(changed);
-                }
-                (InstantiatedWork::Scene { attachments, .. }, changed) => attachments.set_clear(changed),
-                _ => {}
+            packed.iter().for_each(|block| blocks.replace(plan, at, block));
+            if let Some(pass) = passes.get_mut(at) {
+                pass.update(values);
             }
         };
         parameters.apply(cpu_passes, &mut set)

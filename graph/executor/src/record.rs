@@ -139,7 +139,7 @@ pub(super) fn record(
                 compute.set_pipeline(pipeline);
                 groups::bind_compute(&pass.groups, &mut compute);
                 match indirect {
-                    None => compute.dispatch_workgroups(*x, *y, *z),
+                    None => compute.dispatch_workgroups(x.value, y.value, z.value),
                     Some(counts) => {
                         if let Some(buffer) = counts.buffer(resources, instantiated.switches()) {
                             compute.dispatch_workgroups_indirect(buffer, counts.offset);
@@ -277,7 +277,7 @@ impl Recording<'_> {
             return;
         };
         let (depth, attachments, resources) =
-            (scene.clear_depth, self.attachments, &self.instantiated.resources);
+            (f32::from(scene.clear_depth.value), self.attachments, &self.instantiated.resources);
         let revised = source.revision(filter).map(|revision| (revision, source.generation()));
         let bounds = self.frame.input.filter_bounds.iter().find(|(known, _)| known == filter);
         let bounds = bounds.filter(|_| scene.is_placed);
@@ -411,9 +411,9 @@ fn views_of<'a>(instantiated: &'a Instantiated, scene: &InstantiatedScene) -> &'
 /// The reference that stencil is compared with and that replaces it, and the constant of blend equations.
 fn set_constants(pass: &InstantiatedPass, render_pass: &mut wgpu::RenderPass<'static>) {
     if let Some(reference) = pass.constants.reference {
-        render_pass.set_stencil_reference(reference);
+        render_pass.set_stencil_reference(reference.value.into());
     }
-    if let Some([r, g, b, a]) = pass.constants.blend {
-        render_pass.set_blend_constant(wgpu::Color { r, g, b, a });
+    if let Some(blend) = pass.constants.blend {
+        render_pass.set_blend_constant(blend.value.into());
     }
 }

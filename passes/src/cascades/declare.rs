@@ -3,7 +3,7 @@
 use glam::{DVec3, UVec2};
 use umbragraph_pipeline::expression::Value;
 use umbragraph_pipeline::language::Expr;
-use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder};
+use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, PassBuilder};
 
 use super::MAX_CASCADES;
 use super::configuration::Configuration;
@@ -24,7 +24,7 @@ pub(super) fn configuration(settings: &Cascades, pass: &mut PassBuilder<'_>) -> 
     let count = if_said(&count, |expr| {
         cascade_count(pass.count(expr, "/splits/count")? as usize, "/splits/count", pass)
     })?;
-    let (count, border, live) = pass.live(LiveTarget::Node, |pass| live(settings, pass, count));
+    let (count, border, live) = pass.live(|pass| live(settings, pass, count));
     let resolutions = resolutions(settings, pass, count, border);
     let layout = match (count, &resolutions) {
         (Some(count), Some(resolutions)) => layout(settings, pass, &resolutions[..count]),

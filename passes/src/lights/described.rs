@@ -13,7 +13,7 @@ use umbragraph_pipeline::data::{BlackboardData, DataShape, View};
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::frame::FrameInput;
 use umbragraph_pipeline::language::{Expr, Ref};
-use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Subresource, Work};
 
 use super::descriptor::{self, Descriptor};
@@ -169,7 +169,7 @@ pub(crate) fn node(
     further: Option<(DataShape, impl DescribeShadows)>,
     live: LiveShadows,
 ) -> Option<Produced> {
-    let evaluated = pass.live(LiveTarget::Node, |pass| live.evaluate(pass));
+    let evaluated = pass.live(|pass| live.evaluate(pass));
     let ((shape, describe), placement, (filter, light_size, cadence)) = (further?, placement?, evaluated?);
     let output = pass.publish(to, "/to", shape)?;
     let node = Run { describe, live: Arc::new(live), filter, light_size, cadence };

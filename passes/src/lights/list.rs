@@ -18,7 +18,7 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place};
 use umbragraph_pipeline::frame::{FrameInput, Light, LightKind};
 use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 use super::placement::{self, rank};
@@ -83,8 +83,7 @@ impl Node for LightList {
             return None;
         }
         let slots = slots?;
-        let hard_below =
-            pass.live(LiveTarget::Node, |pass| pass.number_or(&self.hard_below, "/hard_below", 0.0))?;
+        let hard_below = pass.live(|pass| pass.number_or(&self.hard_below, "/hard_below", 0.0))?;
         let (lights, descriptors) = (lights?, descriptors?.unwrap_or(1));
         let output = pass.publish(&self.to, "/to", shape(lights, descriptors))?;
         let node = RunLightList {

@@ -3,11 +3,9 @@
 use serde::Serialize;
 
 use crate::expression::{self, BinaryOperator, Expression, ExpressionKind, Scope, UnaryOperator, Value};
-use crate::pipeline::{LiveSetting, LiveTarget, Pipeline, with_names};
-use crate::shader::{Member, TypeLayout};
+use crate::pipeline::{LiveSetting, Pipeline, with_names};
 use crate::size::Sizes;
-use crate::source::Span;
-use crate::work::{BlockValues, Deferred};
+use crate::values::Packing;
 
 /// What a plan says of a parameter.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -20,31 +18,26 @@ pub struct PlannedParameter {
     pub structural_at: Option<String>,
 }
 
-/// A live setting of a pass.
+/// A live setting of a pass, as [`crate::pipeline::Pass::live`] has it at the same position.
 #[derive(Clone, Debug)]
 pub struct PlannedSetting {
-    /// What it sets.
-    pub(super) target: PlannedTarget,
     /// Over live parameters and what follows from them alone.
     pub(super) expression: Expression,
     /// The same for each element of a list.
     pub(super) elements: Vec<Expression>,
-    pub(super) place: Span,
-    pub(super) pointer: String,
+    pub(in super::super) bound: Bound,
 }
 
+/// What a plan holds the value of a live setting to.
 #[derive(Clone, Debug)]
-pub(super) enum PlannedTarget {
+pub(in super::super) enum Bound {
+    Free,
     /// A member of the block at a position of the pass's blocks.
-    Member(usize, Member),
-    /// One of the three counts of a dispatch, which is at most so large.
-    Workgroups(usize, u32),
-    /// A setting of the CPU node.
-    Node,
-    /// A count of a draw from buffers, and how many of what is counted a buffer has, with its name.
-    Drawn(LiveTarget, Option<(u64, String)>),
-    /// Something else.
-    Other(LiveTarget),
+    Member(usize, Packing),
+    /// A count of workgroups, which is at most so large.
+    Workgroups(u32),
+    /// A count of a draw, and how many of what is counted a buffer has, with its name.
+    Drawn(u64, String),
 }
 
 /// What a plan says of the parameters of a pipeline.
@@ -56,72 +49,20 @@ pub(in super::super) fn planned(pipeline: &Pipeline) -> std::collections::BTreeM
     pipeline.parameters.iter().map(|(name, one)| (name.clone(), of(&one.structural))).collect()
 }
 
-/// Adds the live settings among the members of a block.
-pub(in super::super) fn of_block(
-    sizes: &Sizes<'_>,
-    position: usize,
-    block: &BlockValues,
-    settings: &mut Vec<PlannedSetting>,
-) {
-    let TypeLayout::Struct { members, .. } = &block.layout else { return };
-    for (name, deferred) in &block.expressions {
-        let Some(member) = members.iter().find(|member| member.name == *name) else { continue };
-        settings.extend(live(sizes, deferred, || PlannedTarget::Member(position, member.clone())));
-    }
+/// The live settings of a pass, in their order; none where no live parameter reaches one.
+pub(in super::super) fn of_pass(sizes: &Sizes<'_>, all: &[LiveSetting]) -> Vec<PlannedSetting> {
+    let is_live = |one: &LiveSetting| one.value.expression.names().iter().any(|name| sizes.is_live(name));
+    let all = if all.iter().any(is_live) { all } else { &[] };
+    all.iter().map(|setting| fold(sizes, setting)).collect()
 }
 
-/// Adds the live counts of a dispatch.
-pub(in super::super) fn of_dispatch(
-    sizes: &Sizes<'_>,
-    counts: &[Deferred; 3],
-    limit: u32,
-    settings: &mut Vec<PlannedSetting>,
-) {
-    for (axis, deferred) in counts.iter().enumerate() {
-        settings.extend(live(sizes, deferred, || PlannedTarget::Workgroups(axis, limit)));
-    }
-}
-
-/// Adds what a pass says is live; `most` is how many of what a draw counts its buffers have.
-pub(in super::super) fn of_pass(
-    sizes: &Sizes<'_>,
-    all: &[LiveSetting],
-    most: impl Fn(LiveTarget) -> Option<(u64, String)>,
-    settings: &mut Vec<PlannedSetting>,
-) {
-    for setting in all {
-        settings.extend(match setting.target {
-            LiveTarget::Node => Some(fold(sizes, &setting.value, PlannedTarget::Node)),
-            target @ (LiveTarget::Count | LiveTarget::Instances) => {
-                live(sizes, &setting.value, || PlannedTarget::Drawn(target, most(target)))
-            }
-            other => live(sizes, &setting.value, || PlannedTarget::Other(other)),
-        });
-    }
-    // A node whose settings do not change needs none of them.
-    let is_node = |setting: &PlannedSetting| matches!(setting.target, PlannedTarget::Node);
-    if !settings.iter().any(|setting| is_node(setting) && !setting.expression.names().is_empty()) {
-        settings.retain(|setting| !is_node(setting));
-    }
-}
-
-fn live(
-    sizes: &Sizes<'_>,
-    deferred: &Deferred,
-    target: impl FnOnce() -> PlannedTarget,
-) -> Option<PlannedSetting> {
-    let is_live = deferred.expression.names().iter().any(|name| sizes.is_live(name));
-    is_live.then(|| fold(sizes, deferred, target()))
-}
-
-fn fold(sizes: &Sizes<'_>, deferred: &Deferred, target: PlannedTarget) -> PlannedSetting {
-    let expression = folded(&deferred.expression, sizes);
+fn fold(sizes: &Sizes<'_>, setting: &LiveSetting) -> PlannedSetting {
+    let expression = folded(&setting.value.expression, sizes);
     let elements = match expression::evaluate(&expression, sizes) {
         Ok(Value::List(list)) => (0..list.len()).map(|at| element(&expression, at, sizes)).collect(),
         _ => None,
     };
-    let elements = elements.unwrap_or_default();
-    PlannedSetting { target, expression, elements, place: deferred.place, pointer: deferred.pointer.clone() }
+    PlannedSetting { expression, elements: elements.unwrap_or_default(), bound: Bound::Free }
 }
 
 /// One element of what an expression yields, as an expression that computes no list; `None` where lists are nested. Of a

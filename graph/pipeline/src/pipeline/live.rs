@@ -13,6 +13,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Derived, Parameter};
+use crate::diagnostic::Diagnostic;
 use crate::expression::{Expression, ExpressionKind, Value};
 use crate::language::ParameterDeclaration;
 use crate::source::Span;
@@ -30,38 +31,12 @@ pub struct Structural {
 /// A setting of a pass that is evaluated again when a live parameter changes.
 #[derive(Clone, Debug)]
 pub struct LiveSetting {
-    /// What it sets.
-    pub target: LiveTarget,
+    /// Judges a value; those of blocks, workgroups and CPU nodes are judged where they are used.
+    pub check: fn(&Value) -> Result<(), Diagnostic>,
     /// Its pointer, relative to the settings of the node kind.
     pub pointer: String,
     /// The expression.
     pub value: Deferred,
-}
-
-/// What a live setting of a pass sets. `Block` and `Workgroups` say only that something is deferred: it is evaluated
-/// where it is used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LiveTarget {
-    /// A setting of a CPU node.
-    Node,
-    /// The clear value of the color attachment at a position.
-    Color(usize),
-    /// The clear value of the depth attachment.
-    Depth,
-    /// The clear value of the stencil attachment.
-    Stencil,
-    /// The stencil reference.
-    Reference,
-    /// The blend constant.
-    BlendConstant,
-    /// The number of vertices, or indices.
-    Count,
-    /// The number of instances.
-    Instances,
-    /// The numbers of workgroups.
-    Workgroups,
-    /// The members of a block.
-    Block,
 }
 
 /// A value that follows from parameters: a derived one, or one that a subgraph is given.

@@ -51,7 +51,7 @@ pub use environment::{Environment, with_names};
 pub use expression_diagnostic::expression_diagnostic;
 pub use history::History;
 pub use inlined::inlined;
-pub use live::{Constraint, Following, LiveSetting, LiveTarget, Structural, is_alike};
+pub use live::{Constraint, Following, LiveSetting, Structural, is_alike};
 pub use load::{LoadOptions, as_written, has_word, is_name, is_of, load};
 pub use located::Located;
 pub use modules::{Absent, Chosen, EntryPoints, Modules, Wanted};
@@ -281,7 +281,7 @@ pub struct Pass {
     pub side_effect: bool,
     /// In which frames it runs, if not in all.
     pub condition: Option<Condition>,
-    /// What is evaluated again when a live parameter changes, besides what is deferred anyway.
+    /// The settings that are evaluated again when a live parameter changes.
     pub live: Vec<LiveSetting>,
     work: Work,
     accesses: Vec<Access>,

@@ -25,7 +25,7 @@ impl StaticScope {
         let features = features.iter().map(|(name, one)| (name, &one.value, &one.declaration.values));
         let mut scope = Self::default();
         for (name, value, words) in parameters.chain(features) {
-            scope.give(name, value);
+            scope.set(name, value.clone());
             if matches!(value, Value::Text(_)) {
                 scope.words.insert(name.clone(), words.clone());
             }
@@ -42,7 +42,7 @@ impl StaticScope {
     #[must_use]
     pub fn with_derived(mut self, derived: &BTreeMap<String, Derived>) -> Self {
         for (name, one) in derived {
-            self.give(name, &one.value);
+            self.set(name, one.value.clone());
             self.derived.insert(name.clone(), one.place);
             self.words.extend(one.words.clone().map(|words| (name.clone(), words)));
         }
@@ -52,13 +52,21 @@ impl StaticScope {
     /// The same, with values that subgraphs are given.
     #[must_use]
     pub fn with_given(mut self, given: &BTreeMap<String, Value>) -> Self {
-        given.iter().for_each(|(name, value)| self.give(name, value));
+        given.iter().for_each(|(name, value)| self.set(name, value.clone()));
         self
     }
 
-    /// Adds a value that a subgraph is given.
-    pub(super) fn give(&mut self, name: &str, value: &Value) {
-        self.values.insert(name.to_owned(), value.clone());
+    /// Gives a name another value, in its memory where it has one.
+    pub fn set(&mut self, name: &str, value: Value) {
+        match self.values.get_mut(name) {
+            Some(before) => *before = value,
+            None => drop(self.values.insert(name.to_owned(), value)),
+        }
+    }
+
+    /// The value of a name.
+    pub fn get_mut(&mut self, name: &str) -> Option<&mut Value> {
+        self.values.get_mut(name)
     }
 
     /// The same, with names that are declared, but have no value because of diagnostics.
@@ -71,6 +79,10 @@ impl StaticScope {
 impl Scope for StaticScope {
     fn lookup(&self, name: &str) -> Option<Value> {
         self.values.get(name).cloned()
+    }
+
+    fn borrow(&self, name: &str) -> Option<&Value> {
+        self.values.get(name)
     }
 
     fn is_broken(&self, name: &str) -> bool {

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Draw, ResourceHandle, Subresource};
+use super::{Byte, Color, Depth, Draw, Live, ResourceHandle, Subresource};
 use crate::pipeline::Usage;
 
 /// Drawing into attachments.
@@ -17,18 +17,16 @@ pub struct RenderWork {
     /// The draw.
     pub draw: Draw,
     /// The constant of the blend equations, if there is one.
-    pub blend_constant: Option<[f64; 4]>,
+    pub blend_constant: Option<Live<Color>>,
 }
 
 impl RenderWork {
     /// All attachments: color, depth, stencil.
     pub fn attachments(&self) -> impl Iterator<Item = Attachment<'_>> {
-        let color =
-            self.color.iter().map(|one| Attachment::new(&one.to, one.usage(), &one.load, one.discard));
-        let depth =
-            self.depth.iter().map(|one| Attachment::new(&one.to, one.usage(), &one.load, one.discard));
+        let color = self.color.iter().map(|one| Attachment::new(&one.to, one.usage(), one.load, one.discard));
+        let depth = self.depth.iter().map(|one| Attachment::new(&one.to, one.usage(), one.load, one.discard));
         let stencil =
-            self.stencil.iter().map(|one| Attachment::new(&one.to, one.usage(), &one.load, one.discard));
+            self.stencil.iter().map(|one| Attachment::new(&one.to, one.usage(), one.load, one.discard));
         color.chain(depth).chain(stencil)
     }
 }
@@ -47,13 +45,8 @@ pub struct Attachment<'a> {
 }
 
 impl<'a> Attachment<'a> {
-    fn new<T>(to: &'a Subresource, usage: Usage, load: &LoadOperation<T>, discard: bool) -> Self {
-        let load = match load {
-            LoadOperation::Load => LoadOperation::Load,
-            LoadOperation::Clear(_) => LoadOperation::Clear(()),
-            LoadOperation::Discard => LoadOperation::Discard,
-        };
-        Self { to, usage, load, discard }
+    fn new<T>(to: &'a Subresource, usage: Usage, load: LoadOperation<T>, discard: bool) -> Self {
+        Self { to, usage, load: load.map(|_| ()), discard }
     }
 }
 
@@ -74,7 +67,7 @@ pub struct ColorAttachment {
     /// The target.
     pub to: Subresource,
     /// The load operation.
-    pub load: LoadOperation<[f64; 4]>,
+    pub load: LoadOperation<Live<Color>>,
     /// The blend state.
     pub blend: Option<wgpu_types::BlendState>,
     /// The channels that are written.
@@ -103,7 +96,7 @@ pub struct DepthAttachment {
     /// The target.
     pub to: Subresource,
     /// The load operation.
-    pub load: LoadOperation<f64>,
+    pub load: LoadOperation<Live<Depth>>,
     /// Whether depth is written.
     pub write: bool,
     /// The depth comparison.
@@ -131,11 +124,11 @@ pub struct StencilAttachment {
     /// The target.
     pub to: Subresource,
     /// The load operation.
-    pub load: LoadOperation<u32>,
+    pub load: LoadOperation<Live<Byte>>,
     /// Comparisons, operations and masks.
     pub state: wgpu_types::StencilState,
     /// The reference value for comparisons and writes.
-    pub reference: u32,
+    pub reference: Live<Byte>,
     /// Whether its contents are discarded after the pass.
     pub discard: bool,
 }
@@ -161,4 +154,15 @@ pub enum LoadOperation<T> {
     Clear(T),
     /// Whatever; the pass writes all of it.
     Discard,
+}
+
+impl<T> LoadOperation<T> {
+    /// The operation with another type of value.
+    pub fn map<U>(self, clear: impl FnOnce(T) -> U) -> LoadOperation<U> {
+        match self {
+            LoadOperation::Load => LoadOperation::Load,
+            LoadOperation::Clear(value) => LoadOperation::Clear(clear(value)),
+            LoadOperation::Discard => LoadOperation::Discard,
+        }
+    }
 }

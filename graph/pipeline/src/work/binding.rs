@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ResourceHandle, Subresource};
+use super::{Live, ResourceHandle, Subresource};
 use crate::data::BlackboardData;
 use crate::expression::Expression;
 use crate::language::TextureShape;
@@ -82,7 +82,7 @@ pub struct BlockValues {
     /// The block as the shader declares it.
     pub layout: TypeLayout,
     /// The members' expressions by name.
-    pub expressions: Vec<(String, Deferred)>,
+    pub expressions: Vec<(String, Live<Deferred>)>,
 }
 
 /// A texture that a shader sees.

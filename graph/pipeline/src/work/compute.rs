@@ -1,6 +1,6 @@
 //! Work that dispatches a compute shader.
 
-use super::{BoundSlot, Deferred, ProgramHandle, ResourceHandle, Subresource};
+use super::{BoundSlot, Deferred, Live, ProgramHandle, ResourceHandle, Subresource};
 
 /// Dispatching a compute shader.
 #[derive(Clone, Debug)]
@@ -17,7 +17,7 @@ pub struct ComputeWork {
 #[derive(Clone, Debug)]
 pub enum Dispatch {
     /// So many workgroups.
-    Workgroups([Deferred; 3]),
+    Workgroups([Live<Deferred>; 3]),
     /// As many workgroups as three words of a buffer say.
     Indirect(Subresource),
     /// As many workgroups as cover the width, height and layers of a texture with one invocation for each texel.

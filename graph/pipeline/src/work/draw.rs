@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{BoundSlot, ProgramHandle, Subresource};
+use super::{BoundSlot, Depth, Live, ProgramHandle, Subresource};
 
 /// The draw.
 #[derive(Clone, Debug)]
@@ -73,14 +73,14 @@ pub struct IndexStream {
 }
 
 /// The counts of vertices, or indices, and instances of a draw.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum DrawCounts {
     /// So many.
     Direct {
         /// Vertices, or indices.
-        count: u32,
+        count: Live<u32>,
         /// Instances.
-        instances: u32,
+        instances: Live<u32>,
     },
     /// As many as bytes of a buffer say: four `u32`, or five where there are indices, as WebGPU lays them out.
     Indirect(Subresource),
@@ -114,7 +114,7 @@ pub struct SceneDraw {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Redraw {
     /// The depth to which a view's texels are cleared before.
-    pub clear: f64,
+    pub clear: Live<Depth>,
     /// The depth texture from which they are taken instead.
     pub over: Option<Subresource>,
     /// In every how many frames changed draws are drawn, for each view in its turn; the last counts for all beyond.

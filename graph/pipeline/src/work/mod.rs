@@ -12,6 +12,7 @@ mod compute;
 mod cpu;
 mod draw;
 mod handle;
+mod live;
 mod transfer;
 
 pub use attachment::{
@@ -26,6 +27,8 @@ pub use compute::{ComputeWork, Dispatch};
 pub use cpu::{AnyCpuNode, CpuContext, CpuNode, CpuRun, CpuWork};
 pub use draw::{BufferDraw, Draw, DrawCounts, DrawOrder, IndexStream, Redraw, SceneDraw, VertexStream};
 pub use handle::{PassHandle, ProgramHandle, ResourceHandle};
+pub(crate) use live::wrong_type;
+pub use live::{Byte, Color, Depth, Live, LiveValue};
 pub use transfer::{BufferRegion, TextureRegion, TransferEnd, TransferWork};
 
 use crate::pipeline::{SubresourceRange, Usage, Version};

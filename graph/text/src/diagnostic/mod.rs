@@ -192,6 +192,13 @@ impl Diagnostic {
         self
     }
 
+    /// The same about a value of a document.
+    #[must_use]
+    pub fn at(mut self, place: impl Into<Place>, pointer: impl Into<String>) -> Self {
+        self.place = place.into();
+        self.pointer(pointer)
+    }
+
     /// Adds the JSON pointer of the offending value.
     #[must_use]
     pub fn pointer(mut self, pointer: impl Into<String>) -> Self {

@@ -11,8 +11,8 @@ use crate::data::Component;
 use crate::pipeline::element_type;
 use crate::shader::{Member, TypeLayout};
 use crate::work::{
-    BlockValues, BoundSlot, Draw, DrawCounts, LoadOperation, Redraw, RenderWork, ResourceHandle, SlotSource,
-    Subresource, TextureView, Work,
+    BlockValues, BoundSlot, Draw, DrawCounts, Live, LoadOperation, Redraw, RenderWork, ResourceHandle,
+    SlotSource, Subresource, TextureView, Work,
 };
 
 /// The numbers of a value that are told.
@@ -68,7 +68,7 @@ impl Settings<'_> {
             }
         }
         if let Some(constant) = &render.blend_constant {
-            self.tell("blend constant".to_owned(), word(constant));
+            self.tell("blend constant".to_owned(), word(&constant.value));
         }
         if let Some(depth) = &render.depth {
             let name = self.target(&depth.to);
@@ -83,7 +83,7 @@ impl Settings<'_> {
             let name = format!("{} (stencil)", self.target(&stencil.to));
             self.clear(&name, stencil.load);
             self.tell(format!("state of {name}"), word(&stencil.state));
-            self.tell(format!("reference of {name}"), stencil.reference.to_string());
+            self.tell(format!("reference of {name}"), stencil.reference.value.0.to_string());
         }
         let cull = |face: Option<wgpu_types::Face>| face.map_or("none".to_owned(), |face| word(&face));
         match &render.draw {
@@ -92,7 +92,9 @@ impl Settings<'_> {
                 self.tell("topology".to_owned(), word(&draw.topology));
                 self.tell("cull".to_owned(), cull(draw.cull));
                 let counts = match &draw.counts {
-                    DrawCounts::Direct { count, instances } => format!("{count} × {instances}"),
+                    DrawCounts::Direct { count, instances } => {
+                        format!("{} × {}", count.value, instances.value)
+                    }
                     DrawCounts::Indirect(counts) => {
                         format!("{} from byte {}", self.name(counts.resource), counts.offset())
                     }
@@ -108,7 +110,7 @@ impl Settings<'_> {
                 self.tell("cull".to_owned(), cull(scene.cull));
                 if let Some(Redraw { clear, over, every, scroll }) = &scene.redraw {
                     let over = over.as_ref().map(|over| self.name(over.resource).to_owned());
-                    let over = over.unwrap_or_else(|| clear.to_string());
+                    let over = over.unwrap_or_else(|| clear.value.0.to_string());
                     let scrolled = if *scroll { ", scrolled" } else { "" };
                     let redraw = format!("changed{scrolled}, every {every:?} frames, over {over}");
                     self.tell("redraw".to_owned(), redraw);
@@ -132,9 +134,9 @@ impl Settings<'_> {
         words
     }
 
-    fn clear<T: Serialize>(&mut self, name: &str, load: LoadOperation<T>) {
+    fn clear<T: Serialize>(&mut self, name: &str, load: LoadOperation<Live<T>>) {
         if let LoadOperation::Clear(value) = load {
-            self.tell(format!("clear of {name}"), word(&value));
+            self.tell(format!("clear of {name}"), word(&value.value));
         }
     }
 

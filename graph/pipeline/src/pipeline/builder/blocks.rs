@@ -6,7 +6,7 @@ use super::{Evaluate, PassBuilder};
 use crate::diagnostic::{codes, suggested_name};
 use crate::document;
 use crate::language::Expr;
-use crate::pipeline::{LiveTarget, Program, ProgramBinding};
+use crate::pipeline::{Program, ProgramBinding};
 use crate::shader::TypeLayout;
 use crate::work::BlockValues;
 
@@ -41,7 +41,7 @@ impl PassBuilder<'_> {
         for member in members {
             let here = document::pointer_join(at, &member.name);
             match values.get(&member.name) {
-                Some(expr) => match self.live(LiveTarget::Block, |pass| pass.deferred(expr, &here)) {
+                Some(expr) => match self.live_deferred(expr, &here) {
                     Some(expression) => deferred.push((member.name.clone(), expression)),
                     None => fine = false,
                 },

@@ -9,11 +9,11 @@ use std::ops::RangeInclusive;
 
 use serde::de::IntoDeserializer as _;
 
-use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes};
+use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes};
 use crate::expression::Value;
 use crate::language::{Expr, Word};
 use crate::pipeline::LiveSetting;
-use crate::work::Deferred;
+use crate::work::{Deferred, LiveValue, wrong_type};
 
 /// Evaluates expressions in settings. Each method takes the JSON pointer of the setting, relative to the node kind's
 /// settings; it reports the diagnostic itself and returns `None`.
@@ -21,8 +21,13 @@ pub trait Evaluate {
     /// Evaluates an expression over parameters and features.
     fn value(&mut self, expr: &Expr, pointer: &str) -> Option<Value>;
 
+    /// Adds a diagnostic, whose place is a setting.
+    fn add(&mut self, diagnostic: Diagnostic, pointer: &str);
+
     /// Reports a diagnostic at a setting.
-    fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>);
+    fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>) {
+        self.add(Diagnostic::error(code, Place::Nowhere, message).help(help), pointer);
+    }
 
     /// Reports something at a setting that is no error, where it is declared.
     fn warn(&mut self, _: Code, _: &str, _: impl Into<String>, _: impl Into<String>) {}
@@ -47,9 +52,8 @@ pub trait Evaluate {
 
     /// Rejects a value of another type.
     fn wrong_type<T>(&mut self, pointer: &str, wanted: &str, found: &str) -> Option<T> {
-        let message = format!("{wanted} is wanted here, this is {found}");
-        let help = format!("make the expression yield {wanted}");
-        self.reject(codes::EXPRESSION_TYPE, pointer, message, help)
+        self.add(wrong_type(wanted, found), pointer);
+        None
     }
 
     /// Evaluates an expression that yields a number.
@@ -60,13 +64,20 @@ pub trait Evaluate {
         }
     }
 
+    /// Evaluates an expression that yields a value of a type.
+    fn read<T: LiveValue>(&mut self, expr: &Expr, pointer: &str) -> Option<T> {
+        let value = self.value(expr, pointer)?;
+        self.judged(&value, pointer)
+    }
+
+    /// A value as one of a type.
+    fn judged<T: LiveValue>(&mut self, value: &Value, pointer: &str) -> Option<T> {
+        T::read(value).map_err(|diagnostic| self.add(diagnostic, pointer)).ok()
+    }
+
     /// Evaluates an expression that yields a whole number from 0.
     fn count(&mut self, expr: &Expr, pointer: &str) -> Option<u32> {
-        let number = self.number(expr, pointer)?;
-        match whole_number(&Value::Number(number), 0..=u32::MAX) {
-            Some(count) => Some(count),
-            None => self.wrong_type(pointer, "a whole number from 0", &number.to_string()),
-        }
+        self.read(expr, pointer)
     }
 
     /// Evaluates an expression that yields a list of numbers (one number is a list of one).
@@ -167,13 +178,13 @@ impl Evaluate for LiveSettings<'_> {
         }
     }
 
-    fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>) {
+    fn add(&mut self, diagnostic: Diagnostic, pointer: &str) {
         let setting = self.settings.iter().find(|setting| {
             let rest = pointer.strip_prefix(setting.pointer.as_str());
             rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
         });
         let Some(setting) = setting.or(self.settings.first()) else { return };
         let Deferred { place, pointer, .. } = &setting.value;
-        self.diagnostics.push(Diagnostic::error(code, *place, message).help(help).pointer(pointer));
+        self.diagnostics.push(diagnostic.at(*place, pointer));
     }
 }

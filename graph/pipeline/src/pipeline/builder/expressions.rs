@@ -7,8 +7,8 @@ use crate::diagnostic::{Code, Diagnostic, codes};
 use crate::expression::{Expression, ExpressionError, ExpressionKind, UnknownName, Value};
 use crate::language::Expr;
 use crate::pipeline::expression_diagnostic::expression_diagnostic;
-use crate::pipeline::live::{LiveSetting, LiveTarget, Structural, names};
-use crate::work::Deferred;
+use crate::pipeline::live::{LiveSetting, Structural, names};
+use crate::work::{Deferred, Live, LiveValue};
 
 impl Evaluate for PassBuilder<'_> {
     fn value(&mut self, expr: &Expr, pointer: &str) -> Option<Value> {
@@ -16,9 +16,8 @@ impl Evaluate for PassBuilder<'_> {
         result.map_err(|error| self.expression_error(&error, pointer)).ok()
     }
 
-    fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>) {
-        let diagnostic =
-            Diagnostic::error(code, self.place(pointer), message).help(help).pointer(self.absolute(pointer));
+    fn add(&mut self, diagnostic: Diagnostic, pointer: &str) {
+        let diagnostic = diagnostic.at(self.place(pointer), self.absolute(pointer));
         self.shared.diagnostics.push(diagnostic);
     }
 
@@ -45,20 +44,40 @@ impl Evaluate for PassBuilder<'_> {
 }
 
 impl PassBuilder<'_> {
-    /// Evaluates settings that are live: what they follow from can change from frame to frame, and then sets the target
-    /// again. Settings of a CPU node are given to its [`update`](crate::work::CpuNode::update).
-    pub fn live<T>(&mut self, target: LiveTarget, evaluate: impl FnOnce(&mut Self) -> T) -> T {
-        let outer = self.target.replace(target);
+    /// Evaluates settings of a CPU node that are live: what they follow from can change from frame to frame, and they are
+    /// given to [`update`](crate::work::CpuNode::update) then.
+    pub fn live<T>(&mut self, evaluate: impl FnOnce(&mut Self) -> T) -> T {
+        let outer = std::mem::replace(&mut self.is_live, true);
         let result = evaluate(self);
-        self.target = outer;
+        self.is_live = outer;
         result
+    }
+
+    /// A value that can change from frame to frame.
+    pub fn live_value<T: LiveValue>(&mut self, expr: &Expr, pointer: &str) -> Option<Live<T>> {
+        let evaluated = self.parse(expr).and_then(|expression| {
+            let closed = self.closed(&expression);
+            let is_live = self.shared.dependence.any(names(&closed));
+            let setting = is_live.then(|| self.add_live(closed, pointer, |value| T::read(value).map(drop)));
+            Ok((self.evaluate_closed(&expression)?, setting))
+        });
+        let (value, setting) = evaluated.map_err(|error| self.expression_error(&error, pointer)).ok()?;
+        Some(Live { value: self.judged(&value, pointer)?, setting })
+    }
+
+    /// An expression that may name sizes too, and that can change from frame to frame.
+    pub fn live_deferred(&mut self, expr: &Expr, pointer: &str) -> Option<Live<Deferred>> {
+        let value = self.live(|pass| pass.deferred(expr, pointer))?;
+        let is_live = self.shared.dependence.any(names(&value.expression));
+        let setting = is_live.then(|| self.add_live(value.expression.clone(), pointer, |_| Ok(())));
+        Some(Live { value, setting })
     }
 
     /// Evaluates settings that are not, among those that are: something follows from them that is made once.
     pub fn structural<T>(&mut self, evaluate: impl FnOnce(&mut Self) -> T) -> T {
-        let outer = self.target.take();
+        let outer = std::mem::take(&mut self.is_live);
         let result = evaluate(self);
-        self.target = outer;
+        self.is_live = outer;
         result
     }
 
@@ -69,14 +88,14 @@ impl PassBuilder<'_> {
             Ok(expression)
         });
         let expression = parsed.map_err(|error| self.expression_error(&error, pointer)).ok()?;
-        if self.target.is_none() {
+        if !self.is_live {
             self.fix(&expression, pointer);
         }
         let (place, absolute) = (self.place(pointer), self.absolute(pointer));
         let expression = if self.environment.is_top() {
             Rc::unwrap_or_clone(expression)
         } else {
-            self.environment.close_live(&expression, &|name| self.shared.find(name).is_some())
+            self.closed(&expression)
         };
         // Values of names that exist come later.
         if let Some(error) = self.shared.unknown_name(&expression) {
@@ -96,22 +115,39 @@ impl PassBuilder<'_> {
         expression: &Expression,
         pointer: &str,
     ) -> Result<Value, ExpressionError> {
-        let environment = self.environment;
-        match self.target {
-            None => self.fix(expression, pointer),
-            Some(target) => {
-                let closed = environment.close_live(expression, &|name| self.shared.find(name).is_some());
-                // A node is given all of its settings.
-                if target == LiveTarget::Node || self.shared.dependence.any(names(&closed)) {
-                    let (place, absolute) = (self.place(pointer), self.absolute(pointer));
-                    let value = Deferred { expression: closed, place, pointer: absolute };
-                    self.live.retain(|setting| setting.target != target || setting.pointer != pointer);
-                    self.live.push(LiveSetting { target, pointer: pointer.to_owned(), value });
-                }
-            }
+        if self.is_live {
+            // A node is given all of its settings.
+            self.add_live(self.closed(expression), pointer, |_| Ok(()));
+        } else {
+            self.fix(expression, pointer);
         }
+        self.evaluate_closed(expression)
+    }
+
+    fn evaluate_closed(&self, expression: &Expression) -> Result<Value, ExpressionError> {
         let shared = &*self.shared;
-        environment.evaluate(expression, &|name| shared.find(name).is_some(), &shared.scope)
+        self.environment.evaluate(expression, &|name| shared.find(name).is_some(), &shared.scope)
+    }
+
+    /// An expression over the names of the pipeline, with those that follow from live parameters.
+    fn closed(&self, expression: &Expression) -> Expression {
+        self.environment.close_live(expression, &|name| self.shared.find(name).is_some())
+    }
+
+    /// Adds a live setting, unless it is there; its position.
+    fn add_live(
+        &mut self,
+        expression: Expression,
+        pointer: &str,
+        check: fn(&Value) -> Result<(), Diagnostic>,
+    ) -> usize {
+        if let Some(known) = self.live.iter().position(|setting| setting.pointer == pointer) {
+            return known;
+        }
+        let (place, absolute) = (self.place(pointer), self.absolute(pointer));
+        let value = Deferred { expression, place, pointer: absolute };
+        self.live.push(LiveSetting { check, pointer: pointer.to_owned(), value });
+        self.live.len() - 1
     }
 
     /// Makes structural what an expression follows from, because of a setting.

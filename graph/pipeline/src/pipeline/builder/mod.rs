@@ -23,7 +23,7 @@ pub use subresources::{Face, SubresourceRangeSettings};
 use std::collections::BTreeSet;
 
 use super::environment::{Environment, reference_in};
-use super::live::{LiveSetting, LiveTarget};
+use super::live::LiveSetting;
 use super::load::Shared;
 use super::located::Located as _;
 use crate::diagnostic::{Code, Diagnostic, codes};
@@ -41,8 +41,8 @@ pub struct PassBuilder<'a> {
     pub(in crate::pipeline) environment: &'a Environment,
     /// The axes of the pass's template that may have another value in another configuration.
     pub(in crate::pipeline) open_axes: BTreeSet<String>,
-    /// What the expressions that are evaluated now set, where they are live.
-    pub(in crate::pipeline) target: Option<LiveTarget>,
+    /// Whether a CPU node takes over the settings that are evaluated now.
+    pub(in crate::pipeline) is_live: bool,
     /// The live settings so far.
     pub(in crate::pipeline) live: Vec<LiveSetting>,
 }

@@ -197,7 +197,7 @@ impl<'a> Expander<'a, '_> {
     ) {
         let outside = format!("{}${name}", inner.prefix);
         if self.shared.dependence.add(outside.clone(), expression, declaration, place) {
-            self.shared.scope.give(&outside, value);
+            self.shared.scope.set(&outside, value.clone());
             self.shared.given.insert(outside.clone(), value.clone());
             inner.following.insert(name.to_owned(), outside);
         }

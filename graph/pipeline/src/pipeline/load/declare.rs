@@ -173,7 +173,7 @@ fn produce(instance: &Instance<'_>, declared: &Declared<'_>, shared: &mut Shared
         environment,
         shared,
         open_axes: BTreeSet::new(),
-        target: None,
+        is_live: false,
         live: Vec::new(),
     };
     let present = common.when.as_ref().map_or(Some(true), |when| builder.boolean(when, "/when"));

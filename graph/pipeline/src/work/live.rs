@@ -1,0 +1,142 @@
+//! Values of a work that can change from frame to frame.
+//!
+//! A node kind declares one with [`PassBuilder::live_value`](crate::pipeline::PassBuilder::live_value). A value that
+//! follows from no parameter stays the one of the load; any other has a position among the live settings of its pass,
+//! whose expression is evaluated again when a parameter changes. [`LiveValue::read`] judges the value at both times.
+
+use crate::diagnostic::{Diagnostic, Place, codes};
+use crate::expression::Value;
+use crate::pipeline::whole_number;
+
+/// A value of a work, and the live setting that it follows from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Live<T> {
+    /// The value: of the load, or of the last frame.
+    pub value: T,
+    /// The position in [`Pass::live`](crate::pipeline::Pass::live); `None` of a value that stays.
+    pub setting: Option<usize>,
+}
+
+/// A value that stays.
+impl<T> From<T> for Live<T> {
+    fn from(value: T) -> Self {
+        Self { value, setting: None }
+    }
+}
+
+impl<T: LiveValue> Live<T> {
+    /// Takes over the value of its setting, of all settings of the pass.
+    pub fn update(&mut self, values: &[Value]) {
+        let value = self.setting.and_then(|at| values.get(at));
+        if let Some(Ok(value)) = value.map(T::read) {
+            self.value = value;
+        }
+    }
+}
+
+/// A value of another type.
+pub(crate) fn wrong_type(wanted: &str, found: &str) -> Diagnostic {
+    let message = format!("{wanted} is wanted here, this is {found}");
+    Diagnostic::error(codes::EXPRESSION_TYPE, Place::Nowhere, message)
+        .help(format!("make the expression yield {wanted}"))
+}
+
+fn out_of_bounds(message: String, help: &str) -> Diagnostic {
+    Diagnostic::error(codes::OUT_OF_BOUNDS, Place::Nowhere, message).help(help)
+}
+
+/// A type of value that can change from frame to frame. Reading allocates nothing but for a value that it rejects.
+pub trait LiveValue: Copy {
+    /// The value that an expression yields.
+    ///
+    /// # Errors
+    /// A value of another type, or out of range: a diagnostic without its place.
+    fn read(value: &Value) -> Result<Self, Diagnostic>;
+}
+
+/// Red, green, blue and alpha.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Color(pub [f64; 4]);
+
+impl From<Color> for wgpu_types::Color {
+    fn from(Color([r, g, b, a]): Color) -> Self {
+        Self { r, g, b, a }
+    }
+}
+
+impl LiveValue for Color {
+    fn read(value: &Value) -> Result<Self, Diagnostic> {
+        let count = match value {
+            Value::List(list) => {
+                if let [r, g, b, a] = list.as_slice()
+                    && let (Some(r), Some(g), Some(b), Some(a)) =
+                        (r.number(), g.number(), b.number(), a.number())
+                {
+                    return Ok(Self([r, g, b, a]));
+                }
+                list.iter().all(|one| one.number().is_some()).then_some(list.len())
+            }
+            Value::Number(_) => Some(1),
+            _ => None,
+        };
+        let Some(count) = count else {
+            return Err(wrong_type("a list of numbers", value.kind_name()));
+        };
+        let message = format!("a color has four numbers, not {count}");
+        Err(out_of_bounds(message, "write red, green, blue and alpha: [0, 0, 0, 1]"))
+    }
+}
+
+/// A depth from 0 to 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Depth(pub f64);
+
+impl From<Depth> for f32 {
+    fn from(Depth(depth): Depth) -> Self {
+        depth as f32
+    }
+}
+
+impl LiveValue for Depth {
+    fn read(value: &Value) -> Result<Self, Diagnostic> {
+        match value {
+            Value::Number(depth) if (0.0..=1.0).contains(depth) => Ok(Self(*depth)),
+            Value::Number(depth) => {
+                Err(out_of_bounds(format!("depth is cleared to {depth}"), "depth lies between 0 and 1"))
+            }
+            other => Err(wrong_type("a number", other.kind_name())),
+        }
+    }
+}
+
+/// A value of stencil.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Byte(pub u8);
+
+impl From<Byte> for u32 {
+    fn from(Byte(byte): Byte) -> Self {
+        byte.into()
+    }
+}
+
+impl LiveValue for Byte {
+    fn read(value: &Value) -> Result<Self, Diagnostic> {
+        let count = u32::read(value)?;
+        let outside = |_| {
+            let message = format!("stencil has eight bits, not {count}");
+            out_of_bounds(message, "0 to 255 are possible")
+        };
+        u8::try_from(count).map(Self).map_err(outside)
+    }
+}
+
+/// A count.
+impl LiveValue for u32 {
+    fn read(value: &Value) -> Result<Self, Diagnostic> {
+        let wanted = |number: &f64| wrong_type("a whole number from 0", &number.to_string());
+        match value {
+            Value::Number(number) => whole_number(value, 0..=u32::MAX).ok_or_else(|| wanted(number)),
+            other => Err(wrong_type("a number", other.kind_name())),
+        }
+    }
+}
