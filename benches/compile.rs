@@ -9,10 +9,11 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use umbragraph::compiler::{self, Plan, PlanOptions, build, verify};
+use umbragraph::compiler::{self, Plan, PlanOptions, build};
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::pipeline::Pipeline;
 use umbragraph::source::Sources;
+use umbragraph_verify::verify;
 
 #[path = "measure.rs"]
 mod measure;

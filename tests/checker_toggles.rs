@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use umbragraph::compiler::{
-    Assembly, CullReason, Plan, PlanOptions, PlannedPass, StoreOperation, ViolationKind, build, plan, verify,
+    Assembly, CullReason, Plan, PlanOptions, PlannedPass, StoreOperation, build, plan,
 };
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::pipeline::{Condition, Pipeline, Version};
 use umbragraph::work::LoadOperation;
+use umbragraph_verify::{ViolationKind, verify};
 
 const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
 

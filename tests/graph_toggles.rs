@@ -1,12 +1,11 @@
 //! What toggles mean for graphs and plans: what stays alive, what is stored, what shares memory, what is rejected.
 
-use umbragraph::compiler::{
-    Assembly, KeepReason, Plan, PlanOptions, StoreOperation, ViolationKind, build, plan, verify,
-};
+use umbragraph::compiler::{Assembly, KeepReason, Plan, PlanOptions, StoreOperation, build, plan};
 use umbragraph::diagnostic::{Diagnostics, codes};
 use umbragraph::language::{Expr, Lifetime, TextureDeclaration};
 use umbragraph::pipeline::{Condition, IndexRange, SubresourceRange, Usage, Version};
 use umbragraph::work::{LoadOperation, ResourceHandle};
+use umbragraph_verify::{ViolationKind, verify};
 
 const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
 

@@ -3,9 +3,10 @@
 mod common;
 
 use common::{With, check_file, root};
-use umbragraph::compiler::{Objective, PlanOptions, plan, verify};
+use umbragraph::compiler::{Objective, PlanOptions, plan};
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::pipeline::ResourceKind;
+use umbragraph_verify::verify;
 
 #[test]
 fn another_size_yields_what_planning_from_scratch_yields() {

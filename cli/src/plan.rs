@@ -1,6 +1,6 @@
 //! `umbragraph plan`
 
-use umbragraph::compiler::verify;
+use umbragraph_verify::verify;
 
 use crate::arguments::PlanArguments;
 use crate::session::Session;

@@ -295,7 +295,7 @@ impl Session {
             let mut coverage = umbragraph::check_configurations(
                 &composed.document,
                 &options,
-                (&configurations, verified, &mut dry_run(profile)),
+                (&configurations, verified.then_some(&verify), &mut dry_run(profile)),
                 &self.sources,
                 &mut diagnostics,
             );
@@ -468,4 +468,9 @@ pub(crate) fn dry_run(profile: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diag
 #[cfg(not(feature = "gpu"))]
 pub(crate) fn dry_run(_: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<> {
     |_| Diagnostics::new()
+}
+
+/// The violations that a second algorithm finds in a plan, in words.
+fn verify(plan: &umbragraph::compiler::Plan, options: &PlanOptions) -> Vec<String> {
+    umbragraph_verify::verify(plan, options).iter().map(ToString::to_string).collect()
 }

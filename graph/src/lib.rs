@@ -57,8 +57,4 @@ pub mod pipeline {
     };
 }
 
-/// Pipeline to graph to plan, and a second opinion on plans.
-pub mod compiler {
-    pub use umbragraph_compiler::*;
-    pub use umbragraph_tools::verify::{Violation, ViolationKind, verify};
-}
+pub use umbragraph_compiler as compiler;

@@ -1,9 +1,10 @@
 //! Violations planted in planned copies.
 
-use umbragraph::compiler::{Assembly, Plan, PlannedCopy, TexelOrigin, TexelRows, ViolationKind, verify};
+use umbragraph::compiler::{Assembly, Plan, PlannedCopy, TexelOrigin, TexelRows};
 use umbragraph::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
 use umbragraph::pipeline::{Aspect, IndexRange, SubresourceRange, Usage, Version};
 use umbragraph::work::{BufferRegion, TextureRegion, TransferEnd};
+use umbragraph_verify::{ViolationKind, verify};
 
 use crate::{kinds, options, pass, pipeline, planned};
 

@@ -1,7 +1,8 @@
 //! Violations planted in the histories of a plan.
 
-use umbragraph::compiler::{CullReason, KeepReason, Physical, Plan, StoreOperation, ViolationKind};
+use umbragraph::compiler::{CullReason, KeepReason, Physical, Plan, StoreOperation};
 use umbragraph::wgpu_types::{TextureFormat, TextureUsages};
+use umbragraph_verify::ViolationKind;
 
 use crate::{at, caught, pass, pipeline, texture_of};
 

@@ -7,13 +7,14 @@ use std::sync::Arc;
 
 use umbragraph::compiler::{
     Assembly, CullReason, KeepReason, Objective, Physical, Plan, PlanOptions, PlannedPass, StoreOperation,
-    Violation, ViolationKind, build, plan, verify,
+    build, plan,
 };
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::language::{Expr, FormatCandidates, Lifetime};
 use umbragraph::pipeline::{Pipeline, SubresourceRange, Usage, Version};
 use umbragraph::wgpu_types::{TextureFormat, TextureUsages};
 use umbragraph::work::{LoadOperation, Work};
+use umbragraph_verify::{Violation, ViolationKind, verify};
 
 const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
 

@@ -155,7 +155,7 @@ impl<'a> Host<'a> {
         let Some(sizes) = self.executor.wanted_sizes() else { return false };
         self.options.data_sizes = sizes;
         let plan = self.outcome.checked.plan_again(&self.options, &self.outcome.sources).expect("a plan");
-        let violations = umbragraph::compiler::verify(&plan, &self.options);
+        let violations = umbragraph_verify::verify(&plan, &self.options);
         assert!(violations.is_empty(), "{violations:#?}");
         self.executor.set_plan(Arc::new(plan), Some(&self.scene)).expect("another plan");
         true

@@ -15,13 +15,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use umbragraph::CheckReport;
-use umbragraph::compiler::{Plan, PlanOptions, verify};
+use umbragraph::compiler::{Plan, PlanOptions};
 use umbragraph::compose;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, render};
 use umbragraph::document::{self, Document};
 use umbragraph::pipeline::{self, Overrides, ParameterFile, Setting};
 use umbragraph::shader::{TargetProfile, TemplateSet};
 use umbragraph::source::{FileId, Sources, Span};
+use umbragraph_verify::verify;
 
 /// The folder of the workspace.
 pub fn root() -> PathBuf {

@@ -1,10 +1,11 @@
 //! Chains of passthroughs: whatever the toggles of their links, the first that is there is seen, and the checker agrees.
 
-use umbragraph::compiler::{PlanOptions, verify};
+use umbragraph::compiler::PlanOptions;
 use umbragraph::executor::Frame;
 use umbragraph::wgpu;
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::property;
+use umbragraph_verify::verify;
 
 use crate::common::gpu::import;
 use crate::stage::{SIDE, color, executor, fill, plan_of_text};

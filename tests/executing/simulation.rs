@@ -16,12 +16,13 @@ mod text;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use umbragraph::compiler::{Plan, PlanOptions, verify};
+use umbragraph::compiler::{Plan, PlanOptions};
 use umbragraph::executor::Frame;
 use umbragraph::wgpu;
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
+use umbragraph_verify::verify;
 
 use crate::common::gpu::import;
 use crate::stage::{SIDE, executor, texels, try_plan_of_text};

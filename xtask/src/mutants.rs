@@ -11,8 +11,7 @@ const FILES: &[&str] = &["passes/src/**", "scene/src/**", "graph/compiler/src/**
 
 /// The packages and tests that look for them: those that hold what is planned, placed and drawn to a simulation, a
 /// figure, a picture or a diagnostic. A build and a run of all would take several minutes for each fault.
-const PACKAGES: &str =
-    "umbragraph,umbragraph-compiler,umbragraph-executor,umbragraph-passes,umbragraph-scene,umbragraph-tools";
+const PACKAGES: &str = "umbragraph,umbragraph-compiler,umbragraph-executor,umbragraph-passes,umbragraph-scene,umbragraph-tools,umbragraph-verify";
 const TESTS: &[&str] = &[
     "broken",
     "caching",

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::check::{CheckOptions, CheckReport, compiled};
-use crate::compiler::Plan;
+use crate::compiler::{Plan, PlanOptions};
 use crate::compose::with_users;
 use crate::configurations::Configurations;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, Severity};
@@ -17,7 +17,6 @@ use crate::remarks::Remarks;
 use crate::shader::AxisValues;
 use crate::source::Sources;
 use crate::unused::unused;
-use crate::verify::verify;
 
 /// The results of checking the configurations of a pipeline.
 #[derive(Clone, Debug, Default)]
@@ -36,13 +35,16 @@ pub struct Coverage {
 /// What else is said of a plan.
 pub type Judge<'a> = &'a mut dyn FnMut(&Arc<Plan>) -> Diagnostics;
 
+/// A second opinion on a plan: violations in words.
+pub type Verify<'a> = &'a dyn Fn(&Plan, &PlanOptions) -> Vec<String>;
+
 /// Takes a document all the way to a plan in each configuration. Every diagnostic goes to `diagnostics`, once. The
-/// values are those of the configurations; `check_options.overrides` is not looked at. With `verified` each plan is
-/// checked by a second algorithm. What `judge` says of a plan is added: a dry run's diagnostics, for one.
+/// values are those of the configurations; `check_options.overrides` is not looked at. `verify` checks each plan by a
+/// second algorithm. What `judge` says of a plan is added: a dry run's diagnostics, for one.
 pub fn check_configurations(
     document: &Document,
     check_options: &CheckOptions<'_>,
-    (configurations, verified, judge): (&Configurations, bool, Judge<'_>),
+    (configurations, verify, judge): (&Configurations, Option<Verify<'_>>, Judge<'_>),
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Coverage {
@@ -61,9 +63,9 @@ pub fn check_configurations(
             }
             let mut report = compiled(pipeline, options, sources, &mut own);
             // A plan that is made in spite of errors shows what else is wrong; it promises nothing that could be verified.
-            if let Some(plan) = report.plan.as_ref().filter(|_| verified && !own.has_errors()) {
+            if let Some((verify, plan)) = verify.zip(report.plan.as_ref()).filter(|_| !own.has_errors()) {
                 for violation in verify(plan, options) {
-                    violations.entry(violation.to_string()).or_default().push(at);
+                    violations.entry(violation).or_default().push(at);
                 }
             }
             let plan = report.plan.take().map(Arc::new);

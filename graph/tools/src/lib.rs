@@ -3,7 +3,6 @@
 //! - [`check`], [`check_document`]: the whole way from a text to a plan in one call;
 //! - [`Configurations`], [`check_configurations`], [`reach`]: the configurations of a pipeline, chosen, checked
 //!   and proven;
-//! - [`verify`](verify::verify): a second opinion on a plan, which shares no code with what made it;
 //! - [`report`] and [`why`]: a plan shown, and the reasons for it;
 //! - [`capture`]: textures of a frame for somebody to look at.
 
@@ -18,14 +17,6 @@ mod configurations;
 mod cover;
 mod coverage;
 mod dependence;
-#[cfg(test)]
-mod property_tests;
-#[cfg(test)]
-mod property_tests_toggles;
-#[cfg(test)]
-mod property_tests_uninitialised;
-#[cfg(test)]
-mod property_tests_writers;
 mod reach;
 mod remarks;
 pub mod report;
@@ -33,13 +24,12 @@ mod thresholds;
 mod unused;
 mod varied;
 mod varied_setting;
-pub mod verify;
 pub mod why;
 mod witness;
 
 pub use check::{CheckOptions, CheckReport, check, check_document, check_sharing};
 pub use configurations::{Configuration, Configurations, MAX as MAX_CONFIGURATIONS};
 pub use cover::Cover;
-pub use coverage::{Coverage, Judge, check_configurations};
+pub use coverage::{Coverage, Judge, Verify, check_configurations};
 pub use reach::{AxisProduct, Reached, ReachedProgram, reach};
 pub use remarks::Remarks;

@@ -5,11 +5,11 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use wgpu_types::{BufferUsages, TextureUsages};
 
-use super::regions::extents;
-use super::{ViolationKind as Kind, Violations};
 use crate::compiler::{Physical, PhysicalBuffer, PhysicalTexture, Plan, PlanOptions, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::{IndexRange, ResourceKind, SubresourceRange, Usage};
+use crate::regions::extents;
+use crate::violation::{ViolationKind as Kind, Violations};
 use crate::work::ResourceHandle;
 
 /// Where a resource is really used, and how.
@@ -39,7 +39,7 @@ struct Memory<'a> {
 /// Checks places, spans, usages and sums.
 ///
 /// `spare` are the places of earlier frames that no pass reads, which are there all the same.
-pub(super) fn check(
+pub(crate) fn check(
     plan: &Plan,
     options: &PlanOptions,
     spare: &BTreeSet<Physical>,

@@ -1,41 +1,6 @@
-//! A second opinion on plans.
-//!
-//! [`verify`] takes a finished [`Plan`] and its pipeline and finds out, by other means than the planner's, whether the
-//! frame that it describes is right. It shares no code with what makes plans: it knows the pipeline's declarations and
-//! the plan's values, nothing of graphs, lifetimes or classes as the planner computes them.
-//!
-//! - `passes`: the plan has the pipeline's passes, each once, in an order that the document allows, and culls only what
-//!   nothing needs;
-//! - `contents`: the frame is played through, texel region by texel region: every read finds what it has to find, and
-//!   nothing is dropped that something later needs; `back` goes the other way where there are too many states;
-//! - `uninitialised`: every read finds each piece of what it reads written in some state;
-//! - `toggles`: fallbacks are used where they have to be, and fit; toggles and passthroughs are stated right;
-//! - `transfers`: copies touch the mips, layers, aspects and bytes that their passes use, and are what they describe;
-//! - `attachments`: load and store operations, marks and render pass groups say what the passes declare;
-//! - `memory`: resources that share memory are never alive together, fit what stands for them, and are as few as
-//!   possible; imports stay within what the host allows; the sums of bytes are right;
-//! - `histories`: as many frames are kept as can be read, apart from one another and from everything else.
-//!
-//! Limits: shaders and sizes are not computed again; a plan for another viewport is not recognised as such. A writer is
-//! taken to write all of the subresource range that it declares.
-//!
-//! Cost: about linear; writers whose order only a long detour explains cost more.
-
-mod attachments;
-mod back;
-mod contents;
-mod histories;
-mod memory;
-mod passes;
-mod regions;
-mod toggles;
-mod transfers;
-mod uninitialised;
+//! Violations: what can be wrong with a plan.
 
 use serde::Serialize;
-
-use crate::compiler::{Plan, PlanOptions};
-use crate::work::PassHandle;
 
 /// The kind of a violation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -142,37 +107,11 @@ impl std::fmt::Display for Violation {
     }
 }
 
-/// Finds everything that is wrong with a plan. `options` are those that it was made with.
-pub fn verify(plan: &Plan, options: &PlanOptions) -> Vec<Violation> {
-    let mut violations = Violations(Vec::new());
-    // The rest relies on every planned pass being one of the pipeline's.
-    let Some(schedule) = passes::check(plan, &mut violations) else { return violations.0 };
-    let flow = contents::check(plan, &schedule, &mut violations);
-    passes::check_reasons(plan, &schedule, &flow, &mut violations);
-    attachments::check(plan, &mut violations);
-    let spare = histories::check(plan, &mut violations);
-    memory::check(plan, options, &spare, &mut violations);
-    toggles::check(plan, &mut violations);
-    transfers::check(plan, &mut violations);
-    violations.0
-}
-
 /// The violations so far.
-struct Violations(Vec<Violation>);
+pub(crate) struct Violations(pub(crate) Vec<Violation>);
 
 impl Violations {
-    fn add(&mut self, kind: ViolationKind, message: String) {
+    pub(crate) fn add(&mut self, kind: ViolationKind, message: String) {
         self.0.push(Violation { kind, message });
-    }
-}
-
-/// When each pass of the pipeline runs; `None` for a culled one.
-struct Schedule {
-    at: Vec<Option<usize>>,
-}
-
-impl Schedule {
-    fn of(&self, pass: PassHandle) -> Option<usize> {
-        self.at.get(pass.index()).copied().flatten()
     }
 }

@@ -11,14 +11,14 @@ use std::collections::HashSet;
 
 use rustc_hash::FxHashSet;
 
-use super::regions::{Flow, Uses};
 use crate::compiler::KeepReason;
 use crate::language::Lifetime;
 use crate::pipeline::Condition;
+use crate::regions::{Flow, Uses};
 use crate::work::PassHandle;
 
 /// Adds to a flow which accesses of one resource feed which.
-pub(super) fn search(uses: &Uses<'_>, flow: &mut Flow) {
+pub(crate) fn search(uses: &Uses<'_>, flow: &mut Flow) {
     let (plan, handle, regions) = (uses.plan, uses.handle, uses.regions.count());
     let mut writers: Vec<Vec<usize>> = vec![Vec::new(); regions];
     for (at, event) in uses.planned().iter().enumerate().filter(|(_, event)| event.one.usage.writes()) {

@@ -8,12 +8,12 @@ use std::sync::Arc;
 use proptest::prelude::*;
 use umbragraph_test_support::property;
 
-use crate::compiler::{Assembly, PlanOptions, build, plan};
-use crate::diagnostic::{Diagnostics, codes};
-use crate::language::{Expr, FormatCandidates, Lifetime, TextureShape};
-use crate::pipeline::{Aspect, IndexRange, Pipeline, SubresourceRange, Usage, Version};
-use crate::source::Sources;
-use crate::verify::{ViolationKind, verify};
+use crate::{ViolationKind, verify};
+use umbragraph_compiler::{Assembly, PlanOptions, build, plan};
+use umbragraph_pipeline::diagnostic::{Diagnostics, codes};
+use umbragraph_pipeline::language::{Expr, FormatCandidates, Lifetime, TextureShape};
+use umbragraph_pipeline::pipeline::{Aspect, IndexRange, Pipeline, SubresourceRange, Usage, Version};
+use umbragraph_pipeline::source::Sources;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
@@ -204,7 +204,7 @@ fn check(kind: Kind, writers: &[RandomAccess], readers: &[RandomAccess]) -> Resu
     let planned = build(&whole, &mut diagnostics)
         .and_then(|graph| plan(&whole, &graph, &options, &sources, &mut diagnostics));
     // What some states take away has a diagnostic of its own.
-    let found = |of: &crate::diagnostic::Code| -> BTreeSet<String> {
+    let found = |of: &umbragraph_pipeline::diagnostic::Code| -> BTreeSet<String> {
         let those = diagnostics.iter().filter(|one| one.code.id == of.id);
         those.filter_map(|one| Some(one.message.split('"').nth(1)?.to_owned())).collect()
     };

@@ -9,11 +9,11 @@
 
 use std::collections::BTreeSet;
 
-use super::regions::{Regions, Uses};
-use super::{ViolationKind as Kind, Violations};
 use crate::compiler::PlannedResource;
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::Condition;
+use crate::regions::{Regions, Uses};
+use crate::violation::{ViolationKind as Kind, Violations};
 
 /// When a region was written so far.
 #[derive(Clone, Default)]
@@ -23,7 +23,7 @@ struct Written {
 }
 
 /// Finds the reads of one resource that find something, but not all.
-pub(super) fn check(uses: &Uses<'_>, violations: &mut Violations) {
+pub(crate) fn check(uses: &Uses<'_>, violations: &mut Violations) {
     let Uses { plan, handle, regions, .. } = uses;
     let resource = plan.pipeline.resource(*handle);
     let own_memory = match resource.declared_lifetime() {

@@ -2,40 +2,40 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::Schedule;
 use crate::compiler::{Plan, StoreOperation};
 use crate::pipeline::{Access, Aspect, Condition, IndexRange, SubresourceRange, Usage};
+use crate::schedule::Schedule;
 use crate::work::{PassHandle, ResourceHandle};
 
 /// Which writes reach which reads.
-pub(super) struct Flow {
+pub(crate) struct Flow {
     /// Writer, reader and resource.
-    pub(super) feeds: HashSet<(PassHandle, PassHandle, ResourceHandle)>,
+    pub(crate) feeds: HashSet<(PassHandle, PassHandle, ResourceHandle)>,
     /// The passes of whose writes something outlives the frame.
-    pub(super) lasting: BTreeSet<PassHandle>,
+    pub(crate) lasting: BTreeSet<PassHandle>,
     /// By history the passes of whose writes something is left for later frames.
-    pub(super) carried: HashMap<ResourceHandle, BTreeSet<PassHandle>>,
+    pub(crate) carried: HashMap<ResourceHandle, BTreeSet<PassHandle>>,
 }
 
 /// One access with its pass and the regions that it covers.
-pub(super) struct Event<'a> {
-    pub(super) pass: PassHandle,
-    pub(super) one: &'a Access,
-    pub(super) regions: Vec<usize>,
+pub(crate) struct Event<'a> {
+    pub(crate) pass: PassHandle,
+    pub(crate) one: &'a Access,
+    pub(crate) regions: Vec<usize>,
 }
 
 /// How one resource is used.
-pub(super) struct Uses<'a> {
-    pub(super) plan: &'a Plan,
-    pub(super) schedule: &'a Schedule,
-    pub(super) handle: ResourceHandle,
+pub(crate) struct Uses<'a> {
+    pub(crate) plan: &'a Plan,
+    pub(crate) schedule: &'a Schedule,
+    pub(crate) handle: ResourceHandle,
     /// The accesses by planned passes in their order, then those by others.
-    pub(super) events: Vec<Event<'a>>,
-    pub(super) regions: Regions,
+    pub(crate) events: Vec<Event<'a>>,
+    pub(crate) regions: Regions,
 }
 
 /// Regions of one resource: the product of what the accesses tell apart in mips, layers, aspects and bytes.
-pub(super) struct Regions {
+pub(crate) struct Regions {
     axes: [Axis; 4],
 }
 
@@ -71,7 +71,7 @@ impl Axis {
 }
 
 /// What a subresource range covers in each direction; nothing said means everything.
-pub(super) fn extents(range: SubresourceRange) -> [Option<(u64, u64)>; 4] {
+pub(crate) fn extents(range: SubresourceRange) -> [Option<(u64, u64)>; 4] {
     let aspect = match range.aspect {
         Aspect::All => None,
         Aspect::DepthOnly => Some((0, 1)),
@@ -86,7 +86,7 @@ pub(super) fn extents(range: SubresourceRange) -> [Option<(u64, u64)>; 4] {
 }
 
 impl Regions {
-    pub(super) fn new<'a>(accesses: impl Iterator<Item = &'a Access> + Clone) -> Self {
+    pub(crate) fn new<'a>(accesses: impl Iterator<Item = &'a Access> + Clone) -> Self {
         let axis = |at: usize| Axis::new(accesses.clone().map(move |one| extents(one.range)[at]));
         let mut axes = [axis(0), axis(1), axis(2), axis(3)];
         // Beside depth and stencil there is nothing: the second piece is the rest.
@@ -96,12 +96,12 @@ impl Regions {
         Self { axes }
     }
 
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.axes.iter().map(Axis::count).product()
     }
 
     /// The extent of a region in each direction.
-    pub(super) fn pieces(&self, mut region: usize) -> [Vec<(u64, u64)>; 4] {
+    pub(crate) fn pieces(&self, mut region: usize) -> [Vec<(u64, u64)>; 4] {
         let mut pieces = [const { Vec::new() }; 4];
         for (axis, pieces) in self.axes.iter().zip(&mut pieces).rev() {
             *pieces = axis.piece(region % axis.count());
@@ -110,7 +110,7 @@ impl Regions {
         pieces
     }
 
-    pub(super) fn of(&self, range: SubresourceRange) -> Vec<usize> {
+    pub(crate) fn of(&self, range: SubresourceRange) -> Vec<usize> {
         let mut regions = vec![0];
         for (axis, extent) in self.axes.iter().zip(extents(range)) {
             let pieces = axis.of(extent);
@@ -125,18 +125,18 @@ impl Regions {
 
 impl<'a> Uses<'a> {
     /// The accesses by planned passes.
-    pub(super) fn planned(&self) -> &[Event<'a>] {
+    pub(crate) fn planned(&self) -> &[Event<'a>] {
         let is_planned = |event: &Event<'_>| self.schedule.of(event.pass).is_some();
         &self.events[..self.events.partition_point(is_planned)]
     }
 
     /// What has to hold for an access to happen.
-    pub(super) fn conditions(&self, event: &Event<'_>) -> impl Iterator<Item = Condition> {
+    pub(crate) fn conditions(&self, event: &Event<'_>) -> impl Iterator<Item = Condition> {
         self.plan.pipeline.pass(event.pass).condition.into_iter().chain(event.one.when.iter().copied())
     }
 
     /// Whether an access is an attachment that the plan does not store.
-    pub(super) fn drops(&self, event: &Event<'_>) -> bool {
+    pub(crate) fn drops(&self, event: &Event<'_>) -> bool {
         if !event.one.usage.is_attachment() {
             return false;
         }
@@ -156,7 +156,7 @@ impl<'a> Uses<'a> {
 
     /// Whether a pass clears or discards a region at its start, or says that it replaces it. `writers` are those of the
     /// region, each with whether it loads.
-    pub(super) fn covers(&self, pass: PassHandle, writers: &[(PassHandle, bool)]) -> bool {
+    pub(crate) fn covers(&self, pass: PassHandle, writers: &[(PassHandle, bool)]) -> bool {
         let loads = writers.iter().any(|(writer, loads)| *writer == pass && *loads);
         let attached = self.plan.pipeline.pass(pass).accesses().iter().any(|one| {
             let texture = self.plan.pipeline.resource(self.handle).texture();

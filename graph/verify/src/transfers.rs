@@ -10,14 +10,14 @@
 
 use wgpu_types::{COPY_BYTES_PER_ROW_ALIGNMENT, TextureFormat};
 
-use super::{ViolationKind as Kind, Violations};
 use crate::compiler::{Plan, PlannedCopy, PlannedPass, PlannedResource, TexelOrigin, TexelRows};
 use crate::language::TextureShape;
 use crate::pipeline::{Aspect, IndexRange, SubresourceRange, Usage};
+use crate::violation::{ViolationKind as Kind, Violations};
 use crate::work::{BufferRegion, ResourceHandle, TextureRegion, TransferEnd, TransferWork, Work};
 
 /// Checks the accesses and the copies of every planned transfer.
-pub(super) fn check(plan: &Plan, violations: &mut Violations) {
+pub(crate) fn check(plan: &Plan, violations: &mut Violations) {
     for planned in &plan.passes {
         match plan.pipeline.pass(planned.handle).work() {
             Work::Transfer(transfer) => {

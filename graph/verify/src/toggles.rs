@@ -1,14 +1,14 @@
 //! Whether readers use the fallback of a resource with a passthrough in just the frames without it, and whether that
 //! fits.
 
-use super::{ViolationKind as Kind, Violations};
 use crate::compiler::Plan;
 use crate::language::TextureShape;
 use crate::pipeline::{Condition, Pass, Version};
+use crate::violation::{ViolationKind as Kind, Violations};
 use crate::work::ResourceHandle;
 
 /// Checks the stated toggles and passthroughs, the accesses of fallbacks, and that they fit.
-pub(super) fn check(plan: &Plan, violations: &mut Violations) {
+pub(crate) fn check(plan: &Plan, violations: &mut Violations) {
     let stated: Vec<(&String, bool)> = plan.toggles.iter().map(|(name, on)| (name, *on)).collect();
     if stated != plan.pipeline.toggles.iter().map(|one| (&one.name, one.default)).collect::<Vec<_>>() {
         let message = "the plan has other toggles than the pipeline".to_owned();

@@ -8,13 +8,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use wgpu_types::{BufferUsages, TextureUsages};
 
-use super::{ViolationKind as Kind, Violations};
 use crate::compiler::{InitialValue, Physical, Plan};
 use crate::pipeline::ResourceKind;
+use crate::violation::{ViolationKind as Kind, Violations};
 use crate::work::ResourceHandle;
 
 /// Checks the histories; the places that no planned resource stands at.
-pub(super) fn check(plan: &Plan, violations: &mut Violations) -> BTreeSet<Physical> {
+pub(crate) fn check(plan: &Plan, violations: &mut Violations) -> BTreeSet<Physical> {
     let pipeline = &plan.pipeline;
     let mut used: BTreeSet<ResourceHandle> = BTreeSet::new();
     for one in plan.passes.iter().flat_map(|planned| pipeline.pass(planned.handle).accesses()) {

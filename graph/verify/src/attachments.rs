@@ -2,13 +2,13 @@
 
 use std::collections::HashMap;
 
-use super::{ViolationKind as Kind, Violations};
 use crate::compiler::{Plan, PlannedAttachment, PlannedPass, StoreOperation};
 use crate::language::Lifetime;
+use crate::violation::{ViolationKind as Kind, Violations};
 use crate::work::{AttachmentTarget, LoadOperation, RenderWork, ResourceHandle, Work};
 
 /// Checks the attachments, their marks and the groups of passes.
-pub(super) fn check(plan: &Plan, violations: &mut Violations) {
+pub(crate) fn check(plan: &Plan, violations: &mut Violations) {
     let mut users: HashMap<ResourceHandle, Vec<usize>> = HashMap::new();
     for (at, planned) in plan.passes.iter().enumerate() {
         for one in plan.pipeline.pass(planned.handle).accesses() {
@@ -56,7 +56,7 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
 }
 
 /// The declared attachments in order, each with its load operation as a word, and whether it is discarded.
-pub(super) fn declared(render: &RenderWork) -> Vec<(AttachmentTarget, &'static str, bool)> {
+pub(crate) fn declared(render: &RenderWork) -> Vec<(AttachmentTarget, &'static str, bool)> {
     let color = render.color.iter().map(|one| (one.to.target(), word(&one.load), one.discard));
     let depth = render.depth.iter().map(|one| (one.to.target(), word(&one.load), one.discard));
     let stencil = render.stencil.iter().map(|one| (one.to.target(), word(&one.load), one.discard));

@@ -2,18 +2,19 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::regions::Flow;
-use super::{Schedule, ViolationKind as Kind, Violations};
 use crate::compiler::{CullReason, KeepReason, Kept, Plan};
 use crate::language::Lifetime;
 use crate::pipeline::{Access, History, Pass, Pipeline, SubresourceRange};
+use crate::regions::Flow;
+use crate::schedule::Schedule;
+use crate::violation::{ViolationKind as Kind, Violations};
 use crate::work::{Dispatch, PassHandle, ResourceHandle, Work};
 
 /// Up to so many writers of subresource ranges, or with toggles, a plan has to say for certain who reads them.
 const TOLD_APART: usize = 64;
 
 /// The schedule, unless a planned pass is not one of the pipeline's.
-pub(super) fn check(plan: &Plan, violations: &mut Violations) -> Option<Schedule> {
+pub(crate) fn check(plan: &Plan, violations: &mut Violations) -> Option<Schedule> {
     let passes = &plan.pipeline.passes;
     let mut at = vec![None; passes.len()];
     let mut known = true;
@@ -100,7 +101,7 @@ fn check_workgroups(plan: &Plan, violations: &mut Violations) {
 }
 
 /// Whether what is kept leads somewhere, what is culled does not, and the stated reasons are true.
-pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, violations: &mut Violations) {
+pub(crate) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, violations: &mut Violations) {
     let pipeline = &plan.pipeline;
     let mut needed: HashSet<PassHandle> = flow.lasting.iter().copied().collect();
     needed.extend(pipeline.pass_handles().filter(|pass| pipeline.pass(*pass).side_effect));

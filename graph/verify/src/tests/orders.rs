@@ -11,13 +11,13 @@ use std::sync::Arc;
 use proptest::prelude::*;
 use umbragraph_test_support::property;
 
-use crate::compiler::{Assembly, Objective, Plan, PlanOptions, build, plan};
-use crate::diagnostic::Diagnostics;
-use crate::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
-use crate::pipeline::{Pipeline, SubresourceRange, Usage, Version};
-use crate::source::Sources;
-use crate::verify::verify;
-use crate::work::{LoadOperation, PassHandle, ResourceHandle};
+use crate::verify;
+use umbragraph_compiler::{Assembly, Objective, Plan, PlanOptions, build, plan};
+use umbragraph_pipeline::diagnostic::Diagnostics;
+use umbragraph_pipeline::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
+use umbragraph_pipeline::pipeline::{Pipeline, SubresourceRange, Usage, Version};
+use umbragraph_pipeline::source::Sources;
+use umbragraph_pipeline::work::{LoadOperation, PassHandle, ResourceHandle};
 
 /// The description of a random pass: resources by number, each modulo their count.
 #[derive(Clone, Debug)]

@@ -7,12 +7,12 @@
 use proptest::prelude::*;
 use umbragraph_test_support::property;
 
-use crate::compiler::{Assembly, Objective, Plan, PlanOptions, build, plan};
-use crate::diagnostic::Diagnostics;
-use crate::language::Expr;
-use crate::pipeline::{Condition, IndexRange, SubresourceRange, Usage, Version};
-use crate::verify::verify;
-use crate::work::{LoadOperation, PassHandle, ResourceHandle};
+use crate::verify;
+use umbragraph_compiler::{Assembly, Objective, Plan, PlanOptions, build, plan};
+use umbragraph_pipeline::diagnostic::Diagnostics;
+use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::pipeline::{Condition, IndexRange, SubresourceRange, Usage, Version};
+use umbragraph_pipeline::work::{LoadOperation, PassHandle, ResourceHandle};
 
 const TOGGLES: usize = 3;
 

@@ -21,12 +21,14 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::regions::{Event, Flow, Regions, Uses};
-use super::{Schedule, ViolationKind as Kind, Violations, attachments, back, uninitialised};
 use crate::compiler::Plan;
 use crate::language::Lifetime;
 use crate::pipeline::{Access, Condition, Usage, Version};
+use crate::regions::{Event, Flow, Regions, Uses};
+use crate::schedule::Schedule;
+use crate::violation::{ViolationKind as Kind, Violations};
 use crate::work::{PassHandle, ResourceHandle, Work};
+use crate::{attachments, back, uninitialised};
 
 /// The maximum number of toggles of which every combination is tried for one resource.
 const MAX_TOGGLES: usize = 6;
@@ -72,7 +74,7 @@ impl Explained {
 }
 
 /// Plays the frame of a plan through.
-pub(super) fn check(plan: &Plan, schedule: &Schedule, violations: &mut Violations) -> Flow {
+pub(crate) fn check(plan: &Plan, schedule: &Schedule, violations: &mut Violations) -> Flow {
     let pipeline = &plan.pipeline;
     let mut flow = Flow { feeds: HashSet::new(), lasting: BTreeSet::new(), carried: HashMap::new() };
     let mut explained = Explained { next: HashMap::new() };

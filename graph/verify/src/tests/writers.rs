@@ -6,11 +6,11 @@ use proptest::prelude::*;
 use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
 
-use crate::compiler::{Assembly, Graph, KeepReason, Plan, PlanOptions, build, plan};
-use crate::diagnostic::Diagnostics;
-use crate::language::Lifetime;
-use crate::pipeline::{SubresourceRange, Usage, Version};
-use crate::verify::verify;
+use crate::verify;
+use umbragraph_compiler::{Assembly, Graph, KeepReason, Plan, PlanOptions, build, plan};
+use umbragraph_pipeline::diagnostic::Diagnostics;
+use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::pipeline::{SubresourceRange, Usage, Version};
 
 /// A writer of a range of bytes.
 #[derive(Clone, Debug)]
