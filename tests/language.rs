@@ -264,6 +264,19 @@ fn files_that_lead_back_to_themselves_or_are_not_there_are_diagnostics_at_the_pa
 }
 
 #[test]
+fn a_base_of_several_bases_is_laid_once_below_them() {
+    let (document, diagnostics) = composed(&[
+        ("a.json", r#"{ "extends": ["b.json", "c.json"], "parameters": { "x": 4 } }"#),
+        ("b.json", r#"{ "extends": "base.json", "parameters": { "y": 2, "z": null } }"#),
+        ("c.json", r#"{ "extends": "base.json", "parameters": { "w": 3 } }"#),
+        ("base.json", r#"{ "parameters": { "x": 1, "y": 1, "z": 1 } }"#),
+    ]);
+    let parameters = document.map(|document| document["parameters"].clone());
+    assert_eq!(parameters, Some(serde_json::json!({ "x": 4, "y": 2, "w": 3 })), "{diagnostics}");
+    assert_eq!(diagnostics, "");
+}
+
+#[test]
 fn an_include_adds_and_never_changes() {
     let files = |section: &str| {
         composed(&[

@@ -1,7 +1,8 @@
 //! Several files to one document: `extends`, `include`, and extensions.
 //!
 //! - `"extends": "base.json"` (or a list, the first is the lowest): the base's document with this one laid over it.
-//!   Objects are merged key by key, everything else is replaced, and `null` deletes what the base has.
+//!   Objects are merged key by key, everything else is replaced, and `null` deletes what the base has. A base that
+//!   several files extend is laid once, below all of them, so that it undoes nothing of theirs.
 //! - `"include": ["parts.json"]`: the sections of another file beside one's own. Here nothing may stand twice: an
 //!   include adds, it never changes.
 //! - extensions: further files, named by the host, whose `inserts` put passes at the pipeline's extension points
@@ -126,10 +127,11 @@ pub fn compose(
         changes: merge::Changes::default(),
         layers: BTreeMap::from([(file, Layer::Pipeline)]),
         paths: BTreeSet::new(),
+        laid: BTreeSet::new(),
         read: BTreeMap::new(),
     };
     let bundled = path.to_str().and_then(|name| with_scheme(composer.files, name));
-    let mut root = composer.file(file, bundled.as_deref().unwrap_or(path))?;
+    let mut root = composer.file(file, bundled.as_deref().unwrap_or(path), None)?;
     let used = composer.use_files(&mut root)?;
     // The passes of an extension take over what the pipeline shares, too, once they are there.
     if root.get("inserts").is_none() {
@@ -152,16 +154,19 @@ struct Composer<'a> {
     layers: BTreeMap<FileId, Layer>,
     /// The paths of the files that are laid over, or beside, one another.
     paths: BTreeSet<PathBuf>,
+    /// The paths of the files that are laid below the file at hand.
+    laid: BTreeSet<PathBuf>,
     /// The files that were read: what two files extend is one file.
     read: BTreeMap<PathBuf, FileId>,
 }
 
 impl Composer<'_> {
-    fn file(&mut self, file: FileId, path: &Path) -> Option<Value> {
+    /// A file over what it extends, and all of that over what is below.
+    fn file(&mut self, file: FileId, path: &Path, below: Option<Value>) -> Option<Value> {
         self.seen.push(file);
         self.paths.insert(normalize(path));
         self.chain.push((path.to_owned(), None));
-        let root = self.parse(file).and_then(|root| self.compose_value(root, path));
+        let root = self.parse(file).and_then(|root| self.compose_value(root, path, below));
         self.chain.pop();
         root
     }
@@ -171,7 +176,7 @@ impl Composer<'_> {
         parsed.map_err(|diagnostics| self.diagnostics.extend(diagnostics)).ok().map(|document| document.root)
     }
 
-    fn compose_value(&mut self, mut root: Value, path: &Path) -> Option<Value> {
+    fn compose_value(&mut self, mut root: Value, path: &Path, mut below: Option<Value>) -> Option<Value> {
         if self.misspells_a_file_key(&root) {
             return None;
         }
@@ -183,32 +188,25 @@ impl Composer<'_> {
         subgraphs::resolve(self.files, &mut root, path);
         let mut fine = true;
         let extends = !bases.is_empty();
-        let mut below: Option<Value> = None;
         for (name, place) in bases {
-            match self.follow(&name, place, path, Layer::Extended) {
-                Some(value) => {
-                    below = Some(match below {
-                        None => value,
-                        Some(lower) => merge::over(lower, value, &TOP, &mut self.changes, self.diagnostics),
-                    });
-                }
-                None => fine = false,
-            }
+            below = self.follow(&name, place, path, Layer::Extended, below);
+            fine &= below.is_some();
+        }
+        // What a base that could not be read has is not known.
+        if !extends {
+            merge::reject_deletions(&mut root, &TOP, &self.changes, self.diagnostics);
         }
         let mut merged = match below {
-            // What a base that could not be read has is not known.
-            None if extends => root,
-            None => {
-                merge::reject_deletions(&mut root, &TOP, &self.changes, self.diagnostics);
-                root
-            }
-            Some(base) => merge::over(base, root, &TOP, &mut self.changes, self.diagnostics),
+            None => root,
+            Some(below) => merge::over(below, root, &TOP, &mut self.changes, self.diagnostics),
         };
         for (name, place) in parts {
-            match self.follow(&name, place, path, Layer::Included) {
+            let laid = std::mem::take(&mut self.laid);
+            match self.follow(&name, place, path, Layer::Included, None) {
                 Some(value) => merge::beside(&mut merged, value, self.diagnostics),
                 None => fine = false,
             }
+            self.laid = laid;
         }
         fine.then_some(merged)
     }
@@ -260,7 +258,14 @@ impl Composer<'_> {
         names
     }
 
-    fn follow(&mut self, name: &str, place: Span, from: &Path, layer: Layer) -> Option<Value> {
+    fn follow(
+        &mut self,
+        name: &str,
+        place: Span,
+        from: &Path,
+        layer: Layer,
+        below: Option<Value>,
+    ) -> Option<Value> {
         let path = path_in(self.files, from.parent().unwrap_or_else(|| Path::new("")), name);
         if let Some(at) = self.chain.iter().position(|(known, _)| normalize(known) == path) {
             let diagnostic =
@@ -274,12 +279,15 @@ impl Composer<'_> {
             self.too_many_files(place);
             return None;
         }
+        if !self.laid.insert(path.clone()) {
+            return below;
+        }
         let file = self.read(&path, place)?;
         self.layers.insert(file, layer);
         if let Some((_, named)) = self.chain.last_mut() {
             *named = Some(place);
         }
-        self.file(file, &path)
+        self.file(file, &path, below)
     }
 
     fn too_many_files(&mut self, place: Span) {

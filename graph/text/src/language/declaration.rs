@@ -32,7 +32,8 @@ pub struct Sections {
     /// The schema, for editors.
     #[serde(rename = "$schema")]
     pub schema: Option<String>,
-    /// The file, or files (the lowest first), over which this one is laid: objects are merged, null deletes.
+    /// The file, or files (the lowest first), over which this one is laid: objects are merged, null deletes. A file that
+    /// several of them extend is laid once, below all of them.
     pub extends: Option<Paths>,
     /// Files whose sections stand beside this file's own; nothing may stand in both.
     pub include: Option<Paths>,
