@@ -8,6 +8,7 @@ use umbragraph::compose::{self, Memory};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, render};
 use umbragraph::document;
 use umbragraph::source::{FileId, Sources};
+use umbragraph::wgpu_types::TextureFormat;
 
 const SHOW: &str = r#""shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" }"#;
 
@@ -37,6 +38,28 @@ fn a_subgraph_sees_its_inputs_and_parameters_and_names_its_own_after_its_instanc
     assert_eq!(outcome.order(), ["fill", "soft.down", "soft.up", "show"]);
     let small = outcome.plan().resources["soft.small"].size.unwrap();
     assert_eq!((small.width, small.height), (16, 8));
+}
+
+#[test]
+fn format_follows_from_a_parameter_of_each_use() {
+    let text = subgraph(r#"{ "image": "color@fill", "precise": true }"#)
+        .replace(
+            r#""small": { "texture": { "format": "rgba8unorm""#,
+            r#""small": { "texture": { "format": "=small_format""#,
+        )
+        .replace(
+            r#""parameters": {"#,
+            r#""derived": { "small_format": "precise ? 'rgba16float' : 'rgba8unorm'" },
+      "parameters": { "precise": { "type": "bool", "default": false },"#,
+        )
+        .replace(
+            r#""fill": {"#,
+            r#""again": { "use": "soften", "with": { "image": "color@soft" } }, "fill": {"#,
+        );
+    let outcome = check(&text);
+    let format = |name: &str| outcome.plan().resources[name].format;
+    assert_eq!(format("soft.small"), Some(TextureFormat::Rgba16Float));
+    assert_eq!(format("again.small"), Some(TextureFormat::Rgba8Unorm));
 }
 
 #[test]

@@ -6,11 +6,9 @@
 //! together is their [`History`]: one format and size, copies that take turns, and that a pass that reads an earlier
 //! frame keeps those alive that write this one.
 
-use super::expression_diagnostic::expression_diagnostic;
 use super::load::Shared;
-use super::{Resource, ResourceKind, whole_number};
+use super::{Resource, ResourceKind, resource_value, whole_number};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::expression::{self, ExpressionError, Value};
 use crate::language::{Expr, Lifetime};
 use crate::work::ResourceHandle;
 
@@ -102,28 +100,13 @@ fn count(
     frames: &Expr,
     at: &str,
 ) -> Result<u32, Option<Box<Diagnostic>>> {
-    let evaluate = || -> Result<Value, ExpressionError> {
-        let is_resource = |name: &str| shared.find(name).is_some();
-        let expression = frames.parse()?;
-        resource.environment.check_words(&expression, &shared.scope)?;
-        let expression = resource.environment.close(&expression, &is_resource);
-        expression::evaluate(&expression, &shared.scope)
-    };
-    match evaluate() {
-        Ok(value) => whole_number(&value, 1..=MAX_FRAMES).ok_or_else(|| {
-            let found =
-                value.number().map_or_else(|| value.kind_name().to_owned(), |number| number.to_string());
-            let message = format!("the number of earlier frames of \"{}\" is {found}", resource.name);
-            let help = format!("1 to {MAX_FRAMES} are possible");
-            Some(Box::new(resource.error_at(at, codes::HISTORY_SETTING, message).help(help)))
-        }),
-        Err(mut error) => {
-            resource.environment.widen(&mut error, std::iter::empty());
-            let value = resource.value.nearest(at);
-            let pointer = format!("{}{at}", resource.pointer);
-            Err(expression_diagnostic(&error, value, &pointer).map(Box::new))
-        }
-    }
+    let value = resource_value::value(shared, resource, frames, at)?;
+    whole_number(&value, 1..=MAX_FRAMES).ok_or_else(|| {
+        let found = value.number().map_or_else(|| value.kind_name().to_owned(), |number| number.to_string());
+        let message = format!("the number of earlier frames of \"{}\" is {found}", resource.name);
+        let help = format!("1 to {MAX_FRAMES} are possible");
+        Some(Box::new(resource.error_at(at, codes::HISTORY_SETTING, message).help(help)))
+    })
 }
 
 /// Why an earlier frame of a resource cannot be read.

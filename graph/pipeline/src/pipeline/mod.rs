@@ -32,6 +32,7 @@ mod overrides;
 mod preset;
 mod profiles;
 mod program;
+mod resource_value;
 mod schema;
 mod schema_overlays;
 mod scope;

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::Expr;
 use super::format_names::FormatName;
+use super::{Expr, Word};
 
 /// A resource: a texture or a buffer. Blackboard data needs no declaration: the pass that publishes it names it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -20,7 +20,8 @@ pub enum ResourceDeclaration {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TextureDeclaration {
-    /// A texture format of the WebGPU specification, or several: the first that supports every usage is taken.
+    /// A texture format of the WebGPU specification, or an expression that yields one; or several formats, of which the
+    /// first that supports every usage is taken.
     pub format: FormatCandidates,
     /// Width and height in texels (rounded down to whole ones): a list of two, or another size such as "viewport",
     /// "maps" or "maps / 2".
@@ -87,7 +88,7 @@ pub enum WordValue {
 #[serde(untagged)]
 pub enum FormatCandidates {
     /// The format.
-    One(#[schemars(with = "FormatName")] String),
+    One(#[schemars(with = "Word<FormatName>")] String),
     /// The candidates, the best first.
     Several(#[schemars(with = "Vec<FormatName>", length(min = 1))] Vec<String>),
 }

@@ -11,7 +11,9 @@ use crate::node::Registry;
 use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::expand::Expander;
 use crate::pipeline::instance::Instance;
-use crate::pipeline::{Evaluate, LiveSetting, Pass, Produced, Resource, Toggle, history, toggle};
+use crate::pipeline::{
+    Evaluate, LiveSetting, Pass, Produced, Resource, Toggle, history, resource_value, toggle,
+};
 
 /// The passes of a document, as far as they could be declared.
 pub(super) struct Passes<'a> {
@@ -74,7 +76,7 @@ fn declare_resources<'a>(
     for instance in resources {
         let kind = declarations.resource(&instance);
         shared.fix_all(&instance.entry.value, &instance.environment, &Pointer::Text(&instance.pointer), true);
-        let resource = Resource {
+        let mut resource = Resource {
             name: instance.name,
             place: instance.entry.key_span,
             pointer: instance.pointer,
@@ -83,6 +85,7 @@ fn declare_resources<'a>(
             kind,
             history: None,
         };
+        resource_value::compute_format(shared, &mut resource);
         history::add(shared, resource);
     }
 }
