@@ -109,7 +109,7 @@ fn prove_plain(set: &TemplateSet, profiles: &[TargetProfile]) -> Permutations {
 fn claimed() -> Vec<TargetProfile> {
     let mut sources = Sources::new();
     let file = sources.add("forward.json", include_str!("../pipelines/base/forward.json"));
-    let document = document::parse(&sources, file).expect("a pipeline of the tree");
+    let document = document::parse(&sources, file).valid().expect("a pipeline of the tree");
     claimed_profiles(&document, &mut Diagnostics::new())
 }
 

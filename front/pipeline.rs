@@ -118,7 +118,7 @@ impl Loaded {
         let mut settings = |all: &[(String, String)]| {
             let setting = |(name, json): &(String, String)| {
                 let file = sources.add("<options>", json.as_str());
-                match document::parse(sources, file) {
+                match document::parse(sources, file).valid() {
                     Ok(value) => {
                         let place = value.root.span;
                         Some(Setting { name: name.clone(), value: value.root, place })

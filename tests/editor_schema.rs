@@ -157,7 +157,7 @@ fn violations(schema: &Value, value: &Value) -> Vec<String> {
 fn read(path: &Path) -> Value {
     let mut sources = Sources::new();
     let file = sources.add(path.to_string_lossy(), std::fs::read_to_string(path).unwrap());
-    document::parse(&sources, file).unwrap_or_else(|_| panic!("{}", path.display())).root.to_json()
+    document::parse(&sources, file).valid().unwrap_or_else(|_| panic!("{}", path.display())).root.to_json()
 }
 
 /// The JSON files in a folder and below.

@@ -65,7 +65,7 @@ fn settings_are_decoded_once_however_often_their_subgraph_is_used() {
     let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
     let templates = umbragraph::templates(&mut sources, &mut diagnostics);
     let file = sources.add("many.json", text);
-    let document = document::parse(&sources, file).unwrap();
+    let document = document::parse(&sources, file).valid().unwrap();
     let mut registry = umbragraph::registry();
     registry.register::<Counted>();
     let (profile, overrides) = (TargetProfile::webgpu(), Overrides::default());

@@ -318,7 +318,7 @@ fn an_extension_puts_its_passes_at_a_named_point() {
     let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
     let mut parse = |name: &str, text: &str| {
         let file = sources.add(name, text);
-        document::parse(&sources, file).unwrap().root
+        document::parse(&sources, file).valid().unwrap().root
     };
     let mut document = parse("base.json", base);
     let extension = parse(
@@ -482,8 +482,8 @@ fn passes_of_an_extension_outside_a_point_are_a_diagnostic() {
     let pipeline = r#"{ "extension_points": { "point": {} }, "passes": {} }"#;
     let extension = r#"{ "inserts": { "point": {} }, "passes": { "lost": {} } }"#;
     let (pipeline, extension) = (sources.add("a.json", pipeline), sources.add("b.json", extension));
-    let mut document = document::parse(&sources, pipeline).expect("JSON").root;
-    let extension = document::parse(&sources, extension).expect("JSON").root;
+    let mut document = document::parse(&sources, pipeline).valid().expect("JSON").root;
+    let extension = document::parse(&sources, extension).valid().expect("JSON").root;
     let mut diagnostics = Diagnostics::new();
     compose::insert(&mut document, extension, &mut diagnostics);
     let codes: Vec<&str> = diagnostics.iter().map(|diagnostic| diagnostic.code.id).collect();

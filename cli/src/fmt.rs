@@ -36,7 +36,7 @@ fn treat(path: &Path, arguments: &FmtArguments, sources: &mut Sources) -> Result
     let is_input = path.as_os_str() == "-";
     let (file, bytes) = if is_input { read_input(sources) } else { read_file(path, sources) }?;
     if arguments.strict {
-        print_json(&format::strict(&document::parse(sources, file)?));
+        print_json(&format::strict(&document::parse(sources, file).valid()?));
         return Ok(true);
     }
     let text = format::format(sources, file)?;

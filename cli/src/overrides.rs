@@ -87,7 +87,7 @@ impl Session {
         let mut scratch = Sources::new();
         let scratch_file = scratch.add("", value);
         let place = whole.inside(name.len() + 1..text.len());
-        let value = match document::parse(&scratch, scratch_file) {
+        let value = match document::parse(&scratch, scratch_file).valid() {
             Ok(document) => relocate(document.root, place),
             Err(_) => Value { span: place, kind: document::Kind::Text(value.to_owned()) },
         };

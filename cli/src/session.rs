@@ -183,7 +183,7 @@ impl Session {
     pub(crate) fn read(&mut self, path: &Path) -> Result<Document, Diagnostics> {
         let mut files = Overlaid { texts: &self.texts, files: &mut self.files, disk: None };
         let file = files.read(path, &mut self.sources)?;
-        document::parse(&self.sources, file)
+        document::parse(&self.sources, file).valid()
     }
 
     /// The document of a pipeline, with what its files replaced of one another.

@@ -127,7 +127,7 @@ pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
     let mut document = composed.document;
     if let Some(extension) = with.extension {
         let extension = sources.add(extension, read(extension));
-        let extension = document::parse(&sources, extension).expect("JSON").root;
+        let extension = document::parse(&sources, extension).valid().expect("JSON").root;
         compose::insert(&mut document.root, extension, &mut diagnostics);
     }
     let overrides = overrides(&document, with, &mut sources, &mut diagnostics);
@@ -178,7 +178,7 @@ fn overrides(
     let mut preset = with.preset.map(|name| (name.to_owned(), sources.add("<test>", name)));
     if let Some(path) = with.file {
         let at = sources.add(path, read(path));
-        let file = ParameterFile::read(&document::parse(sources, at).expect("JSON"), diagnostics);
+        let file = ParameterFile::read(&document::parse(sources, at).valid().expect("JSON"), diagnostics);
         preset = preset.or(file.preset.map(|(name, _)| (name, at)));
         below = file.overrides;
     }
@@ -234,7 +234,7 @@ fn collect(root: &Path, folder: &Path, names: &mut Vec<String>) {
 
 fn setting(name: &str, value: &str, sources: &mut Sources) -> Setting {
     let file = sources.add("<test>", value);
-    let value = document::parse(sources, file).expect("JSON").root;
+    let value = document::parse(sources, file).valid().expect("JSON").root;
     Setting { name: name.to_owned(), place: value.span, value }
 }
 

@@ -62,7 +62,7 @@ pub fn check(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> CheckReport {
-    match document::parse(sources, file) {
+    match document::parse(sources, file).valid() {
         Ok(mut document) => {
             compose::share(&mut document, diagnostics);
             check_document(&document, options, sources, diagnostics)

@@ -484,7 +484,7 @@ mod tests {
     fn configurations(features: &str) -> Configurations {
         let mut sources = Sources::new();
         let file = sources.add("t", format!("{{ \"features\": {{ {features} }} }}"));
-        let document = crate::document::parse(&sources, file).unwrap();
+        let document = crate::document::parse(&sources, file).valid().unwrap();
         Configurations::of_features(&document, &Overrides::default(), &TargetProfile::webgpu())
     }
 

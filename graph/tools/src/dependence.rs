@@ -108,7 +108,7 @@ fn collect<'a>(value: &'a Value, texts: &mut Vec<&'a str>) {
         Kind::Object(entries) => {
             entries.iter().filter(|entry| entry.key != "bind").for_each(|entry| collect(&entry.value, texts));
         }
-        Kind::Null | Kind::Bool(_) | Kind::Number(_) => {}
+        Kind::Null | Kind::Bool(_) | Kind::Number(_) | Kind::Missing => {}
     }
 }
 
@@ -139,7 +139,7 @@ mod tests {
             templates.add(&mut sources, name, text, &mut diagnostics);
         }
         let file = sources.add("p.json", text);
-        let document = crate::document::parse(&sources, file).unwrap();
+        let document = crate::document::parse(&sources, file).valid().unwrap();
         let names = ["f", "g", "h", "i", "j", "k", "l"];
         let found: Vec<String> = groups(&document, names.into_iter(), &templates)
             .into_iter()

@@ -35,7 +35,7 @@ impl<'a> Mentioned<'a> {
                     self.read(&entry.value);
                 }
             }
-            Kind::Null | Kind::Bool(_) | Kind::Number(_) => {}
+            Kind::Null | Kind::Bool(_) | Kind::Number(_) | Kind::Missing => {}
         }
     }
 

@@ -160,7 +160,7 @@ fn collect<'a>(
                 }
             }
         }
-        Kind::Null | Kind::Bool(_) | Kind::Number(_) => {}
+        Kind::Null | Kind::Bool(_) | Kind::Number(_) | Kind::Missing => {}
     }
 }
 

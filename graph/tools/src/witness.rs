@@ -147,6 +147,6 @@ pub(super) fn value_of(value: &document::Value) -> Option<Value> {
         K::Number(number) => Value::Number(number.as_f64()?),
         K::Text(text) => Value::Text(text.clone()),
         K::Array(elements) => Value::List(elements.iter().map(value_of).collect::<Option<_>>()?),
-        K::Null | K::Object(_) => return None,
+        K::Null | K::Missing | K::Object(_) => return None,
     })
 }

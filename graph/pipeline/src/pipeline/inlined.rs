@@ -88,7 +88,7 @@ fn inline_value(value: &mut Json, texts: &BTreeMap<String, String>) {
             .iter_mut()
             .filter(|member| member.key != "description")
             .for_each(|member| inline_value(&mut member.value, texts)),
-        Kind::Null | Kind::Bool(_) | Kind::Number(_) => {}
+        Kind::Null | Kind::Bool(_) | Kind::Number(_) | Kind::Missing => {}
     }
 }
 

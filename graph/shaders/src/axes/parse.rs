@@ -41,7 +41,7 @@ struct WrittenCondition {
 
 /// Parses a side file. What can be understood is returned; every diagnostic is in `diagnostics`.
 pub(crate) fn parse(sources: &Sources, file: FileId, diagnostics: &mut Diagnostics) -> Declaration {
-    let document = match crate::document::parse(sources, file) {
+    let document = match crate::document::parse(sources, file).valid() {
         Ok(document) => document,
         Err(own_diagnostics) => {
             diagnostics.extend(own_diagnostics.iter().cloned());

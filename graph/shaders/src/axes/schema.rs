@@ -91,7 +91,7 @@ mod tests {
     fn diagnostics(text: &str) -> usize {
         let mut sources = Sources::new();
         let file = sources.add("a.axes.json", text);
-        let document = crate::document::parse(&sources, file).unwrap();
+        let document = crate::document::parse(&sources, file).valid().unwrap();
         let (schema, mut diagnostics) = (schema(), Diagnostics::new());
         crate::document::schema::Schema::new(&schema).check(&document.root, "", &mut diagnostics);
         diagnostics.len()

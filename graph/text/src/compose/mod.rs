@@ -172,7 +172,7 @@ impl Composer<'_> {
     }
 
     fn parse(&mut self, file: FileId) -> Option<Value> {
-        let parsed = document::parse(self.sources, file);
+        let parsed = document::parse(self.sources, file).valid();
         parsed.map_err(|diagnostics| self.diagnostics.extend(diagnostics)).ok().map(|document| document.root)
     }
 

@@ -13,7 +13,7 @@ use std::ops::Range;
 use jsonc_parser::Scanner;
 use jsonc_parser::tokens::Token;
 
-use super::parse::STRICT_TOKENS;
+use super::tokens::STRICT_TOKENS;
 
 /// The maximum depth; no pipeline that nests deeper is read.
 const MAX_DEPTH: usize = 1024;

@@ -41,7 +41,7 @@ impl<'de> Deserializer<'de> for &'de Value {
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
         match &self.kind {
-            Kind::Null => visitor.visit_unit(),
+            Kind::Null | Kind::Missing => visitor.visit_unit(),
             Kind::Bool(value) => visitor.visit_bool(*value),
             Kind::Number(number) => number.deserialize_any(visitor),
             Kind::Text(text) => visitor.visit_borrowed_str(text),
@@ -57,7 +57,7 @@ impl<'de> Deserializer<'de> for &'de Value {
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
         match self.kind {
-            Kind::Null => visitor.visit_none(),
+            Kind::Null | Kind::Missing => visitor.visit_none(),
             _ => visitor.visit_some(self),
         }
     }
@@ -107,7 +107,7 @@ mod tests {
     fn alike<T: serde::de::DeserializeOwned + std::fmt::Debug>(text: &str) -> bool {
         let mut sources = Sources::new();
         let file = sources.add("t", text);
-        let value = crate::document::parse(&sources, file).unwrap().root;
+        let value = crate::document::parse(&sources, file).valid().unwrap().root;
         let direct = value.decode::<T>().map_err(|error| error.to_string());
         let indirect = serde_json::from_value::<T>(value.to_json()).map_err(|error| error.to_string());
         assert_eq!(format!("{direct:?}"), format!("{indirect:?}"));

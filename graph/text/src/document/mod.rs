@@ -2,7 +2,8 @@
 //!
 //! A [`Document`] is strict JSON with comments, parsed by `jsonc-parser` with all its leniencies switched off: no
 //! trailing commas, no single quotes, no bare words, no hexadecimal, no NaN. Keys that stand twice in one object are
-//! diagnostics. Numbers keep their exact value where JSON's does (64-bit integers, else `f64`); a number beyond `f64`
+//! diagnostics. A text that is no JSON is understood as far as it goes ([`Parsed`]): what is missing is a [`Hole`], and
+//! where it is a value, [`Kind::Missing`]. Numbers keep their exact value where JSON's does (64-bit integers, else `f64`); a number beyond `f64`
 //! is a diagnostic, never infinity.
 //!
 //! Limits: nesting to 512 levels (the parser's own guard), texts to [`crate::source::MAX_FILE_BYTES`].
@@ -13,12 +14,14 @@ pub mod format;
 mod keys;
 mod parse;
 mod pointer;
+mod read;
 pub mod schema;
 mod syntax;
+mod tokens;
 
 pub use decode::decode_entries;
 pub(crate) use keys::Keys;
-pub use parse::parse;
+pub use parse::{Parsed, parse};
 pub use pointer::{Pointer, pointer_join};
 
 use crate::source::Span;
@@ -54,6 +57,38 @@ pub enum Kind {
     Array(Vec<Value>),
     /// An object, in the order of the text.
     Object(Vec<Entry>),
+    /// Nothing, or what is no value, where a value should stand: only in a document that is no JSON.
+    Missing,
+}
+
+/// A place of a text where something else should stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hole {
+    /// The place: empty, or what stands there instead.
+    pub place: Span,
+    /// The missing thing.
+    pub expected: Expected,
+    /// Whether the text was understood again between the hole before and this one.
+    pub is_independent: bool,
+}
+
+/// A thing that is missing in a text that is no JSON.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Expected {
+    /// A value.
+    Value,
+    /// A key in double quotes.
+    Key,
+    /// A colon behind a key.
+    Colon,
+    /// A comma between two members or elements.
+    Comma,
+    /// A closing bracket.
+    Closer(char),
+    /// The end of a string or comment, or an escape for a character.
+    Escape,
+    /// The end: of the text, or of an object or array behind its last comma.
+    End,
 }
 
 /// One member of an object.
@@ -135,6 +170,7 @@ impl Value {
             Kind::Text(_) => "a string",
             Kind::Array(_) => "an array",
             Kind::Object(_) => "an object",
+            Kind::Missing => "nothing",
         }
     }
 
@@ -162,7 +198,7 @@ impl Value {
     /// The same value without its places.
     pub fn to_json(&self) -> serde_json::Value {
         match &self.kind {
-            Kind::Null => serde_json::Value::Null,
+            Kind::Null | Kind::Missing => serde_json::Value::Null,
             Kind::Bool(value) => (*value).into(),
             Kind::Number(number) => number.clone().into(),
             Kind::Text(text) => text.as_str().into(),

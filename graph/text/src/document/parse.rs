@@ -1,32 +1,22 @@
-//! The parser: a tree with spans, made directly of the tokens of `jsonc-parser`'s scanner.
+//! The parser: a text to a tree with spans, and all that is wrong with it.
 //!
-//! What is wrong with a text that is no JSON, [`super::syntax`] says.
+//! [`super::read`] makes the tree, also of a text that is no JSON; what is said of such a text, [`super::syntax`] finds.
+//! Of further places that are wrong, those are told that do not follow from the first: where a bracket or the end of a
+//! string is missing, none.
 
-use std::ops::Range;
-use std::str::FromStr as _;
+use std::collections::VecDeque;
 
-use jsonc_parser::tokens::Token;
-use jsonc_parser::{Scanner, ScannerOptions};
-
-use super::syntax::{control_character, syntax};
-use super::{Document, Entry, Keys, Kind, Value};
-use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes};
+use super::brackets::unclosed;
+use super::read::Reader;
+use super::{Document, Expected, Hole, Kind, Value, syntax};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::source::{FileId, Sources, Span};
-
-pub(super) const STRICT_TOKENS: ScannerOptions = ScannerOptions {
-    allow_single_quoted_strings: false,
-    allow_hexadecimal_numbers: false,
-    allow_unary_plus_numbers: false,
-    allow_bare_decimal_point_numbers: false,
-    allow_non_finite_numbers: false,
-    allow_extended_string_escapes: false,
-};
-
-/// How deep a text may nest: as deep as `jsonc-parser` goes.
-const MAX_DEPTH: usize = 512;
 
 /// The maximum number of values that a text may have. The largest pipelines have 65,536 passes of a dozen values each.
 const MAX_VALUES: usize = 1_500_000;
+
+/// The maximum number of places that are told beside the first that is no JSON.
+const MAX_FURTHER: usize = 3;
 
 /// Where a text has more values than are read, counted by what begins or parts them outside of strings: a scan of a
 /// hundredth of a second, where the tree of such a text would take seconds and gigabytes.
@@ -52,198 +42,85 @@ fn beyond_the_values(text: &str) -> Option<usize> {
     None
 }
 
+/// A text as far as it is understood.
+#[derive(Clone, Debug)]
+pub struct Parsed {
+    /// The tree. Of a text with diagnostics it is what could be understood.
+    pub document: Document,
+    /// The places where something else should stand, in the order of the text.
+    pub holes: Vec<Hole>,
+    /// The diagnostics: of a text that is no JSON the first place where it is none, and a few that do not follow from it;
+    /// of others all duplicate keys, and all numbers that cannot be represented.
+    pub diagnostics: Diagnostics,
+}
+
+impl Parsed {
+    /// The document, if nothing is wrong with its text.
+    ///
+    /// # Errors
+    /// The diagnostics.
+    pub fn valid(self) -> Result<Document, Diagnostics> {
+        if self.diagnostics.is_empty() { Ok(self.document) } else { Err(self.diagnostics) }
+    }
+}
+
 /// Parses a registered text.
-///
-/// # Errors
-/// Every diagnostic: one syntax error at most (the parser stops there), and otherwise all duplicate keys and all
-/// numbers that cannot be represented.
-pub fn parse(sources: &Sources, file: FileId) -> Result<Document, Diagnostics> {
+pub fn parse(sources: &Sources, file: FileId) -> Parsed {
     let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_else(|| "".into());
     if let Some(at) = beyond_the_values(&text) {
         let message = format!("from here on there are more than {MAX_VALUES} values");
-        return Err(Diagnostic::error(codes::FILE_TOO_LARGE, Span::new(file, at..at + 1), message)
-            .help("a pipeline has at most 65,536 passes: draw more in one pass, or split the pipeline")
-            .into());
+        let diagnostic = Diagnostic::error(codes::FILE_TOO_LARGE, Span::new(file, at..at + 1), message)
+            .help("a pipeline has at most 65,536 passes: draw more in one pass, or split the pipeline");
+        let root = Value { span: Span::new(file, 0..text.len()), kind: Kind::Missing };
+        return Parsed { document: Document { root }, holes: Vec::new(), diagnostics: diagnostic.into() };
     }
-    let mut reader = Reader::new(file, &text);
-    match reader.document() {
-        None => Err(match reader.control_character {
-            Some(string) => control_character(file, &text, string),
-            None => syntax(file, &text),
-        }
-        .into()),
-        Some(root) if reader.diagnostics.is_empty() => Ok(Document { root }),
-        Some(_) => Err(reader.diagnostics),
+    let mut reader = Reader::new(file, &text, VecDeque::new());
+    let root = reader.document();
+    let Reader { holes, diagnostics, control_character, .. } = reader;
+    let parsed = Parsed { document: Document { root }, holes, diagnostics };
+    if parsed.holes.is_empty() {
+        return parsed;
     }
+    let first = match control_character {
+        Some(string) => syntax::control_character(file, &text, string),
+        None => syntax::syntax(file, &text),
+    };
+    let breaks_off =
+        |hole: &Hole| matches!(hole.expected, Expected::Closer(_) | Expected::Escape | Expected::End);
+    let is_clear = !parsed.holes.iter().any(breaks_off);
+    let further = parsed.holes.iter().skip(1).filter(|hole| is_clear && hole.is_independent);
+    let diagnostics = std::iter::once(first).chain(further.take(MAX_FURTHER).map(syntax::further));
+    Parsed { diagnostics: diagnostics.collect(), ..closed(parsed, file, &text) }
 }
 
-/// Makes the tree while the text is scanned. Methods give `None` where the text is no JSON.
-struct Reader<'t> {
-    file: FileId,
-    text: &'t str,
-    scanner: Scanner<'t>,
-    /// What is read of the objects and arrays that are not at their end yet, those of the innermost last.
-    entries: Vec<Entry>,
-    elements: Vec<Value>,
-    diagnostics: Diagnostics,
-    /// The string at which reading stopped, since a character in it has to be an escape.
-    control_character: Option<Range<usize>>,
-}
-
-impl<'t> Reader<'t> {
-    fn new(file: FileId, text: &'t str) -> Self {
-        let scanner = Scanner::new(text, &STRICT_TOKENS);
-        let (entries, elements, diagnostics) = (Vec::new(), Vec::new(), Diagnostics::new());
-        Self { file, text, scanner, entries, elements, diagnostics, control_character: None }
+/// A text with brackets that are never closed, read as if they were closed where their layout says, if that is better.
+fn closed(parsed: Parsed, file: FileId, text: &str) -> Parsed {
+    let unclosed_in = |holes: &[Hole]| {
+        let is_closer = |hole: &&Hole| matches!(hole.expected, Expected::Closer(_));
+        holes.iter().filter(is_closer).count()
+    };
+    let found = unclosed_in(&parsed.holes);
+    if found == 0 {
+        return parsed;
     }
-
-    fn document(&mut self) -> Option<Value> {
-        let first = self.next()?;
-        let root = self.value(first, 0)?;
-        loop {
-            match self.scanner.scan() {
-                Ok(None) => return Some(root),
-                Ok(Some(Token::CommentLine(_) | Token::CommentBlock(_))) => {}
-                _ => return None,
-            }
-        }
+    let missing: VecDeque<_> =
+        unclosed(text).by_layout.iter().map(|one| (one.before.start, one.closer)).collect();
+    let mut holes: Vec<Hole> = missing
+        .iter()
+        .map(|(at, closer)| Hole {
+            place: Span::new(file, *at..*at),
+            expected: Expected::Closer(*closer),
+            is_independent: false,
+        })
+        .collect();
+    let mut reader = Reader::new(file, text, missing);
+    let root = reader.document();
+    if unclosed_in(&reader.holes) >= found {
+        return parsed;
     }
-
-    fn next(&mut self) -> Option<Token<'t>> {
-        loop {
-            match self.scanner.scan().ok()?? {
-                Token::CommentLine(_) | Token::CommentBlock(_) => {}
-                // The scanner takes them; JSON does not.
-                Token::String(text) if text.bytes().any(|byte| byte < 0x20) && self.is_control_written() => {
-                    return None;
-                }
-                token => return Some(token),
-            }
-        }
-    }
-
-    /// Whether the last string has a control character that is not an escape.
-    fn is_control_written(&mut self) -> bool {
-        let written = self.scanner.token_start()..self.scanner.token_end();
-        let found = self.text.get(written.clone()).is_some_and(|text| text.bytes().any(|byte| byte < 0x20));
-        if found {
-            self.control_character = Some(written);
-        }
-        found
-    }
-
-    /// The place of the last token.
-    fn span(&self) -> Span {
-        Span::new(self.file, self.scanner.token_start()..self.scanner.token_end())
-    }
-
-    /// The value that starts with a token.
-    fn value(&mut self, token: Token<'t>, depth: usize) -> Option<Value> {
-        if depth > MAX_DEPTH {
-            return None;
-        }
-        let first = self.span();
-        let kind = match token {
-            Token::Null => Kind::Null,
-            Token::Boolean(value) => Kind::Bool(value),
-            Token::String(text) => Kind::Text(text.into_owned()),
-            Token::Number(digits) => self.number(digits),
-            Token::OpenBracket => Kind::Array(self.array(depth)?),
-            Token::OpenBrace => Kind::Object(self.object(depth)?),
-            _ => return None,
-        };
-        Some(Value { span: Span { end: self.span().end, ..first }, kind })
-    }
-
-    fn number(&mut self, digits: &str) -> Kind {
-        if let Ok(number) = serde_json::Number::from_str(digits) {
-            return Kind::Number(number);
-        }
-        if self.diagnostics.len() < MAX_DIAGNOSTICS {
-            let message = format!("the number {} cannot be represented", shorten(digits));
-            self.diagnostics.push(
-                Diagnostic::error(codes::NUMBER_RANGE, self.span(), message)
-                    .help("numbers are 64-bit floating point or 64-bit integers, without leading zeros"),
-            );
-        }
-        Kind::Null
-    }
-
-    fn array(&mut self, depth: usize) -> Option<Vec<Value>> {
-        let start = self.elements.len();
-        let mut token = self.next()?;
-        if matches!(token, Token::CloseBracket) {
-            return Some(Vec::new());
-        }
-        loop {
-            let element = self.value(token, depth + 1)?;
-            self.elements.push(element);
-            match self.next()? {
-                Token::Comma => token = self.next()?,
-                Token::CloseBracket => return Some(self.elements.split_off(start)),
-                _ => return None,
-            }
-        }
-    }
-
-    fn object(&mut self, depth: usize) -> Option<Vec<Entry>> {
-        let start = self.entries.len();
-        let mut keys = Keys::default();
-        let mut end_before = 0;
-        let mut token = self.next()?;
-        if matches!(token, Token::CloseBrace) {
-            return Some(Vec::new());
-        }
-        loop {
-            let Token::String(key) = token else { return None };
-            let key_span = self.span();
-            if !matches!(self.next()?, Token::Colon) {
-                return None;
-            }
-            let first = self.next()?;
-            // The key and the value are a level each.
-            let value = self.value(first, depth + 2)?;
-            let end = std::mem::replace(&mut end_before, value.span.end);
-            let entries = &self.entries[start..];
-            let twin = keys.find(entries, &key);
-            match twin {
-                Some(twin) => self.stands_twice(start + twin, key_span, &value, end),
-                None => self.entries.push(Entry { key: key.into_owned(), key_span, value }),
-            }
-            match self.next()? {
-                Token::Comma => token = self.next()?,
-                Token::CloseBrace => return Some(self.entries.split_off(start)),
-                _ => return None,
-            }
-        }
-    }
-
-    /// Finds a key that an object has already; `end` is that of the entry before.
-    fn stands_twice(&mut self, first: usize, key_span: Span, value: &Value, end: u32) {
-        if self.diagnostics.len() >= MAX_DIAGNOSTICS {
-            return;
-        }
-        let first = &self.entries[first];
-        let message = format!("the key \"{}\" appears twice in one object", first.key);
-        let mut diagnostic = Diagnostic::error(codes::DUPLICATE_KEY, key_span, message)
-            .related(first.key_span, "it stands here first")
-            .help("remove one of the two, or rename it");
-        // From the end of the entry before, unless a comment would be lost.
-        let removed = Span { start: end, ..value.span };
-        let between = self.text.get(end as usize..key_span.start as usize).unwrap_or_default();
-        if between.trim() == "," && first.value.to_json() == value.to_json() {
-            diagnostic = diagnostic.fix(removed, "");
-        }
-        self.diagnostics.push(diagnostic);
-    }
-}
-
-fn shorten(text: &str) -> String {
-    if text.chars().count() <= 24 {
-        text.to_owned()
-    } else {
-        text.chars().take(24).chain("…".chars()).collect()
-    }
+    holes.append(&mut reader.holes);
+    holes.sort_by_key(|hole| hole.place);
+    Parsed { document: Document { root }, holes, diagnostics: parsed.diagnostics }
 }
 
 #[cfg(test)]
@@ -256,7 +133,7 @@ mod tests {
     fn parse_text(text: &str) -> (Sources, Result<Document, Diagnostics>) {
         let mut sources = Sources::new();
         let file = sources.add("t.json", text);
-        let result = parse(&sources, file);
+        let result = parse(&sources, file).valid();
         (sources, result)
     }
 
@@ -304,6 +181,65 @@ mod tests {
         assert!(result.is_err());
     }
 
+    /// The tree of a text, with `_` where something is missing, and the messages.
+    fn understood(text: &str) -> (String, Vec<String>) {
+        fn shown(value: &Value) -> String {
+            match &value.kind {
+                Kind::Missing => "_".to_owned(),
+                Kind::Array(elements) => {
+                    format!("[{}]", elements.iter().map(shown).collect::<Vec<_>>().join(" "))
+                }
+                Kind::Object(entries) => {
+                    let one = |entry: &super::super::Entry| format!("{}:{}", entry.key, shown(&entry.value));
+                    format!("{{{}}}", entries.iter().map(one).collect::<Vec<_>>().join(" "))
+                }
+                _ => value.to_json().to_string().replace('"', ""),
+            }
+        }
+        let mut sources = Sources::new();
+        let file = sources.add("t.json", text);
+        let Parsed { document, diagnostics, .. } = parse(&sources, file);
+        (shown(&document.root), diagnostics.iter().map(|one| one.message.clone()).collect())
+    }
+
+    #[test]
+    fn what_is_not_broken_is_understood() {
+        for (text, expected) in [
+            ("{ \"a\": 1 \"b\": 2 }", "{a:1 b:2}"),
+            ("{ \"a\" 1, \"b\": }", "{a:1 b:_}"),
+            ("{ \"a\": \"b\": 2, \"c\": [1 2,, 3] }", "{a:_ b:2 c:[1 2 3]}"),
+            ("{ \"a\" \"b\": 2, c: what, \"d\": 3 }", "{a:_ b:2 c:_ d:3}"),
+            ("{ \"a\": [1, { \"b\": 2 }", "{a:[1 {b:2}]}"),
+            ("{ \"a\": [1, 2, \"b\": 3 }", "{a:[1 2] b:3}"),
+            ("{ \"a\": { \"b\": [1, 2 }, \"c\": 3 }", "{a:{b:[1 2]} c:3}"),
+            ("{ \"a\": [{ \"b\": 1 ], \"c\": 3 }", "{a:[{b:1}] c:3}"),
+            ("{ \"a\": 1 } }, \"b\": 2 }", "{a:1 b:2}"),
+            ("{ \"a\": \"x,\n  \"b\": \"y\" }", "{a:x b:y}"),
+            ("{ \"a\": 1; \"b\": @, { \"c\": 1 }, \"d\": 2 }", "{a:1 b:_ d:2}"),
+            ("{ \"a\": 1, \"b\": \"cut", "{a:1 b:cut}"),
+            ("{ \"a\": 1, \"b", "{a:1 b:_}"),
+            ("{ \"a\": 1, /* cut", "{a:1}"),
+            ("{\n  \"a\": {\n    \"b\": 1,\n  \"c\": 2\n}\n", "{a:{b:1} c:2}"),
+            ("// nothing", "_"),
+        ] {
+            let (tree, messages) = understood(text);
+            assert_eq!(tree, expected, "{text}");
+            assert!(!messages.is_empty(), "{text}");
+        }
+    }
+
+    #[test]
+    fn only_places_that_do_not_follow_from_the_first_are_told() {
+        let two = "{\n  \"a\": 1\n  \"b\": [1, 2],\n  \"c\" 3,\n  \"d\": [4 5], \"e\": x\n}";
+        let (_, messages) = understood(two);
+        let expected = ["comma", "colon", "comma", "value"];
+        assert_eq!(messages.len(), expected.len(), "{messages:?}");
+        assert!(messages.iter().zip(expected).all(|(message, word)| message.contains(word)), "{messages:?}");
+        for one in ["{ \"a\": \"b, \"c\": 1, \"d\": 2, \"e\": x y z }", "{ \"a\": [1 2, \"b\" 2, \"c\": "] {
+            assert_eq!(understood(one).1.len(), 1, "{one}");
+        }
+    }
+
     #[test]
     fn a_text_is_read_if_and_only_if_the_parser_of_the_scanner_takes_it() {
         let whole = r#"/* c */ {"a": [1, -2.5e3, true, null, {}, []], // c
@@ -324,7 +260,9 @@ mod tests {
         let mut read = 0;
         for text in &texts {
             let (sources, _) = parse_text(text);
-            let is_read = Reader::new(sources.iter().next().unwrap().0, text).document().is_some();
+            let mut reader = Reader::new(sources.iter().next().unwrap().0, text, VecDeque::new());
+            reader.document();
+            let is_read = reader.holes.is_empty();
             let parsed = parse_to_ast(text, &CollectOptions::default(), &STRICT);
             assert_eq!(is_read, parsed.is_ok_and(|parsed| parsed.value.is_some()), "{text}");
             read += usize::from(is_read);

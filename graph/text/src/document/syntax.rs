@@ -4,7 +4,7 @@
 //! one correction. It is a fix where the text behind it is read further than before. A bracket that is never closed is
 //! looked for by the [layout](super::brackets); closing it is a fix where the text is whole with it.
 //!
-//! Limits: one diagnostic for each text, since the parser stops there; no fixes in texts over a mebibyte, and of their
+//! Limits: that parser stops at the first error, and what follows is told without a fix; no fixes in texts over a mebibyte, and of their
 //! brackets that are never closed those only that the end of the text shows.
 
 use std::ops::Range;
@@ -13,6 +13,7 @@ use jsonc_parser::errors::{ParseError, ParseErrorKind};
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 
 use super::brackets::{Found, Unclosed, unclosed};
+use super::{Expected, Hole};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::source::{FileId, Span};
 
@@ -145,6 +146,22 @@ pub(super) fn control_character(file: FileId, text: &str, string: Range<usize>) 
         .help(help)
 }
 
+/// The diagnostic for a further place that is no JSON.
+pub(super) fn further(hole: &Hole) -> Diagnostic {
+    let (message, help) = match hole.expected {
+        Expected::Comma => ("expected a comma", "put a comma in between"),
+        Expected::Colon => ("expected a colon", "put a colon between the key and its value"),
+        Expected::Key => ("expected a key", "keys are written in double quotes"),
+        _ => ("expected a value", "a value is a string, a number, true, false, null, a list or an object"),
+    };
+    let place = if hole.place.start == hole.place.end {
+        Span { start: hole.place.start.saturating_sub(1), ..hole.place }
+    } else {
+        hole.place
+    };
+    Diagnostic::error(codes::SYNTAX, place, format!("this is not JSON: {message}")).help(help)
+}
+
 /// The one way to mend an error.
 struct Correction {
     range: Range<usize>,
@@ -226,7 +243,7 @@ mod tests {
         loop {
             let mut sources = Sources::new();
             let file = sources.add("a", text.as_str());
-            let Err(diagnostics) = parse(&sources, file) else { return text };
+            let Err(diagnostics) = parse(&sources, file).valid() else { return text };
             let Some(fixed) = fix::apply(&diagnostics, &sources, |_| true).pop() else { return text };
             text = fixed.text;
         }
@@ -248,7 +265,7 @@ mod tests {
     fn marked(text: &str) -> Vec<(usize, String, Vec<String>)> {
         let mut sources = Sources::new();
         let file = sources.add("a", text);
-        let diagnostics = parse(&sources, file).unwrap_err();
+        let diagnostics = parse(&sources, file).valid().unwrap_err();
         let text_of = |place: &Place| match place {
             Place::Span(span) => sources.text(*span).to_owned(),
             _ => String::new(),
@@ -357,7 +374,7 @@ mod tests {
         ] {
             let mut sources = Sources::new();
             let file = sources.add("a", text);
-            let diagnostics = parse(&sources, file).unwrap_err();
+            let diagnostics = parse(&sources, file).valid().unwrap_err();
             let places: Vec<&str> =
                 diagnostics.iter().filter_map(|each| Some(sources.text(each.span()?))).collect();
             assert_eq!(places, [place], "{text:?}");

@@ -191,7 +191,7 @@ fn written(subject: &Subject<'_>, pointer: &str, place: Span, value: String) -> 
 fn text(sources: &Sources, place: Span) -> String {
     let mut scratch = Sources::new();
     let file = scratch.add("", sources.text(place));
-    match document::parse(&scratch, file) {
+    match document::parse(&scratch, file).valid() {
         Ok(document) => json(&document.root),
         Err(_) => sources.text(place).split_whitespace().collect::<Vec<_>>().join(" "),
     }

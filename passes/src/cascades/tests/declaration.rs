@@ -20,7 +20,7 @@ fn declare(settings: &str, parameters: &str) -> (Option<Pipeline>, Diagnostics, 
     );
     let mut sources = Sources::new();
     let file = sources.add("test.json", text);
-    let document = document::parse(&sources, file).expect("the test's own document is JSON");
+    let document = document::parse(&sources, file).valid().expect("the test's own document is JSON");
     let mut registry = Registry::new();
     registry.register::<Cascades>();
     let mut diagnostics = Diagnostics::new();

@@ -148,7 +148,7 @@ mod tests {
     fn diagnostics_in_a_misspelt_section_lead_through_it_as_it_is_written() {
         let mut sources = Sources::new();
         let file = sources.add("a", r#"{ "resuorces": { "a": 1 }, "passes": {} }"#);
-        let document = document::parse(&sources, file).unwrap();
+        let document = document::parse(&sources, file).valid().unwrap();
         let diagnostic = |pointer: &str| {
             let place = document.root.span;
             Diagnostic::error(codes::UNKNOWN_KEY, place, pointer.to_owned()).pointer(pointer)

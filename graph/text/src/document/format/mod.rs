@@ -33,7 +33,7 @@ pub const WIDTH: usize = 140;
 /// # Errors
 /// The diagnostics of [`parse`].
 pub fn format(sources: &Sources, file: FileId) -> Result<String, Diagnostics> {
-    parse(sources, file)?;
+    parse(sources, file).valid()?;
     let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_else(|| "".into());
     Ok(print::print(&scan::scan(&text)))
 }

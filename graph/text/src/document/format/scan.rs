@@ -6,7 +6,7 @@
 use jsonc_parser::Scanner;
 use jsonc_parser::tokens::Token;
 
-use super::super::parse::STRICT_TOKENS;
+use super::super::tokens::STRICT_TOKENS;
 use super::tree::{Comment, Container, Gap, Item, Node, Text, width};
 
 /// Reads a text that the parser takes.

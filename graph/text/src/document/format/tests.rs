@@ -7,7 +7,7 @@ use crate::document::Document;
 fn parsed(text: &str) -> Document {
     let mut sources = Sources::new();
     let file = sources.add("t.json", text);
-    parse(&sources, file).unwrap_or_else(|diagnostics| panic!("{diagnostics:?}\n{text}"))
+    parse(&sources, file).valid().unwrap_or_else(|diagnostics| panic!("{diagnostics:?}\n{text}"))
 }
 
 fn formatted(text: &str) -> String {

@@ -226,7 +226,7 @@ impl<'a> Node<'a> {
             trailing: Vec::new(),
         };
         let items: Vec<Item<'a>> = match &value.kind {
-            Kind::Null => return Node::Scalar("null".into()),
+            Kind::Null | Kind::Missing => return Node::Scalar("null".into()),
             Kind::Bool(value) => return Node::Scalar(value.to_string().into()),
             Kind::Number(number) => return Node::Scalar(number.to_string().into()),
             Kind::Text(text) => return Node::Scalar(quoted(text)),

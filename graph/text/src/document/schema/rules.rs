@@ -152,7 +152,7 @@ impl Types {
     /// Whether a value has one of the types.
     pub(super) fn have(self, value: &Value) -> bool {
         let found = match &value.kind {
-            Kind::Null => Self::named("null"),
+            Kind::Null | Kind::Missing => Self::named("null"),
             Kind::Bool(_) => Self::named("boolean"),
             Kind::Number(number) if number.as_f64().is_some_and(|number| number.fract() == 0.0) => {
                 Self::WHOLE
