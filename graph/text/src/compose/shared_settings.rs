@@ -26,6 +26,7 @@ use super::is_path;
 use super::merge::{self, Changes};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use crate::document::{Document, Entry, Kind, Pointer, Value, pointer_join};
+use crate::language::{SETTINGS, node_kind};
 use crate::source::{FileId, Span};
 
 const MAX_LEVELS: usize = 32;
@@ -118,7 +119,7 @@ impl Sharing<'_> {
         let groups: Vec<_> = names.iter().map(|name| self.group(name, seen, chain, &at)).collect();
         let fine = groups.iter().all(Option::is_some);
         let kind = std::iter::once(&own).chain(groups.iter().flatten()).find_map(node_kind);
-        let kind = kind.map(str::to_owned);
+        let kind = kind.map(|kind| kind.key.clone());
         let mut below = Value { span: own.span, kind: Kind::Object(Vec::new()) };
         for mut group in groups.into_iter().flatten() {
             if let (Kind::Object(members), Some(kind)) = (&mut group.kind, &kind)
@@ -214,29 +215,6 @@ impl Sharing<'_> {
 /// Whether a pass extends groups that cannot be had, which is a diagnostic: what it lacks is not known.
 pub fn is_incomplete(pass: &Value) -> bool {
     pass.get("extends").is_some_and(|extends| matches!(extends.kind, Kind::Null))
-}
-
-/// The key in a group of settings for whichever node kind a pass has.
-const SETTINGS: &str = "settings";
-
-/// The keys of a pass, or a group, that name no node kind.
-const COMMON: [&str; 11] = [
-    "description",
-    "extends",
-    "when",
-    "for_each",
-    "use",
-    "with",
-    "after",
-    "side_effect",
-    "toggle",
-    "passthrough",
-    SETTINGS,
-];
-
-fn node_kind(value: &Value) -> Option<&str> {
-    let keys = value.entries().unwrap_or_default().iter().map(|member| member.key.as_str());
-    keys.into_iter().find(|key| !COMMON.contains(key))
 }
 
 /// The way in a group to what a pass has of it: what stands under `settings` is under the node kind in a pass.
@@ -368,15 +346,7 @@ fn pass_at<'d>(document: &'d Document, pointer: &str) -> Option<(&'d str, String
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::language::PassCommon;
     use crate::source::Sources;
-
-    #[test]
-    fn the_common_keys_are_those_that_every_pass_can_have() {
-        let schema = schemars::schema_for!(PassCommon).to_value();
-        let keys: Vec<&str> = schema["properties"].as_object().unwrap().keys().map(String::as_str).collect();
-        assert_eq!(keys, COMMON[..COMMON.len() - 1]);
-    }
 
     #[test]
     fn passes_of_different_node_kinds_share_what_stands_under_settings() {
@@ -397,7 +367,7 @@ mod tests {
                 }
             }"#,
         );
-        let mut document = crate::document::parse(&sources, file).unwrap();
+        let mut document = crate::document::parse(&sources, file).valid().unwrap();
         let mut diagnostics = Diagnostics::new();
         share(&mut document, &mut diagnostics);
         assert!(diagnostics.is_empty());

@@ -9,6 +9,7 @@ mod declaration;
 mod expression;
 mod files;
 mod format_names;
+mod node_kind;
 mod reference;
 mod resource;
 mod sign;
@@ -24,6 +25,8 @@ pub use declaration::{
 pub use expression::Expr;
 pub use files::{ExtensionDeclaration, ParameterFileDeclaration};
 pub use format_names::{format_name, parse_format, unknown_format};
+pub(crate) use node_kind::SETTINGS;
+pub use node_kind::node_kind;
 pub use reference::Ref;
 pub use resource::{
     BufferDeclaration, FormatCandidates, Lifetime, ResourceDeclaration, TextureDeclaration, TextureShape,

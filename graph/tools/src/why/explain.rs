@@ -6,7 +6,7 @@ use super::{Kind, Subject, given};
 use crate::compiler::{Physical, Plan};
 use crate::document::{Entry, Value, pointer_join};
 use crate::expression;
-use crate::language::{Lifetime, format_name};
+use crate::language::{Lifetime, format_name, node_kind};
 use crate::pipeline::{Lacking, Pipeline, ResourceKind, is_of};
 use crate::source::Span;
 use crate::work::PassHandle;
@@ -24,7 +24,7 @@ pub(super) fn what(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Stri
             let kind = pipeline
                 .and_then(|pipeline| pipeline.passes.iter().find(|one| pass.contains(&one.name.as_str())))
                 .map(|pass| pass.kind.as_str());
-            let kind = kind.or_else(|| kind_of(value));
+            let kind = kind.or_else(|| Some(node_kind(value)?.key.as_str()));
             let is_loop = pass.iter().any(|instance| *instance != name);
             let passes = if is_loop { "a loop of passes" } else { "a pass" };
             kind.map_or_else(|| passes.to_owned(), |kind| format!("{passes} of kind {kind}"))
@@ -46,16 +46,6 @@ pub(super) fn what(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Stri
             None => kind.name().to_owned(),
         },
     }
-}
-
-/// The node kind that an entry names, where no pipeline says so: the one key that holds an object and is no setting
-/// that all passes have.
-fn kind_of(value: &Value) -> Option<&str> {
-    const COMMON: &[&str] = &["for_each", "passthrough", "with", "parameters"];
-    let entries = value.entries()?.iter();
-    let mut kinds =
-        entries.filter(|entry| entry.value.entries().is_some() && !COMMON.contains(&entry.key.as_str()));
-    kinds.next().map(|entry| entry.key.as_str()).filter(|_| kinds.next().is_none())
 }
 
 /// The passes of the pipeline that a name stands for: itself, the rounds of a loop, what a use of a subgraph makes.

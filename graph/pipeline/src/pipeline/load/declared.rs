@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use crate::document::{Entry, decode_entries};
-use crate::language::{PassCommon, ResourceDeclaration};
+use crate::language::{PassCommon, ResourceDeclaration, node_kind};
 use crate::node::{Registry, Settings};
 use crate::pipeline::ResourceKind;
 use crate::pipeline::instance::Instance;
@@ -57,12 +57,10 @@ impl<'a, 'r> Declarations<'a, 'r> {
 }
 
 fn decode_pass<'a>(entry: &'a Entry, registry: &Registry) -> Option<Declared<'a>> {
-    let entries = entry.value.entries()?;
-    let (at, kind, node) =
-        entries.iter().enumerate().find_map(|(at, member)| Some((at, member, registry.get(&member.key)?)))?;
-    let beside = entries[..at]
-        .iter()
-        .chain(entries[at + 1..].iter().filter(|member| registry.get(&member.key).is_none()));
+    let kind = node_kind(&entry.value)?;
+    let node = registry.get(&kind.key)?;
+    let members = entry.value.entries().unwrap_or_default().iter();
+    let beside = members.filter(|member| registry.get(&member.key).is_none());
     let common = decode_entries(beside).ok()?;
     Some(Declared { kind, common, settings: node.decode(&kind.value) })
 }
