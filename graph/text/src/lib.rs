@@ -10,6 +10,7 @@ pub mod document;
 mod error;
 pub mod expression;
 pub mod language;
+pub mod model;
 pub mod source;
 
 pub use error::Error;

@@ -66,7 +66,8 @@ impl<'t> Tokens<'t> {
     pub(super) fn next(&mut self) -> Option<Lexeme<'t>> {
         let lexeme = self.back.pop_front().or_else(|| self.scan());
         let start = lexeme.as_ref().map_or(self.text.len(), |lexeme| lexeme.range.start);
-        if let Some((_, closer)) = self.inserted.pop_front_if(|(before, _)| *before <= start) {
+        if let Some((_, closer)) = self.inserted.front().copied().filter(|(before, _)| *before <= start) {
+            self.inserted.pop_front();
             lexeme.into_iter().for_each(|lexeme| self.back.push_front(lexeme));
             let token = if closer == '}' { Token::CloseBrace } else { Token::CloseBracket };
             return Some(Lexeme { token, range: start..start, fault: None });

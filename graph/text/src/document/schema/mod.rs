@@ -387,7 +387,7 @@ mod tests {
     fn diagnostics(text: &str) -> Vec<String> {
         let mut sources = Sources::new();
         let file = sources.add("t", text);
-        let document = crate::document::parse(&sources, file).unwrap();
+        let document = crate::document::parse(&sources, file).valid().unwrap();
         let schema = schemars::schema_for!(Resource);
         let mut diagnostics = Diagnostics::new();
         Schema::new(schema.as_value()).check(&document.root, "", &mut diagnostics);

@@ -1,0 +1,307 @@
+//! What the names and strings of a document mean, found out once.
+//!
+//! A [`Model`] is made of a composed document. Every string is read once, by its sign ([`Text`]), so node kinds of any
+//! author are understood without code of theirs; every name is resolved once, to the [`Declaration`] that it means where it stands ([`Use`]). `why`, the
+//! warnings about names that nothing uses, the configurations of a pipeline and editors ask it, and search no text.
+//!
+//! Names are seen as the language says: a pass of a subgraph sees the subgraph's parameters, inputs, derived values,
+//! resources and passes, and behind them those of the pipeline, unless the subgraph is a file of its own. A variable of a
+//! loop stands before all of them. Published data has no declaration: the first pass that names it stands for one.
+//!
+//! A document that is broken has a model as far as it is understood; what does not resolve is no use of anything.
+//!
+//! Limits: a reference with expressions in braces is a use of every name that fits what stands around them. Groups of
+//! shared settings are read where passes take them over, as settings of those.
+
+mod content;
+mod declare;
+mod resolve;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+pub use content::Content;
+
+use crate::document::{Document, Value};
+use crate::expression::{Expression, ExpressionKind};
+use crate::source::{FileId, Span};
+
+/// Names one declaration of a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Id(usize);
+
+/// The kinds of things that a document names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum DeclarationKind {
+    /// A parameter, of the pipeline or of a subgraph.
+    Parameter,
+    /// A feature.
+    Feature,
+    /// A derived value.
+    Derived,
+    /// A constraint.
+    Constraint,
+    /// A texture or buffer.
+    Resource,
+    /// Data that a pass publishes; declared where it is named first.
+    Data,
+    /// A pass.
+    Pass,
+    /// A subgraph.
+    Subgraph,
+    /// An input of a subgraph.
+    Input,
+    /// A variable of a loop.
+    Variable,
+    /// A runtime toggle.
+    Toggle,
+    /// A contract with the host's draws.
+    Geometry,
+    /// A preset.
+    Preset,
+    /// An extension point.
+    ExtensionPoint,
+    /// A group of shared settings.
+    SharedSettings,
+}
+
+/// A thing that a document names.
+#[derive(Clone, Debug)]
+pub struct Declaration {
+    /// The kind.
+    pub kind: DeclarationKind,
+    /// The name.
+    pub name: String,
+    /// The place of the name.
+    pub place: Span,
+    /// The subgraph that it belongs to, or the pass whose loop has the variable.
+    pub owner: Option<Id>,
+    /// The JSON pointer of what is declared.
+    pub pointer: String,
+}
+
+/// A string of a document.
+#[derive(Clone, Debug)]
+pub struct Text {
+    /// The place, quotes included.
+    pub place: Span,
+    /// The declaration in which it stands.
+    pub within: Id,
+    /// The keys that lead to it from there.
+    pub keys: Vec<String>,
+    /// The string, unescaped.
+    pub text: String,
+    /// The meaning.
+    pub content: Content,
+    /// The uses in it.
+    uses: Range<usize>,
+}
+
+impl Text {
+    /// Whether it stands under a key, at any depth.
+    pub fn is_under(&self, key: &str) -> bool {
+        self.keys.iter().any(|one| one == key)
+    }
+}
+
+/// A place where a name is used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Use {
+    /// The place of the name.
+    pub place: Span,
+    /// The declaration that it means.
+    pub declaration: Id,
+    /// The declaration in which it stands.
+    pub within: Id,
+}
+
+/// The names and strings of a document.
+#[derive(Clone, Debug, Default)]
+pub struct Model {
+    declarations: Vec<Declaration>,
+    texts: Vec<Text>,
+    uses: Vec<Use>,
+    /// The node kinds of passes.
+    kinds: BTreeMap<Id, String>,
+    /// The strings in each declaration.
+    read: BTreeMap<Id, Range<usize>>,
+    /// The uses of each declaration.
+    used: BTreeMap<Id, Vec<usize>>,
+    /// The uses in each declaration.
+    using: BTreeMap<Id, Vec<usize>>,
+}
+
+/// The largest expression that names are replaced in, in parts.
+const MAX_PARTS: usize = 2048;
+
+impl Model {
+    /// Reads a composed document.
+    pub fn new(document: &Document) -> Self {
+        let mut model = Self::default();
+        let scopes = declare::declare(&mut model, &document.root);
+        resolve::resolve(&mut model, scopes, &document.root);
+        for (at, text) in model.texts.iter().enumerate() {
+            model.read.entry(text.within).or_insert(at..at).end = at + 1;
+        }
+        for (at, one) in model.uses.iter().enumerate() {
+            model.used.entry(one.declaration).or_default().push(at);
+            model.using.entry(one.within).or_default().push(at);
+        }
+        model
+    }
+
+    /// All declarations.
+    pub fn declarations(&self) -> impl Iterator<Item = (Id, &Declaration)> {
+        self.declarations.iter().enumerate().map(|(at, one)| (Id(at), one))
+    }
+
+    /// A declaration.
+    pub fn declaration(&self, id: Id) -> &Declaration {
+        &self.declarations[id.0]
+    }
+
+    /// The declaration of a name at the top of the document.
+    pub fn find(&self, kind: DeclarationKind, name: &str) -> Option<Id> {
+        let is_it = |one: &Declaration| one.kind == kind && one.owner.is_none() && one.name == name;
+        self.declarations.iter().position(is_it).map(Id)
+    }
+
+    /// The strings of a document.
+    pub fn texts(&self) -> &[Text] {
+        &self.texts
+    }
+
+    /// The strings in a declaration; in a subgraph those of all that it declares.
+    pub fn texts_in(&self, id: Id) -> impl Iterator<Item = &Text> {
+        let parts = self.parts_of(id).filter_map(|id| self.read.get(&id).cloned());
+        parts.flat_map(|range| &self.texts[range])
+    }
+
+    /// A declaration, and those that belong to it.
+    pub fn parts_of(&self, id: Id) -> impl Iterator<Item = Id> {
+        let is_subgraph = self.declaration(id).kind == DeclarationKind::Subgraph;
+        let parts = self.declarations().filter(move |(_, one)| is_subgraph && one.owner == Some(id));
+        std::iter::once(id).chain(parts.map(|(id, _)| id))
+    }
+
+    /// The uses of a declaration.
+    pub fn uses_of(&self, id: Id) -> impl Iterator<Item = &Use> {
+        self.used.get(&id).into_iter().flatten().map(|at| &self.uses[*at])
+    }
+
+    /// The uses that stand in a declaration itself, apart from what a subgraph declares.
+    pub fn uses_in(&self, id: Id) -> impl Iterator<Item = &Use> {
+        self.using.get(&id).into_iter().flatten().map(|at| &self.uses[*at])
+    }
+
+    /// The declaration whose name stands at a place of a file, there or in a use.
+    pub fn declaration_at(&self, file: FileId, offset: u32) -> Option<Id> {
+        let is_there = |place: Span| place.file == file && (place.start..=place.end).contains(&offset);
+        let used = self.uses.iter().filter(|one| is_there(one.place));
+        let used = used.min_by_key(|one| one.place.end - one.place.start).map(|one| one.declaration);
+        used.or_else(|| self.declarations().find(|(_, one)| is_there(one.place)).map(|(id, _)| id))
+    }
+
+    /// The node kind of a pass.
+    pub fn node_kind(&self, pass: Id) -> Option<&str> {
+        self.kinds.get(&pass).map(String::as_str)
+    }
+
+    /// The parameters and features of the pipeline that some declarations follow from, through derived values.
+    pub fn settings_behind(&self, named: impl IntoIterator<Item = Id>) -> BTreeSet<Id> {
+        use DeclarationKind as K;
+        let (mut found, mut seen) = (BTreeSet::new(), BTreeSet::new());
+        let mut open: Vec<Id> = named.into_iter().collect();
+        while let Some(id) = open.pop() {
+            if !seen.insert(id) {
+                continue;
+            }
+            let one = &self.declarations[id.0];
+            match one.kind {
+                K::Parameter | K::Feature if one.owner.is_none() => drop(found.insert(id)),
+                K::Derived => open.extend(self.uses_in(id).map(|one| one.declaration)),
+                _ => {}
+            }
+        }
+        found
+    }
+
+    /// The declarations that a string names.
+    pub fn named_in(&self, text: &Text) -> impl Iterator<Item = Id> {
+        self.uses[text.uses.clone()].iter().map(|one| one.declaration)
+    }
+
+    /// The expression of a string over parameters and features of the pipeline: derived values are replaced by what they
+    /// are, and names that mean something else begin with `^`. `None` for what is no expression, or too large a one.
+    pub fn closed(&self, text: &Text) -> Option<Expression> {
+        let mut parts = 0;
+        self.close(text.content.expression()?, text, &mut parts, 0)
+    }
+
+    fn close(
+        &self,
+        expression: &Expression,
+        text: &Text,
+        parts: &mut usize,
+        depth: usize,
+    ) -> Option<Expression> {
+        *parts += 1;
+        if *parts > MAX_PARTS || depth > 64 {
+            return None;
+        }
+        let mut one = |inner: &Expression| self.close(inner, text, parts, depth + 1);
+        let kind = match &expression.kind {
+            ExpressionKind::Name(name) => return self.close_name(name, expression, text, parts, depth),
+            ExpressionKind::Literal(_) | ExpressionKind::Reference(_) => expression.kind.clone(),
+            ExpressionKind::Unary(operator, a) => ExpressionKind::Unary(*operator, one(a)?.into()),
+            ExpressionKind::Binary(operator, a, b) => {
+                ExpressionKind::Binary(*operator, one(a)?.into(), one(b)?.into())
+            }
+            ExpressionKind::Conditional(a, b, c) => {
+                ExpressionKind::Conditional(one(a)?.into(), one(b)?.into(), one(c)?.into())
+            }
+            ExpressionKind::Index(a, b) => ExpressionKind::Index(one(a)?.into(), one(b)?.into()),
+            ExpressionKind::Call(name, list) => {
+                ExpressionKind::Call(name.clone(), list.iter().map(one).collect::<Option<_>>()?)
+            }
+            ExpressionKind::List(list) => ExpressionKind::List(list.iter().map(one).collect::<Option<_>>()?),
+        };
+        Some(Expression { range: expression.range.clone(), kind })
+    }
+
+    fn close_name(
+        &self,
+        name: &str,
+        expression: &Expression,
+        text: &Text,
+        parts: &mut usize,
+        depth: usize,
+    ) -> Option<Expression> {
+        use DeclarationKind as K;
+        let head = name.split_once('.').map_or(name, |(head, _)| head);
+        let named = self.named_in(text).find(|id| self.declarations[id.0].name == head);
+        let kind = named.map(|id| (id, self.declarations[id.0].kind, self.declarations[id.0].owner));
+        match kind {
+            Some((_, K::Parameter | K::Feature, None)) => Some(expression.clone()),
+            Some((id, K::Derived, _)) => {
+                // A derived value that is a list of strings has several.
+                let own: Vec<&Text> = self.texts_in(id).collect();
+                match own.as_slice() {
+                    [own] if own.keys.is_empty() => {
+                        self.close(own.content.expression()?, own, parts, depth + 1)
+                    }
+                    _ => None,
+                }
+            }
+            _ => {
+                let kind = ExpressionKind::Name(format!("^{name}"));
+                Some(Expression { range: expression.range.clone(), kind })
+            }
+        }
+    }
+}
+
+/// The entries of a section.
+fn section<'v>(owner: &'v Value, name: &str) -> &'v [crate::document::Entry] {
+    owner.entries_of(name)
+}
