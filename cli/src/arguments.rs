@@ -163,7 +163,7 @@ pub(crate) struct CheckArguments {
     /// Mends what can be mended in one way only, in all files that the pipelines are made of, and says what it changed.
     #[arg(long)]
     pub(crate) fix: bool,
-    /// Prints what --fix would change as a unified diff, and writes nothing.
+    /// Prints what --fix would change as a unified diff, and writes nothing. The status is 1 if something would change.
     #[arg(long, requires = "fix")]
     pub(crate) dry_run: bool,
     #[command(flatten)]

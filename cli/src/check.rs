@@ -14,22 +14,21 @@ use crate::remarks;
 use crate::session::{Covered, Session};
 use crate::streams::{complain, print};
 
-/// Checks pipelines, mends them first where that is asked; whether there were no errors.
+/// Checks pipelines, mends them first where that is asked. Whether no errors are left; of a dry run, whether there was
+/// nothing to mend either.
 pub(crate) fn run(arguments: &CheckArguments) -> bool {
     let mut session = Session::new(&arguments.choices.files);
-    let mut has_mended = true;
     if arguments.fix {
         let mended = mend(arguments);
         if mended.is_empty() {
             complain("--fix: nothing is wrong that can be mended in one way only\n");
-            has_mended = false;
         } else if arguments.dry_run {
             mended.print_difference();
-            return true;
+            return false;
         }
         session.diagnostics.extend(mended.write());
     }
-    let mut is_sound = has_mended;
+    let mut is_sound = true;
     let mut pipelines = Vec::new();
     for path in &arguments.pipelines {
         let before = session.diagnostics.error_count();

@@ -39,16 +39,18 @@ fn treat(path: &Path, arguments: &FmtArguments, sources: &mut Sources) -> Result
         print_json(&format::strict(&document::parse(sources, file).valid()?));
         return Ok(true);
     }
-    let text = format::format(sources, file)?;
-    let is_canonical = bytes == text.as_bytes();
+    let edits = format::format(sources, file)?;
+    let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_else(|| "".into());
+    // A byte-order mark is no part of the text.
+    let is_canonical = edits.is_empty() && bytes.len() == text.len();
     if arguments.check {
         if !is_canonical {
             print(&format!("{}\n", sources.get(file).map_or("", |file| file.name())));
         }
     } else if is_input {
-        print_contents(text.as_bytes());
-    } else if !is_canonical {
-        replace(path, &text)?;
+        print_contents(edits.apply(&text).unwrap_or_default().as_bytes());
+    } else if !is_canonical && let Ok(text) = edits.apply(&text) {
+        replace(path, text)?;
     }
     Ok(is_canonical)
 }

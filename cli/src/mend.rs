@@ -7,7 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use similar::TextDiff;
-use umbragraph::diagnostic::{Diagnostic, fix};
+use umbragraph::diagnostic::Diagnostic;
+use umbragraph::edit::{self, Edit, Edits};
+use umbragraph::source::SourceFile;
 
 use crate::arguments::CheckArguments;
 use crate::replace::{replace, unwritable};
@@ -20,12 +22,16 @@ const MAX_ROUNDS: usize = 64;
 /// What was mended.
 #[derive(Default)]
 pub(crate) struct Mended {
-    /// The new texts by file.
-    pub(crate) texts: BTreeMap<String, String>,
-    /// The texts as they were read.
-    originals: BTreeMap<String, String>,
+    files: BTreeMap<String, File>,
+}
+
+/// A file that was mended.
+struct File {
+    /// The text as it was read.
+    original: String,
+    text: String,
     /// One line for each edit.
-    edits: Vec<String>,
+    lines: Vec<String>,
 }
 
 /// Applies the fixes of pipelines and of the files that they are made of, in memory.
@@ -35,41 +41,54 @@ pub(crate) fn mend(arguments: &CheckArguments) -> Mended {
     let mut seen = BTreeSet::new();
     for _ in 0..MAX_ROUNDS {
         let mut session = Session::new(&arguments.choices.files);
-        session.texts.clone_from(&mended.texts);
+        session.texts = mended.files.iter().map(|(name, file)| (name.clone(), file.text.clone())).collect();
         for path in &arguments.pipelines {
             session.check_all(path, &arguments.choices, arguments.config, false);
         }
         session.arrange();
-        let fixed = fix::apply(&session.diagnostics, &session.sources, |name| session.files.contains(name));
-        let texts: BTreeMap<&String, &String> = fixed.iter().map(|one| (&one.name, &one.text)).collect();
-        if fixed.is_empty() || !seen.insert(format!("{texts:?}")) {
+        let made = edit::mend(&session.diagnostics, &session.sources, |name| session.files.contains(name));
+        let source = |name: &str| session.sources.get(session.sources.find(name)?);
+        let with_text = |(name, edits): (String, Edits)| {
+            let text = edits.apply(source(&name)?.text()).ok()?;
+            Some((name, (edits, text)))
+        };
+        let made: BTreeMap<String, (Edits, String)> = made.into_iter().filter_map(with_text).collect();
+        let texts: Vec<_> = made.iter().map(|(name, (_, text))| (name.clone(), text.clone())).collect();
+        if made.is_empty() || !seen.insert(texts) {
             break;
         }
-        for one in fixed {
-            let Some(file) = session.sources.get(one.file) else { continue };
-            for edit in &one.edits {
-                let at = file.line_column(edit.span.start);
-                let (old, new) = (session.sources.text(edit.span).trim(), edit.replacement.as_str());
-                let what = if new.is_empty() { "removed".to_owned() } else { format!("now {new}") };
-                mended.edits.push(format!("{}:{}:{}: {old} {what}\n", one.name, at.line, at.column));
-            }
-            mended.originals.entry(one.name.clone()).or_insert_with(|| file.text().to_string());
-            mended.texts.insert(one.name, one.text);
+        for (name, (edits, text)) in made {
+            let Some(source) = source(&name) else { continue };
+            let file = mended.files.entry(name).or_insert_with(|| File {
+                original: source.text().to_string(),
+                text: String::new(),
+                lines: Vec::new(),
+            });
+            file.lines.extend(edits.iter().map(|edit| line(source, edit)));
+            file.text = text;
         }
     }
     mended
 }
 
+/// What an edit does, for people.
+fn line(source: &SourceFile, edit: &Edit) -> String {
+    let at = source.line_column(u32::try_from(edit.range.start).unwrap_or(u32::MAX));
+    let old = source.text().get(edit.range.clone()).unwrap_or_default().trim();
+    let new = edit.replacement.as_str();
+    let what = if new.is_empty() { "removed".to_owned() } else { format!("now {new}") };
+    format!("fixed {}:{}:{}: {old} {what}\n", source.name(), at.line, at.column)
+}
+
 impl Mended {
     /// Whether there is nothing to change.
     pub(crate) fn is_empty(&self) -> bool {
-        self.edits.is_empty()
+        self.files.is_empty()
     }
 
     /// Prints what would change, as a unified diff.
     pub(crate) fn print_difference(&self) {
-        for (name, original) in &self.originals {
-            let Some(text) = self.texts.get(name) else { continue };
+        for (name, File { original, text, .. }) in &self.files {
             let difference = TextDiff::from_lines(original.as_str(), text.as_str());
             print_contents(difference.unified_diff().header(name, name).to_string().as_bytes());
         }
@@ -78,13 +97,9 @@ impl Mended {
     /// Writes the files and says what changed in them; diagnostics for those that cannot be written.
     pub(crate) fn write(&self) -> Vec<Diagnostic> {
         let mut diagnostics = Vec::new();
-        for (name, original) in &self.originals {
-            let Some(text) = self.texts.get(name) else { continue };
-            match write(Path::new(name), original, text) {
-                Ok(()) => {
-                    let of_file = |line: &&String| line.starts_with(&format!("{name}:"));
-                    self.edits.iter().filter(of_file).for_each(|line| complain(&format!("fixed {line}")));
-                }
+        for (name, file) in &self.files {
+            match write(Path::new(name), &file.original, &file.text) {
+                Ok(()) => file.lines.iter().for_each(|line| complain(line)),
                 Err(diagnostic) => diagnostics.push(diagnostic),
             }
         }

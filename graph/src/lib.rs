@@ -19,7 +19,7 @@
 //! ```
 
 pub use umbragraph_shaders as shader;
-pub use umbragraph_text::{Error, codes, compose, diagnostic, document, expression, language, source};
+pub use umbragraph_text::{Error, codes, compose, diagnostic, document, edit, expression, language, source};
 
 pub use umbragraph_pipeline::{data, frame, glam, node, work};
 

@@ -58,7 +58,7 @@ pub(super) fn text(
     text.push_str("\n}\n");
     let mut sources = Sources::new();
     let file = sources.add("parameters", text.as_str());
-    document::format::format(&sources, file)
+    Ok(document::format::format(&sources, file)?.apply(&text).unwrap_or(text))
 }
 
 /// What the file was tuned on, and what it brought.

@@ -27,7 +27,7 @@ fn check_fix_mends_several_files_in_rounds_and_has_nothing_to_do_after() {
     let path = main.to_str().unwrap();
     let dry = run(&["check", "--fix", "--dry-run", path]);
     let difference = text(&dry.stdout);
-    assert_eq!(dry.status.code(), Some(0), "{}", text(&dry.stderr));
+    assert_eq!(dry.status.code(), Some(1), "something would change: {}", text(&dry.stderr));
     assert!(difference.contains("\n-    \"fill\": { \"fulscreen\""), "{difference}");
     assert!(difference.contains("\"to\": \"target\" }] } }\n"), "{difference}");
     assert!(difference.contains("+++ ") && difference.contains("\"unit\": \"m\""), "{difference}");
@@ -46,13 +46,28 @@ fn check_fix_mends_several_files_in_rounds_and_has_nothing_to_do_after() {
     let dry = run(&["check", "--fix", "--dry-run", path]);
     assert!(!text(&dry.stdout).contains("@@"), "{}", text(&dry.stdout));
     for output in [&again, &dry] {
-        assert_eq!(output.status.code(), Some(1), "there was nothing to do");
+        assert_eq!(output.status.code(), Some(0), "there was nothing to do");
         assert!(
             text(&output.stderr).contains("nothing is wrong that can be mended"),
             "{}",
             text(&output.stderr)
         );
     }
+}
+
+#[test]
+fn errors_that_cannot_be_mended_are_left_with_status_1() {
+    let folder = ScratchFolder::new("check-fix-left");
+    let path = folder.join("left.json");
+    let left = MISSPELT.replace("\"include\": [\"part.json\"],", "").replace("rgba8unorm", "nothing like it");
+    std::fs::write(&path, &left).unwrap();
+    let path = path.to_str().unwrap();
+    let output = run(&["check", "--fix", path]);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("fixed "), "{}", text(&output.stderr));
+    let dry = run(&["check", "--fix", "--dry-run", path]);
+    assert_eq!(dry.status.code(), Some(1), "nothing would change, and an error is left");
+    assert_eq!(text(&dry.stdout), "");
 }
 
 /// A pipeline of several files, with a name misspelt in each way that there is; the right ones stand in brackets.

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use super::Fixture;
 use crate::TargetProfile;
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, fix};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::permutations::{Options, Request, check};
 
 struct Case<'a> {
@@ -83,7 +83,7 @@ fn a_name_that_was_meant_is_written_by_the_fix() {
         let case = read(&text);
         let (fixture, diagnostics) = check_case(&case.files, &case.profiles);
         for diagnostic in &diagnostics {
-            let fixed = fix::apply([diagnostic], &fixture.sources, |_| true);
+            let fixed = umbragraph_text::edit::mend([diagnostic], &fixture.sources, |_| true);
             if diagnostic.help.as_deref().is_some_and(|help| help.starts_with("did you mean"))
                 && fixed.is_empty()
             {
@@ -93,8 +93,9 @@ fn a_name_that_was_meant_is_written_by_the_fix() {
                 continue;
             }
             let mut files = case.files.clone();
-            for one in fixed {
-                files.iter_mut().find(|(name, _)| *name == one.name).unwrap().1 = one.text;
+            for (name, edits) in fixed {
+                let text = &mut files.iter_mut().find(|(known, _)| *known == name).unwrap().1;
+                *text = edits.apply(text).unwrap();
             }
             let is_it =
                 |other: &Diagnostic| (other.code, &other.message) == (diagnostic.code, &diagnostic.message);

@@ -8,7 +8,6 @@
 mod code;
 pub mod codes;
 mod count;
-pub mod fix;
 pub mod render;
 mod suggest;
 mod values;
@@ -82,12 +81,12 @@ pub struct Related {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Fix {
     /// The replacements, perhaps in several files; they do not overlap.
-    pub edits: Vec<Edit>,
+    pub edits: Vec<Replacement>,
 }
 
-/// A replacement of text.
+/// A replacement of a part of a registered text.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Edit {
+pub struct Replacement {
     /// The text to replace.
     pub span: Span,
     /// The new text.
@@ -216,7 +215,7 @@ impl Diagnostic {
     /// Adds the machine-applicable fix, or one more edit to it.
     #[must_use]
     pub fn fix(mut self, span: Span, replacement: impl Into<String>) -> Self {
-        let edit = Edit { span, replacement: replacement.into() };
+        let edit = Replacement { span, replacement: replacement.into() };
         self.fix.get_or_insert_with(|| Fix { edits: Vec::new() }).edits.push(edit);
         self
     }

@@ -234,7 +234,8 @@ mod tests {
     use jsonc_parser::parse_to_ast;
 
     use super::super::parse;
-    use crate::diagnostic::{Diagnostic, Place, fix};
+    use crate::diagnostic::{Diagnostic, Place};
+    use crate::edit;
     use crate::source::Sources;
 
     /// The text with its fixes made, one after the other.
@@ -244,8 +245,10 @@ mod tests {
             let mut sources = Sources::new();
             let file = sources.add("a", text.as_str());
             let Err(diagnostics) = parse(&sources, file).valid() else { return text };
-            let Some(fixed) = fix::apply(&diagnostics, &sources, |_| true).pop() else { return text };
-            text = fixed.text;
+            let Some((_, edits)) = edit::mend(&diagnostics, &sources, |_| true).pop_first() else {
+                return text;
+            };
+            text = edits.apply(&text).unwrap();
         }
     }
 

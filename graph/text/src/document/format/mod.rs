@@ -18,27 +18,33 @@
 mod print;
 mod scan;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod tree;
+
+pub(crate) use print::print_value;
 
 use super::{Document, parse};
 use crate::diagnostic::Diagnostics;
+use crate::edit::{Edits, between};
 use crate::source::{FileId, Sources};
 
 /// The longest line, in characters, that members are gathered on. A key with its scalar, or a comment, may be longer.
 pub const WIDTH: usize = 140;
 
-/// The canonical layout of a registered text, comments kept.
+/// The number of spaces that each level is moved in by.
+pub(crate) const INDENT: usize = 2;
+
+/// The edits that give a registered text its canonical layout, comments kept.
 ///
 /// # Errors
 /// The diagnostics of [`parse`].
-pub fn format(sources: &Sources, file: FileId) -> Result<String, Diagnostics> {
+pub fn format(sources: &Sources, file: FileId) -> Result<Edits, Diagnostics> {
     parse(sources, file).valid()?;
     let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_else(|| "".into());
-    Ok(print::print(&scan::scan(&text)))
+    Ok(between(&text, &print::print(&scan::scan(&text))))
 }
 
 /// A document as strict JSON (RFC 8259): no comments, and one layout for equal values, however their text was written.
 pub fn strict(document: &Document) -> String {
-    print::print(&tree::Text::of_value(&document.root))
+    print_value(None, &document.root.to_json(), 0, 0, 0) + "\n"
 }

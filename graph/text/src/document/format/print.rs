@@ -1,10 +1,9 @@
 //! From the tree to the canonical text.
 
-use super::WIDTH;
-use super::tree::{Comment, Container, Gap, Item, Node, Text, width};
+use serde_json::Value;
 
-/// The number of spaces that each level is moved in by.
-const INDENT: usize = 2;
+use super::tree::{Comment, Container, Gap, Item, Node, Text, quoted, width};
+use super::{INDENT, WIDTH};
 
 /// Prints a text.
 pub(super) fn print(text: &Text<'_>) -> String {
@@ -17,6 +16,21 @@ pub(super) fn print(text: &Text<'_>) -> String {
     }
     printer.out.push('\n');
     printer.out
+}
+
+/// Prints a value, or a member of this key, from a column of a line with this indentation on; `tail` further characters
+/// have to follow.
+pub(crate) fn print_value(
+    key: Option<&str>,
+    value: &Value,
+    column: usize,
+    indent: usize,
+    tail: usize,
+) -> String {
+    let mut printer = Printer { out: " ".repeat(column), line_start: 0 };
+    printer.key(key.map(quoted).as_deref());
+    printer.node(&Node::of(value), indent, tail);
+    printer.out.split_off(column)
 }
 
 struct Printer {

@@ -13,11 +13,14 @@ fn parsed(text: &str) -> Document {
 fn formatted(text: &str) -> String {
     let mut sources = Sources::new();
     let file = sources.add("t.json", text);
-    format(&sources, file).unwrap_or_else(|diagnostics| panic!("{diagnostics:?}\n{text}"))
+    let edits = format(&sources, file).unwrap_or_else(|diagnostics| panic!("{diagnostics:?}\n{text}"));
+    let formatted = edits.apply(text).unwrap();
+    assert_eq!(edits.inverse(text).unwrap().apply(&formatted).unwrap(), text, "and back");
+    formatted
 }
 
 /// Comments in the order of the text, with space between words only.
-fn comments(text: &str) -> Vec<String> {
+pub(crate) fn comments(text: &str) -> Vec<String> {
     let mut scanner = jsonc_parser::Scanner::new(text, &jsonc_parser::ScannerOptions::default());
     let mut comments = Vec::new();
     while let Ok(Some(token)) = scanner.scan() {
@@ -148,7 +151,7 @@ fn deep_nesting_and_long_lines_take_no_time_worth_mentioning() {
     assert_eq!(formatted(&formatted(&long)), formatted(&long));
 }
 
-const SPACES: [&str; 18] = [
+pub(crate) const SPACES: [&str; 18] = [
     "",
     "",
     " ",
@@ -169,7 +172,7 @@ const SPACES: [&str; 18] = [
     "\n  \t /* three\n\n \t  more\n lines\n*/ /* next */\n",
 ];
 
-fn values() -> impl Strategy<Value = serde_json::Value> {
+pub(crate) fn values() -> impl Strategy<Value = serde_json::Value> {
     let scalar = prop_oneof![
         Just(serde_json::Value::Null),
         any::<bool>().prop_map(Into::into),
@@ -188,7 +191,7 @@ fn values() -> impl Strategy<Value = serde_json::Value> {
 }
 
 /// Writes a value with spaces and comments wherever the grammar allows them.
-fn write(value: &serde_json::Value, space: &mut impl FnMut() -> &'static str, out: &mut String) {
+pub(crate) fn write(value: &serde_json::Value, space: &mut impl FnMut() -> &'static str, out: &mut String) {
     let mut comma = "";
     match value {
         serde_json::Value::Array(elements) => {

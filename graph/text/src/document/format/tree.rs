@@ -2,8 +2,9 @@
 
 use std::borrow::Cow;
 
+use serde_json::Value;
+
 use super::WIDTH;
-use crate::document::{Kind, Value};
 
 /// The number of line ends between a thing and what stands before it.
 #[derive(Clone, Copy, Default)]
@@ -208,39 +209,27 @@ impl<'a> Container<'a> {
     }
 }
 
-impl<'a> Text<'a> {
-    /// The text of a value alone.
-    pub(super) fn of_value(value: &'a Value) -> Self {
-        Self { leading: Vec::new(), gap: Gap::default(), root: Node::of_value(value), trailing: Vec::new() }
-    }
-}
-
 impl<'a> Node<'a> {
-    fn of_value(value: &'a Value) -> Self {
-        let item = |key: Option<&str>, value| Item {
+    /// The tree of a value alone.
+    pub(super) fn of(value: &'a Value) -> Self {
+        let item = |key: Option<&String>, value| Item {
             leading: Vec::new(),
             gap: Gap::default(),
-            key: key.map(quoted),
-            value: Node::of_value(value),
+            key: key.map(|key| quoted(key)),
+            value: Node::of(value),
             before_comma: Vec::new(),
             trailing: Vec::new(),
         };
-        let items: Vec<Item<'a>> = match &value.kind {
-            Kind::Null | Kind::Missing => return Node::Scalar("null".into()),
-            Kind::Bool(value) => return Node::Scalar(value.to_string().into()),
-            Kind::Number(number) => return Node::Scalar(number.to_string().into()),
-            Kind::Text(text) => return Node::Scalar(quoted(text)),
-            Kind::Array(elements) => elements.iter().map(|element| item(None, element)).collect(),
-            Kind::Object(entries) => {
-                entries.iter().map(|entry| item(Some(&entry.key), &entry.value)).collect()
-            }
+        let items: Vec<Item<'a>> = match value {
+            Value::Array(elements) => elements.iter().map(|element| item(None, element)).collect(),
+            Value::Object(members) => members.iter().map(|(key, value)| item(Some(key), value)).collect(),
+            scalar => return Node::Scalar(scalar.to_string().into()),
         };
-        let is_object = matches!(value.kind, Kind::Object(_));
-        Node::Container(Container::new(is_object, Vec::new(), items, Vec::new(), Gap::default()))
+        Node::Container(Container::new(value.is_object(), Vec::new(), items, Vec::new(), Gap::default()))
     }
 }
 
-fn quoted(text: &str) -> Cow<'static, str> {
+pub(super) fn quoted(text: &str) -> Cow<'static, str> {
     serde_json::Value::from(text).to_string().into()
 }
 

@@ -1,0 +1,250 @@
+//! Changes of texts as values: made of a document, applied, composed and taken back.
+//!
+//! An editor, a formatter and a graph that is changed by hand all want the same: to change little in a text that
+//! somebody laid out and commented. So an edit is a function from a text and a [value](crate::document::Value) in it to
+//! [`Edits`], replacements of byte ranges, and never prints the document again:
+//!
+//! - [`set`] a value, and of an array or object only what differs;
+//! - [`insert`], [`remove`] and [`reorder`] members and elements, each with its comma, its comments and the layout of its
+//!   neighbours (`layout` finds what belongs to a member, `arrange` writes);
+//! - [`rename`] what stands at places, perhaps in several files and in strings with escapes;
+//! - [`between`] two texts that differ in space only, as formatting leaves them;
+//! - [`mend`] what diagnostics have fixes for.
+//!
+//! [`Edits::inverse`] gives the text back byte for byte. [`Edits::and`] makes two changes of one text one;
+//! [`Edits::then`] makes two changes one after the other one.
+//!
+//! Comments stay, except those that belong to what is removed: those before it up to a blank line, and those behind it on
+//! its line. New lines end as the first line of the text ends, and are indented as their neighbours.
+//!
+//! Limits: a value that is replaced by one of another kind takes the comments inside it along. Values are those of one
+//! text, as [`parse`](crate::document::parse) gives them, and not of several that were composed.
+
+mod arrange;
+mod layout;
+mod mend;
+mod rename;
+mod set;
+mod space;
+#[cfg(test)]
+mod tests;
+
+pub use arrange::{Item, insert, remove, reorder};
+pub use mend::mend;
+pub use rename::{rename, written};
+pub use set::{save, set};
+pub use space::between;
+
+use std::ops::Range;
+
+/// A replacement of a range of a text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Edit {
+    /// The bytes to replace; an empty range is a place to insert at.
+    pub range: Range<usize>,
+    /// The new text.
+    pub replacement: String,
+}
+
+/// Replacements of parts of one text, in the order of their ranges, none of which overlap.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Edits {
+    list: Vec<Edit>,
+}
+
+/// A change that cannot be made.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EditError {
+    /// Two replacements of the same bytes, two insertions at one place, or one beside what is removed.
+    #[error("the bytes {0:?} and {1:?} of one text are to be replaced at once")]
+    Overlap(Range<usize>, Range<usize>),
+    /// A range that is not one of the text: beyond its end, or within a character.
+    #[error("the text has no part {0:?}")]
+    Outside(Range<usize>),
+    /// A value that is neither an array nor an object, or one that several texts were composed to.
+    #[error("this is no array or object of the text")]
+    NoContainer,
+    /// A position beyond the last member or element.
+    #[error("there is no position {at} among {count}")]
+    NoPosition {
+        /// The position, from 0.
+        at: usize,
+        /// The number of positions.
+        count: usize,
+    },
+    /// A member without a key, or an element with one.
+    #[error("members of an object have keys, and elements of an array none")]
+    Key,
+    /// A key that the object has already.
+    #[error("the key \"{0}\" is there already")]
+    KeyTaken(String),
+}
+
+impl Edits {
+    /// Edits of one text.
+    ///
+    /// # Errors
+    /// Edits that overlap.
+    pub fn new(edits: impl IntoIterator<Item = Edit>) -> Result<Self, EditError> {
+        let mut list: Vec<Edit> = edits.into_iter().collect();
+        list.sort_by_key(|edit| (edit.range.start, edit.range.end));
+        let clash = list.windows(2).find(|two| {
+            let [first, second] = [&two[0].range, &two[1].range];
+            // What is inserted beside something that is removed was meant to stand beside it.
+            let is_lost =
+                |one: &Edit, other: &Edit| one.range.is_empty() && other.replacement.trim().is_empty();
+            second.start < first.end
+                || first == second
+                || second.start == first.end && (is_lost(&two[0], &two[1]) || is_lost(&two[1], &two[0]))
+        });
+        match clash {
+            Some(two) => Err(EditError::Overlap(two[0].range.clone(), two[1].range.clone())),
+            None => Ok(Self { list }),
+        }
+    }
+
+    /// Whether the text stays as it is.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// The edits in the order of their ranges.
+    pub fn iter(&self) -> std::slice::Iter<'_, Edit> {
+        self.list.iter()
+    }
+
+    /// The text with the edits made.
+    ///
+    /// # Errors
+    /// A range that the text does not have: the edits are those of another text.
+    pub fn apply(&self, text: &str) -> Result<String, EditError> {
+        let mut edited = String::with_capacity(text.len());
+        let mut at = 0;
+        for Edit { range, replacement } in &self.list {
+            edited.push_str(part(text, at..range.start)?);
+            edited.push_str(replacement);
+            part(text, range.clone())?;
+            at = range.end;
+        }
+        edited.push_str(part(text, at..text.len())?);
+        Ok(edited)
+    }
+
+    /// The edits that give back `text`, once these are made in it.
+    ///
+    /// # Errors
+    /// A range that the text does not have.
+    pub fn inverse(&self, text: &str) -> Result<Self, EditError> {
+        let mut inverse: Vec<Edit> = Vec::new();
+        let (mut at, mut new) = (0, 0);
+        for Edit { range, replacement } in &self.list {
+            new += part(text, at..range.start)?.len();
+            let old = part(text, range.clone())?;
+            at = range.end;
+            let (start, end) = (new, new + replacement.len());
+            new = end;
+            match inverse.last_mut().filter(|last| last.range.end == start) {
+                // What was removed side by side is put back at one place.
+                Some(last) => {
+                    last.range.end = end;
+                    last.replacement.push_str(old);
+                }
+                None => inverse.push(Edit { range: start..end, replacement: old.to_owned() }),
+            }
+        }
+        Ok(Self { list: inverse })
+    }
+
+    /// These edits and others of the same text, at once.
+    ///
+    /// # Errors
+    /// Edits that overlap.
+    pub fn and(&self, others: &Self) -> Result<Self, EditError> {
+        Self::new(self.iter().chain(others.iter()).cloned())
+    }
+
+    /// These edits, and then others of the text that they leave, as edits of the first text.
+    #[must_use]
+    pub fn then(&self, next: &Self) -> Self {
+        let (mut pieces, mut kept, mut at) = (Pieces::of(self), Vec::new(), 0);
+        for Edit { range, replacement } in &next.list {
+            kept.append(&mut pieces.take(range.start - at));
+            pieces.take(range.len());
+            kept.push(Piece::New(replacement));
+            at = range.end;
+        }
+        kept.append(&mut pieces.take(usize::MAX));
+        let (mut list, mut at, mut replacement) = (Vec::new(), 0, String::new());
+        for piece in kept {
+            match piece {
+                Piece::New(text) => replacement.push_str(text),
+                Piece::Old(range) => {
+                    if at < range.start || !replacement.is_empty() {
+                        list.push(Edit {
+                            range: at..range.start,
+                            replacement: std::mem::take(&mut replacement),
+                        });
+                    }
+                    at = range.end;
+                }
+            }
+        }
+        Self { list }
+    }
+}
+
+/// A part of a text: of an older one, or new.
+enum Piece<'t> {
+    Old(Range<usize>),
+    New(&'t str),
+}
+
+/// The parts of a text that are not taken yet, the next last.
+struct Pieces<'t> {
+    rest: Vec<Piece<'t>>,
+}
+
+impl<'t> Pieces<'t> {
+    /// The parts of the text that edits leave; its end is not known.
+    fn of(edits: &'t Edits) -> Self {
+        let (mut rest, mut at) = (Vec::new(), 0);
+        for Edit { range, replacement } in &edits.list {
+            rest.extend([Piece::Old(at..range.start), Piece::New(replacement)]);
+            at = range.end;
+        }
+        rest.push(Piece::Old(at..usize::MAX));
+        rest.reverse();
+        Self { rest }
+    }
+
+    /// Takes so many bytes.
+    fn take(&mut self, mut bytes: usize) -> Vec<Piece<'t>> {
+        let mut taken = Vec::new();
+        while bytes > 0
+            && let Some(piece) = self.rest.pop()
+        {
+            let (first, rest, length) = match piece {
+                Piece::Old(Range { start, end }) => {
+                    let cut = end.min(start.saturating_add(bytes));
+                    (Piece::Old(start..cut), Piece::Old(cut..end), cut - start)
+                }
+                Piece::New(text) => {
+                    let (first, rest) = text.split_at_checked(bytes).unwrap_or((text, ""));
+                    (Piece::New(first), Piece::New(rest), first.len())
+                }
+            };
+            bytes -= length;
+            if bytes == 0 {
+                self.rest.push(rest);
+            }
+            if length > 0 {
+                taken.push(first);
+            }
+        }
+        taken
+    }
+}
+
+fn part(text: &str, range: Range<usize>) -> Result<&str, EditError> {
+    text.get(range.clone()).ok_or(EditError::Outside(range))
+}
