@@ -1,12 +1,13 @@
 //! Orders for an objective, aliasing by class, subresources and imports, on graphs made in code.
 
 use umbragraph::compiler::{
-    Assembly, Objective, OrderMethod, Physical, Plan, PlanOptions, StoreOperation, build, plan, why_apart,
+    Assembly, Objective, OrderMethod, Physical, Plan, PlanOptions, StoreOperation, build, plan,
 };
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::language::{Expr, FormatCandidates, Lifetime};
 use umbragraph::pipeline::{Aspect, IndexRange, SubresourceRange, Usage, Version};
 use umbragraph::wgpu_types::TextureUsages;
+use umbragraph::why::why_apart;
 use umbragraph::work::LoadOperation;
 use umbragraph_verify::verify;
 

@@ -311,7 +311,7 @@ fn a_conditional_writer_never_aliases() {
     let plan = build(true);
     assert_eq!(plan.textures.len(), 3);
     assert!(plan.resources["c"].conditional && !plan.resources["a"].conditional);
-    let why = umbragraph::compiler::why_apart(&plan, "a", "c");
+    let why = umbragraph::why::why_apart(&plan, "a", "c");
     assert!(why.iter().any(|reason| reason.contains("toggle")), "{why:?}");
 }
 

@@ -28,7 +28,7 @@ use super::{history, subresources};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::pipeline::Pipeline;
 use crate::source::Sources;
-use crate::work::{PassHandle, ResourceHandle};
+use crate::work::PassHandle;
 
 /// Plans a frame.
 ///
@@ -138,85 +138,33 @@ fn no_output(pipeline: &Pipeline) -> Diagnostic {
 }
 
 impl Plan {
-    /// The way from a live pass to an output, in words; empty for a culled pass.
-    pub fn why_kept(&self, pass: PassHandle) -> Vec<String> {
-        self.why_kept_within(pass, usize::MAX)
+    /// The passes on the way from a live pass to an output, each with its reason; nothing for a culled pass.
+    pub fn why_kept(&self, pass: PassHandle) -> impl Iterator<Item = &PlannedPass> {
+        let next = |planned: &&PlannedPass| match planned.reason {
+            KeepReason::ReadBy((reader, _))
+            | KeepReason::ReadLater((reader, _))
+            | KeepReason::MayBeReadBy((reader, _)) => self.pass(reader),
+            KeepReason::SideEffect | KeepReason::Output(_) | KeepReason::MayBeLeft(_) => None,
+        };
+        // A way has no cycle; the limit only bounds what a plan changed by hand can do.
+        std::iter::successors(self.pass(pass), next).take(self.passes.len() + 1)
     }
 
-    /// The first steps of that way.
-    pub fn why_kept_within(&self, pass: PassHandle, steps: usize) -> Vec<String> {
-        let resource = |handle: ResourceHandle| &self.pipeline.resource(handle).name;
-        let mut words = Vec::new();
-        let mut next = self.pass(pass);
-        while let Some(planned) = next {
-            let (step, then) = match planned.reason {
-                KeepReason::SideEffect => ("it has a side effect".to_owned(), None),
-                KeepReason::Output(handle) => (format!("writes the output {}", resource(handle)), None),
-                KeepReason::ReadBy((reader, handle)) => (
-                    format!("{} reads {}", self.pipeline.pass(reader).name, resource(handle)),
-                    self.pass(reader),
-                ),
-                KeepReason::MayBeReadBy((reader, handle)) => (
-                    format!(
-                        "{} reads {}, perhaps nothing of it: it has more writers of different subresource ranges, or with \
-                         different toggles, than are told apart",
-                        self.pipeline.pass(reader).name,
-                        resource(handle)
-                    ),
-                    self.pass(reader),
-                ),
-                KeepReason::MayBeLeft(handle) => (
-                    format!(
-                        "something of it may be left in {}, which has more writers of different subresource ranges, or with \
-                         different toggles, than are told apart",
-                        resource(handle)
-                    ),
-                    None,
-                ),
-                KeepReason::ReadLater((reader, handle)) => {
-                    let back = self.pipeline.resource(handle).history.map_or(1, |history| history.back);
-                    let when = if back == 1 {
-                        "in the next frame".to_owned()
-                    } else {
-                        format!("{back} frames later")
-                    };
-                    let reader_name = &self.pipeline.pass(reader).name;
-                    (format!("{reader_name} reads {} {when}", resource(handle)), self.pass(reader))
-                }
-            };
-            words.push(step);
-            // A way has no cycle; the limit only bounds what a plan changed by hand can do.
-            next = then.filter(|_| words.len() < steps && words.len() <= self.passes.len());
-        }
-        words
-    }
-
-    /// Why a pass is culled, and those of its readers in turn, in words; empty for a live pass.
-    pub fn why_culled(&self, pass: &str) -> Vec<String> {
-        self.why_culled_within(pass, usize::MAX)
-    }
-
-    /// The first steps of that way.
-    pub fn why_culled_within(&self, pass: &str, steps: usize) -> Vec<String> {
-        let mut words = Vec::new();
-        let mut next = Some(pass.to_owned());
+    /// The reason why a pass is culled, and those of its readers in turn; nothing for a live pass.
+    pub fn why_culled<'a>(&'a self, pass: &str) -> impl Iterator<Item = (&'a str, &'a CullReason)> {
+        let mut next = Some(pass);
         let mut seen = BTreeSet::new();
+        let mut way = Vec::new();
         // Culled passes that read one another over frames lead back to where they began.
-        while let Some(name) = next.take().filter(|name| words.len() < steps && seen.insert(name.clone())) {
-            match self.culled.get(&name) {
-                Some(CullReason::WritesNothing) => {
-                    words.push(format!("{name} writes nothing and has no side effect"));
-                }
-                Some(CullReason::NothingReads(resources)) => {
-                    words.push(format!("nothing reads what {name} writes: {}", resources.join(", ")));
-                }
-                Some(CullReason::OnlyCulledRead(readers)) => {
-                    words.push(format!("only culled passes read what {name} writes: {}", readers.join(", ")));
-                    next = readers.first().cloned();
-                }
-                None => {}
-            }
+        while let Some((name, reason)) = next.and_then(|name| self.culled.get_key_value(name))
+            && seen.insert(name)
+        {
+            way.push((name.as_str(), reason));
+            next = match reason {
+                CullReason::OnlyCulledRead(readers) => readers.first().map(String::as_str),
+                CullReason::WritesNothing | CullReason::NothingReads(_) => None,
+            };
         }
-        words
+        way.into_iter()
     }
 }

@@ -13,6 +13,7 @@ use crate::document::{Document, Entry};
 use crate::pipeline::{Pipeline, Usage};
 use crate::shader::Stage;
 use crate::unused::Mentioned;
+use crate::why::why_culled;
 use crate::work::{Dispatch, Work};
 
 /// What a plan does not use.
@@ -33,7 +34,7 @@ impl Remarks {
     /// What the plan of a checked pipeline does not use; nothing where there is no plan.
     pub(crate) fn of(document: &Document, checked: &CheckReport) -> Self {
         let (Some(pipeline), Some(plan)) = (&checked.pipeline, &checked.plan) else { return Self::default() };
-        let reason = |name: &String| plan.why_culled_within(name, 1).into_iter().next().unwrap_or_default();
+        let reason = |name: &String| why_culled(plan, name).next().unwrap_or_default();
         Self {
             culled: plan.culled.keys().map(|name| (name.clone(), reason(name))).collect(),
             small_dispatches: small_dispatches(pipeline, plan),

@@ -10,6 +10,7 @@ use crate::compiler::{Edge, Graph, GraphNode, Hazard, Physical, Plan, StoreOpera
 use crate::language::{Lifetime, format_name};
 use crate::pipeline::{ResourceKind, SubresourceRange};
 use crate::source::{Sources, Span};
+use crate::why::{why_culled, why_kept};
 use crate::work::{LoadOperation, PassHandle, ResourceHandle, Work};
 
 /// The steps of a reason that a report tells, so that it does not grow with the square of a long chain.
@@ -303,13 +304,9 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
                 .map(|(name, fallback)| format!("{fallback} in place of {name}"))
                 .collect()
         }),
-        why: {
-            let way = if planned.is_some() {
-                plan.why_kept_within(handle, MAX_STEPS + 1)
-            } else {
-                plan.why_culled_within(&pass.name, MAX_STEPS + 1)
-            };
-            shortened(way)
+        why: match planned {
+            Some(_) => shortened(why_kept(plan, handle)),
+            None => shortened(why_culled(plan, &pass.name)),
         },
         reads: names(crate::pipeline::Usage::reads),
         writes: names(crate::pipeline::Usage::writes),
@@ -322,7 +319,8 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
 }
 
 /// A way of at most [`MAX_STEPS`] steps, and that there are more.
-fn shortened(mut way: Vec<String>) -> Vec<String> {
+fn shortened(way: impl Iterator<Item = String>) -> Vec<String> {
+    let mut way: Vec<String> = way.take(MAX_STEPS + 1).collect();
     if way.len() > MAX_STEPS {
         way.truncate(MAX_STEPS);
         way.push("and so on: `umbragraph why` tells every step".to_owned());

@@ -2,8 +2,8 @@
 
 use super::find::{Found, SubgraphUse};
 use super::plan_fact::{PlanFact, fact, said};
-use super::{Kind, Subject, given};
-use crate::compiler::{Physical, Plan};
+use super::{Kind, Subject, given, reasons};
+use crate::compiler::{KeepReason, Physical, Plan, PlannedPass};
 use crate::document::{Entry, Value, pointer_join};
 use crate::expression;
 use crate::language::{Lifetime, format_name, node_kind};
@@ -113,30 +113,28 @@ fn state(pipeline: &Pipeline, plan: &Plan, name: &str) -> Vec<PlanFact> {
     match plan.position(handle) {
         Some(position) => {
             let runs = fact("runs", format!("as number {} of {}", position + 1, plan.passes.len()));
-            std::iter::once(runs).chain(kept(plan, name, handle)).collect()
+            std::iter::once(runs).chain(kept(plan, handle)).collect()
         }
         None => {
             let mut facts = vec![fact("runs", "never: it is culled")];
-            facts.extend(plan.why_culled(name).into_iter().map(|step| fact("culled", step)));
+            facts.extend(reasons::why_culled(plan, name).map(|step| fact("culled", step)));
             facts
         }
     }
 }
 
-/// The way from a pass to an output. The last step speaks of the pass that the one before leads to.
-fn kept(plan: &Plan, name: &str, handle: PassHandle) -> Vec<PlanFact> {
-    let mut at = name.to_owned();
-    let mut facts = Vec::new();
-    for step in plan.why_kept(handle) {
-        let (reader, words) = match (step.split_once(" reads "), step.strip_prefix("it ")) {
-            (Some((reader, _)), _) => (reader.to_owned(), step.clone()),
-            (None, Some(rest)) => (at.clone(), format!("{at} {rest}")),
-            (None, None) => (at.clone(), format!("{at} {step}")),
+/// The way from a pass to an output.
+fn kept(plan: &Plan, handle: PassHandle) -> Vec<PlanFact> {
+    let step = |(at, planned): (usize, &PlannedPass)| {
+        let (name, words) = (&planned.name, reasons::kept(plan, planned));
+        let words = match planned.reason {
+            KeepReason::SideEffect => format!("{name} has a side effect"),
+            KeepReason::Output(_) | KeepReason::MayBeLeft(_) => format!("{name} {words}"),
+            KeepReason::ReadBy(_) | KeepReason::ReadLater(_) | KeepReason::MayBeReadBy(_) => words,
         };
-        facts.push(fact("kept", format!("{} {words}", if facts.is_empty() { "because" } else { "and" })));
-        at = reader;
-    }
-    facts
+        fact("kept", format!("{} {words}", if at == 0 { "because" } else { "and" }))
+    };
+    plan.why_kept(handle).enumerate().map(step).collect()
 }
 
 /// Why a pass is not in the pipeline: a `when` that is false, on it or on a use of a subgraph around it.

@@ -21,18 +21,22 @@ mod given;
 mod human;
 mod origin;
 mod plan_fact;
+mod reasons;
+mod sharing;
 
 pub use given::Given;
 pub use human::human;
 pub use origin::{Location, Origin, Written};
 pub use plan_fact::PlanFact;
+pub use reasons::{why_culled, why_kept};
+pub use sharing::why_apart;
 
 use std::collections::BTreeSet;
 
 use serde::Serialize;
 
 use crate::check::CheckReport;
-use crate::compiler::{Physical, why_apart};
+use crate::compiler::Physical;
 use crate::compose::Composed;
 use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::pipeline::Overrides;

@@ -175,12 +175,8 @@ fn more_ranges_than_are_told_apart_keep_more_and_say_so() {
     assert!(!is_exact(&graph, &plan));
     assert_eq!(plan.passes.len() as u64, COUNT + 3);
     let hidden = plan.passes.iter().find(|pass| pass.name == "p00000").expect("kept");
-    assert!(matches!(hidden.reason, KeepReason::MayBeReadBy(..)));
-    let why = plan.why_kept(hidden.handle);
-    assert!(
-        why[0].starts_with("end reads a, perhaps nothing of it") && why[1] == "it has a side effect",
-        "{why:?}"
-    );
+    let why: Vec<KeepReason> = plan.why_kept(hidden.handle).map(|planned| planned.reason).collect();
+    assert!(matches!(why[..], [KeepReason::MayBeReadBy(_), KeepReason::SideEffect]), "{why:?}");
     assert_eq!(verify(&plan, &PlanOptions::new(64, 64)), Vec::new());
     // With fewer it is culled.
     let (graph, plan) = planned(&writers[..400], 1, 2 * COUNT + 1, (0, 2 * COUNT + 1));

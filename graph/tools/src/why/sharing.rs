@@ -1,10 +1,9 @@
-//! Why two resources share memory, or do not, in words.
+//! The words of why two resources share memory, or do not.
 
-use super::physical::Physical;
-use super::planned::{Plan, PlannedResource};
+use crate::compiler::{Physical, Plan, PlannedResource};
 use crate::language::{Lifetime, format_name};
 
-/// Why two named resources share memory, or every reason why they do not.
+/// The reason why two named resources share memory, or every reason why they do not.
 pub fn why_apart(plan: &Plan, first: &str, second: &str) -> Vec<String> {
     let (Some(a), Some(b)) = (plan.resources.get(first), plan.resources.get(second)) else {
         let missing = if plan.resources.contains_key(first) { second } else { first };
