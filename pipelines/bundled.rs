@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use crate::compose::Files;
-use crate::diagnostic::{Diagnostic, codes, suggested_name};
+use crate::diagnostic::{Diagnostic, codes, list_of, suggested_name};
 use crate::source::{FileId, Sources};
 
 /// What the names of bundled files begin with.
@@ -81,7 +81,7 @@ impl<F: Files> Files for Bundled<F> {
                 let known = || PIPELINES.iter().map(|(known, _)| *known);
                 let help = match suggested_name(bundled, known()) {
                     Some(suggested) => format!("did you mean \"{SCHEME}{suggested}\"?"),
-                    None => format!("there are {}", known().collect::<Vec<_>>().join(", ")),
+                    None => format!("there are {}", list_of(known())),
                 };
                 Err(Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", message).help(help))
             }

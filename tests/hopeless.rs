@@ -194,3 +194,20 @@ fn more_errors_than_anybody_reads_are_cut_off() {
     assert!(outcome.diagnostics.len() < 1_100, "{}", outcome.diagnostics.len());
     assert!(outcome.checked.pipeline.is_none());
 }
+
+#[test]
+fn a_thousand_unknown_names_are_answered_with_short_lists() {
+    let declared: Vec<String> =
+        (0..1_000).map(|at| format!("\"light_{at}\": {{ \"type\": \"f32\", \"default\": 0 }}")).collect();
+    let text = format!(
+        r#"{{ "format": 1, "name": "n", "parameters": {{ {} }}, "passes": {{}} }}"#,
+        declared.join(", ")
+    );
+    let unknown: Vec<String> = (0..1_000).map(|at| format!("x{at}")).collect();
+    let parameters: Vec<(&str, &str)> = unknown.iter().map(|name| (name.as_str(), "1")).collect();
+    let outcome = check_with("names.json", &text, &With { parameters: &parameters, ..With::default() });
+    let helps = outcome.diagnostics.iter().filter_map(|diagnostic| diagnostic.help.as_deref());
+    let helps: Vec<&str> = helps.filter(|help| help.starts_with("the parameters are")).collect();
+    assert!(helps.len() >= 999, "{} of {}", helps.len(), outcome.diagnostics.len());
+    assert!(helps.iter().all(|help| help.len() < 400 && help.ends_with(" and 976 more")), "{}", helps[0]);
+}

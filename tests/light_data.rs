@@ -216,6 +216,21 @@ fn lights_with_less_than_they_ask_for_are_named_with_the_reason() {
 }
 
 #[test]
+fn notices_about_ten_thousand_unnamed_lights_stay_short() {
+    let mut frame = quiet_frame();
+    let mut light = frame.lights[1].clone().property("contact_shadow");
+    light.name = "".into();
+    frame.lights.extend(std::iter::repeat_n(light, 10_000));
+    for (pass, count) in [("place", 1), ("list", 2)] {
+        let data = published(checked(&[]).plan(), pass, &frame);
+        let notices: Vec<&str> = data.notices().iter().map(|notice| &*notice.message).collect();
+        assert!(notices.len() >= count, "{pass}: {notices:?}");
+        let is_short = |notice: &&str| notice.len() < 1_000 && notice.ends_with(" more");
+        assert!(notices.iter().all(is_short), "{pass}: {notices:?}");
+    }
+}
+
+#[test]
 fn slots_are_for_lights_that_ask_for_one_and_are_seen() {
     let mut frame = quiet_frame();
     let contact = |light: Light, name: &'static str| {

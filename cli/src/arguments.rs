@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use umbragraph::compiler::Objective;
+use umbragraph::diagnostic::list_of;
 use umbragraph::report::GraphFormat;
 use umbragraph::shader::TargetLanguage;
 
@@ -420,7 +421,7 @@ fn one_of<const N: usize, T: Copy + Send + Sync + 'static>(
 ) -> impl Fn(&str) -> Result<T, String> + Clone {
     move |text| {
         let found = all.into_iter().find(|one| name(*one) == text);
-        found.ok_or_else(|| format!("the {what} are {}", all.map(name).join(", ")))
+        found.ok_or_else(|| format!("the {what} are {}", list_of(all.map(name))))
     }
 }
 

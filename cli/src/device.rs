@@ -1,6 +1,6 @@
 //! A graphics device for pictures without a window.
 
-use umbragraph::diagnostic::{Diagnostic, Place, codes};
+use umbragraph::diagnostic::{Diagnostic, Place, codes, list_of};
 use umbragraph::pipeline::Pipeline;
 use umbragraph::shader::TargetProfile;
 use wgpu::{Adapter, Backend, Backends, Device, DeviceType, Instance, InstanceDescriptor, Queue};
@@ -43,7 +43,7 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
             let help = if names.is_empty() {
                 "there is none at all".to_owned()
             } else {
-                format!("there are {}", names.join(", "))
+                format!("there are {}", list_of(names))
             };
             return Err(Diagnostic::error(codes::NO_ADAPTER, Place::Nowhere, message).help(help));
         }

@@ -1,6 +1,6 @@
 //! `umbragraph wgsl`
 
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use umbragraph::pipeline::{Pass, Pipeline, ProgramVariant, is_of};
 use umbragraph::shader::{self, Emitted, ShaderModule, TargetLanguage};
 use umbragraph::work::ProgramHandle;
@@ -72,7 +72,7 @@ fn unknown_name(session: &mut Session, what: &str, name: &str, names: &[&str]) {
     let diagnostic = Diagnostic::error(codes::UNKNOWN_PASS, place, format!("there is no {what} \"{name}\""));
     session.diagnostics.push(diagnostic.suggest(name, names.iter().copied(), None, |names| match names {
         [] => format!("this pipeline has no {what}"),
-        names => format!("there are {}", names.join(", ")),
+        names => format!("there are {}", list_of(names)),
     }));
 }
 

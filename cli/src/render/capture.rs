@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use umbragraph::capture::{self, Capture, CaptureDocument};
 use umbragraph::compiler::Plan;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use umbragraph::executor::Texels;
 use umbragraph::language::TextureShape;
 
@@ -45,7 +45,7 @@ impl CaptureArgument {
                 continue;
             }
             let number: u32 = word.parse().map_err(|_| {
-                format!("\"{word}\" is no mip level, layer or face; faces are {}", FACES.join(", "))
+                format!("\"{word}\" is no mip level, layer or face; faces are {}", list_of(FACES))
             })?;
             match numbers {
                 0 => capture.mip = number,

@@ -11,7 +11,7 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage as _,
 };
 use smallvec::SmallVec;
-use umbragraph::diagnostic::{Diagnostic, Place, codes};
+use umbragraph::diagnostic::{Diagnostic, Place, codes, list_of};
 
 use super::layout::Sheet;
 use crate::replace::{Unfinished, replace, unwritable};
@@ -56,7 +56,7 @@ pub(crate) fn check(option: &str, path: &Path, formats: &[(&str, Format)]) -> Re
                 "{option}: the extension of \"{}\" names no format that can be written here",
                 path.display()
             ))
-            .help(format!("write a file that ends in {}", names.join(", ")))
+            .help(format!("write a file that ends in {}", list_of(names)))
         })?;
     check_folder(path)?;
     Ok(format)

@@ -14,7 +14,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::json;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use umbragraph_score::{Counts, Limits, Rays, Scores, Seen};
 
 use self::view::View;
@@ -146,7 +146,7 @@ pub(crate) fn nothing(message: &str, help: &str) -> Diagnostic {
 fn read_limits(path: &Path) -> Result<Limits, Diagnostic> {
     let name = path.display().to_string();
     let wrong = |message: String| {
-        let names = Limits::names().join(", ");
+        let names = list_of(Limits::names());
         Diagnostic::in_file(codes::SCORE_LIMITS, &name, "", message)
             .help(format!("write an object with names and numbers; there are {names}"))
     };

@@ -10,7 +10,7 @@
 //! Numbers are rounded to three digits, so that what is written is what was scored. Coordinates beyond the ends are
 //! mirrored at them.
 
-use umbragraph::diagnostic::{Diagnostic, codes};
+use umbragraph::diagnostic::{Diagnostic, codes, list_of};
 use umbragraph::expression::Value;
 use umbragraph::language::{Order, ParameterDeclaration, ParameterType};
 use umbragraph::pipeline::Pipeline;
@@ -87,7 +87,7 @@ impl Tuned {
                 name,
                 known,
                 written,
-                |names| format!("the parameters are {}", names.join(", ")),
+                |names| format!("the parameters are {}", list_of(names)),
             ));
         };
         let ParameterDeclaration { parameter_type, min, max, order, .. } = &parameter.declaration;
@@ -95,7 +95,7 @@ impl Tuned {
             matches!(parameter_type, ParameterType::U32 | ParameterType::I32 | ParameterType::U32List);
         let is_bool = *parameter_type == ParameterType::Bool;
         if *parameter_type == ParameterType::Enum {
-            let words = parameter.declaration.values.join(", ");
+            let words = list_of(&parameter.declaration.values);
             let help = format!(
                 "its words ({words}) have no order: give it one with --set {name}=…, and tune once for each"
             );

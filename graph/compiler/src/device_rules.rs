@@ -9,7 +9,7 @@
 use super::drawn_buffers::{Counted, DrawnBuffer};
 use super::planned::{Plan, PlannedPass};
 use super::texture_size::TextureSize;
-use crate::diagnostic::{Diagnostic, codes};
+use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::language::{TextureShape, format_name};
 use crate::pipeline::{Located as _, Pass, Program, ProgramBinding};
 use crate::shader::Stage;
@@ -96,7 +96,7 @@ impl Rules<'_> {
                     let message = format!(
                         "{template} has {} entry points of the stage @{stage}: {}",
                         names.len(),
-                        names.join(", ")
+                        list_of(names)
                     );
                     let help =
                         format!("say which is meant: \"entry_points\": {{ \"{stage}\": \"{first}\" }}");

@@ -9,7 +9,7 @@ use wgpu_types::{BindingType, TextureFormat, TextureFormatFeatureFlags, TextureS
 
 use super::texture_rules;
 use super::texture_size::TextureSize;
-use crate::diagnostic::{Diagnostic, codes};
+use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::language::{TextureDeclaration, TextureShape, format_name, parse_format, unknown_format};
 use crate::pipeline::{Access, Aspect, Pipeline, Program, Resource, Usage};
 use crate::work::{
@@ -175,7 +175,7 @@ pub(super) fn choose(
     let mut diagnostic = Diagnostic::error(codes::FORMAT_USAGE, place, message).pointer(pointer).help(
         match would_do.as_slice() {
             [] => "choose another format, or use it otherwise: no common format would do".to_owned(),
-            formats => format!("choose another format, or add a candidate: {} would do", formats.join(", ")),
+            formats => format!("choose another format, or add a candidate: {} would do", list_of(formats)),
         },
     );
     for (pass, one) in wants.accesses.iter().filter(|(_, one)| one.place != place).take(4) {

@@ -18,7 +18,7 @@ use super::cpu_passes::CpuPasses;
 use super::dispatch;
 use super::planned::{Plan, PlannedPass};
 use super::values::PackedBlock;
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use crate::expression::{self, Expression, Scope as _, Value};
 use crate::pipeline::{Constraint, Following, LiveSetting, LiveSettings, Pipeline, StaticScope, rejected};
 use crate::source::Span;
@@ -95,7 +95,7 @@ impl Parameters {
             let known = parameters.keys().map(String::as_str);
             let diagnostic = diagnostic.suggest(name, known, None, |names| match names {
                 [] => "this pipeline has no parameters".to_owned(),
-                names => format!("the parameters are {}", names.join(", ")),
+                names => format!("the parameters are {}", list_of(names)),
             });
             return Err(diagnostic.into());
         };

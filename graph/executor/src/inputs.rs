@@ -12,7 +12,7 @@ use super::times::Times;
 use super::{Frame, attachments::Attachments};
 use crate::compiler::{Physical, Plan, PlannedResource};
 use crate::data::{BlackboardData, View};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use crate::language::Lifetime;
 use crate::work::ResourceHandle;
 
@@ -70,7 +70,7 @@ fn surplus(instantiated: &Instantiated, name: &str) -> Diagnostic {
     let diagnostic = Diagnostic::error(codes::IMPORT, Place::Nowhere, message);
     diagnostic.suggest(name, imported, None, |known| match known {
         [] => "the pipeline imports nothing".to_owned(),
-        known => format!("it imports {}", known.join(", ")),
+        known => format!("it imports {}", list_of(known)),
     })
 }
 

@@ -7,7 +7,7 @@ use super::attachments::MAX_COLORS;
 use super::draw::interface;
 use crate::DrawSource;
 use crate::compiler::{Plan, PlannedPass};
-use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes};
+use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes, list_of};
 use crate::pipeline::{Pass, Program};
 use crate::shader::Stage;
 use crate::work::{RenderWork, SceneDraw, SlotSource, Work};
@@ -227,7 +227,7 @@ fn check_filter(pass: &Pass, scene: &SceneDraw, filters: &[String]) -> Option<Di
         return None;
     }
     let message = format!("the host knows no filter \"{}\"", scene.filter);
-    Some(at(pass, codes::UNKNOWN_FILTER, message, format!("it knows {}", filters.join(", "))))
+    Some(at(pass, codes::UNKNOWN_FILTER, message, format!("it knows {}", list_of(filters))))
 }
 
 /// The passes that draw the host's meshes.

@@ -15,7 +15,7 @@
 //! buffers of their own. What is in vertex buffers can change from instance to instance, too.
 
 use crate::data::ValueType;
-use crate::diagnostic::{Diagnostic, Related, codes};
+use crate::diagnostic::{Diagnostic, Related, codes, list_of};
 use crate::pipeline::{Located as _, Pass, Pipeline, Program, ProgramBinding};
 use crate::shader::{Member, TypeLayout, VertexInput};
 use wgpu_types::{BindGroupLayoutEntry, BindingType, VertexFormat, VertexStepMode};
@@ -344,7 +344,7 @@ fn check_program(
             if host.attribute(*set, name).is_none() {
                 let properties = host.property_names(*set);
                 let of = if host.vertex_buffers_of.iter().any(|(own, _)| own == set) {
-                    format!(" of meshes with the properties {}", properties.join(", "))
+                    format!(" of meshes with the properties {}", list_of(properties))
                 } else {
                     String::new()
                 };

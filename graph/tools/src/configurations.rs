@@ -24,7 +24,7 @@ use std::collections::{BTreeSet, HashSet};
 use crate::check::CheckOptions;
 use crate::cover::{Cover, MAX_PAIRED, Rules, picks};
 use crate::dependence;
-use crate::diagnostic::{AxisValue, Count, Diagnostics};
+use crate::diagnostic::{AxisValue, Count, Diagnostics, list_of};
 use crate::document::{Document, Value};
 use crate::expression::{BinaryOperator, Expression, ExpressionKind, UnaryOperator};
 use crate::pipeline::{
@@ -205,7 +205,7 @@ impl Configurations {
         Some(match (changes.as_slice(), self.cause(found)) {
             ([], None) => format!("{text}, the default one among them"),
             ([], Some(cause)) => format!("{text}: with {cause}, which are the defaults"),
-            (changes, _) => format!("{text}; the fewest choices that show it: {}", changes.join(", ")),
+            (changes, _) => format!("{text}; the fewest choices that show it: {}", list_of(changes)),
         })
     }
 

@@ -1,6 +1,7 @@
 //! From the settings of a `cascades` pass to a [`Configuration`], with every diagnostic at its place.
 
 use glam::{DVec3, UVec2};
+use umbragraph_pipeline::diagnostic::list_of;
 use umbragraph_pipeline::expression::Value;
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, PassBuilder};
@@ -136,7 +137,7 @@ fn splits(settings: &Cascades, pass: &mut impl Evaluate, count: Option<usize>) -
     if far.len() > 1 && settings.far.0.is_array() {
         let listed: Vec<String> = far[..far.len() - 1].iter().map(f64::to_string).collect();
         let message =
-            format!("a formula computes all distances but the last: {} m have no effect", listed.join(", "));
+            format!("a formula computes all distances but the last: {} m have no effect", list_of(listed));
         let help = format!("write \"far\": [{last}] and \"count\": {count}, or the scheme \"explicit\"");
         pass.warn(codes::CASCADE_SPLITS, "/far", message, help);
     }

@@ -14,7 +14,7 @@ use glam::{DVec4, Vec3, Vec4};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, Component, DataShape, ValueType};
-use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
 use umbragraph_pipeline::frame::{FrameInput, Light, LightKind};
 use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::node::Node;
@@ -293,12 +293,15 @@ fn remember(frame: &FrameInput, lights: impl Iterator<Item = u32> + Clone, known
 /// Names the lights that are left out, and those without a slot.
 fn notices(frame: &FrameInput, [left_out, slotless]: &[Vec<String>; 2]) -> Diagnostics {
     let mut notices = Diagnostics::new();
+    let named = |names: &[String]| {
+        list_of(names.iter().map(|name| if name.is_empty() { "(unnamed)" } else { name.as_str() }))
+    };
     if !left_out.is_empty() {
         let message = format!(
             "{} lights are left out, since a frame has more than {}: {}",
             left_out.len(),
             frame.lights.len() - left_out.len(),
-            left_out.join(", ")
+            named(left_out)
         );
         let notice = Diagnostic::warning(codes::LIGHTS_LEFT_OUT, Place::Nowhere, message);
         notices.push(notice.help("raise the capacity of the light list"));
@@ -307,7 +310,7 @@ fn notices(frame: &FrameInput, [left_out, slotless]: &[Vec<String>; 2]) -> Diagn
         let message = format!(
             "nothing in screen space is kept of {} lights, since there are no more slots: {}",
             slotless.len(),
-            slotless.join(", ")
+            named(slotless)
         );
         let notice = Diagnostic::warning(codes::SHADOWS_LEFT_OUT, Place::Nowhere, message);
         notices.push(notice.help("raise the number of slots, or give what matters more priority"));

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, Component, DataShape, ValueType};
-use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
 use umbragraph_pipeline::frame::{FrameInput, Light, LightKind};
 use umbragraph_pipeline::language::{Expr, Ref};
 use umbragraph_pipeline::node::Node;
@@ -494,7 +494,7 @@ fn notices(asking: &[u32], lights: &[Light], placement: &Placement) -> Diagnosti
             ),
             _ => ("no shadows", "raise the limit, or give what matters more priority"),
         };
-        let message = format!("{} {lights} {fate}, since {reason}: {}", names.len(), names.join(", "));
+        let message = format!("{} {lights} {fate}, since {reason}: {}", names.len(), list_of(names));
         Diagnostic::warning(codes::SHADOWS_LEFT_OUT, Place::Nowhere, message).help(help)
     };
     by_reason.into_iter().map(notice).collect()

@@ -5,6 +5,7 @@ use serde_json::Value;
 
 use super::report::Report;
 use crate::codes;
+use umbragraph_pipeline::diagnostic::list_of;
 
 /// The extras of one glTF object.
 pub(super) struct ObjectExtras {
@@ -37,7 +38,7 @@ impl ObjectExtras {
     /// One of some words, as its position; `None` where it is absent.
     pub(super) fn word(&self, key: &str, words: &[&str], report: &mut Report) -> Option<usize> {
         let known = |value: &Value| words.iter().position(|word| value.as_str() == Some(word));
-        self.typed(key, &format!("one of {}", words.join(", ")), known, report)
+        self.typed(key, &format!("one of {}", list_of(words)), known, report)
     }
 
     fn typed<T>(

@@ -14,6 +14,7 @@ use super::report::Report;
 use crate::codes;
 use crate::node::{LocalTransform, Node, NodeId};
 use crate::scene::Scene;
+use umbragraph_pipeline::diagnostic::way_of;
 
 /// The nodes and the order, parents before children.
 pub(super) struct Hierarchy {
@@ -118,7 +119,7 @@ fn report_members(mut members: Vec<usize>, report: &mut Report) {
     if members.len() > LISTED {
         names.push(format!("… ({} nodes)", members.len() - 1));
     }
-    let message = format!("nodes are their own ancestors: {}", names.join(" → "));
+    let message = format!("nodes are their own ancestors: {}", way_of(names));
     let at = format!("/nodes/{}/children", members[0]);
     report.error(codes::NOT_A_TREE, &at, message, "take one of them out of the children of the other");
 }

@@ -10,7 +10,7 @@
 //! the profile has it, both are.
 
 use super::overrides::Setting;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use crate::document::{Entry, Kind, Value, pointer_join};
 use crate::language::{FeatureDeclaration, FeatureType};
 use crate::shader::TargetProfile;
@@ -83,7 +83,7 @@ pub(super) fn check_names(entry: &Entry, diagnostics: &mut Diagnostics) {
         let diagnostic = Diagnostic::error(codes::UNKNOWN_LIMIT, written.span, message).pointer(pointer);
         let known = TargetProfile::feature_names();
         diagnostics.push(diagnostic.suggest(name, known, Some(written.span), |names| {
-            format!("the features are {}", names.join(", "))
+            format!("the features are {}", list_of(names))
         }));
     }
     let written = required_limits(entry);
@@ -97,7 +97,7 @@ pub(super) fn check_names(entry: &Entry, diagnostics: &mut Diagnostics) {
             TargetProfile::LIMITS.iter().copied(),
             Some(limit.key_span),
             taken,
-            |names| format!("the limits are {}", names.join(", ")),
+            |names| format!("the limits are {}", list_of(names)),
         ));
     }
 }

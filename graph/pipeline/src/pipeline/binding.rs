@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::{Pipeline, Program, Resource, ResourceKind, SubresourceRangeSettings};
 use crate::data::{Component, DataShape, ValueType, View};
-use crate::diagnostic::suggested_name;
+use crate::diagnostic::{list_of, suggested_name};
 use crate::language::{Expr, Ref, TextureShape, Word};
 use crate::shader::{Member, Scalar, ScalarKind, TypeLayout};
 use crate::work::{Address, BlockLayout, BlockRun, BlockValues, BoundSlot, Compare, Filter, SlotSource};
@@ -189,7 +189,7 @@ fn match_block(
             let names = shape.values.iter().map(|value| value.name.as_str());
             let help = match suggested_name(&member.name, names.clone()) {
                 Some(suggested) => format!("did the template mean \"{suggested}\"?"),
-                None => format!("it publishes {}", names.collect::<Vec<_>>().join(", ")),
+                None => format!("it publishes {}", list_of(names)),
             };
             errors.push(format!("\"{data_name}\" publishes no \"{}\"; {help}", member.name));
             continue;

@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::expression_diagnostic::expression_diagnostic;
 use super::load::{self, VIEWPORT};
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, way_of};
 use crate::document::{Entry, pointer_join};
 use crate::expression::{self, Expression, ExpressionKind, Scope, Value};
 use crate::language::Expr;
@@ -156,7 +156,7 @@ pub(super) fn evaluate(
             && cycle.iter().all(|name| unsaid.contains(name))
         {
             let (entry, _) = &open[begin];
-            let names = cycle.iter().chain([begin]).copied().collect::<Vec<_>>().join(" → ");
+            let names = way_of(cycle.iter().chain([begin]));
             let message = format!("the derived value \"{begin}\" depends on itself: {names}");
             let mut diagnostic = Diagnostic::error(codes::DERIVED_CYCLE, entry.value.span, message)
                 .pointer(pointer_join(pointer, begin))

@@ -27,7 +27,7 @@ use super::instance::Instance;
 use super::live::Structural;
 use super::load::{Shared, name_diagnostic};
 use crate::compose::is_path;
-use crate::diagnostic::{Code, Diagnostic, codes};
+use crate::diagnostic::{Code, Diagnostic, codes, list_of, way_of};
 use crate::document::{self, Document, Entry, Kind, pointer_join};
 use crate::expression::Value;
 use crate::language::{Expr, ParameterDeclaration};
@@ -234,13 +234,13 @@ impl<'a, 's> Expander<'a, 's> {
                 |known| match known {
                     _ if environment.is_file => "name a file, relative to this one".to_owned(),
                     [] => "declare it under \"subgraphs\", or name a file".to_owned(),
-                    known => format!("the subgraphs are {}", known.join(", ")),
+                    known => format!("the subgraphs are {}", list_of(known)),
                 },
             ))));
         };
         if let Some(first) = self.open.iter().position(|open| open == wanted) {
             let way: Vec<&str> = self.open[first..].iter().map(String::as_str).chain([wanted]).collect();
-            let message = format!("the subgraph \"{wanted}\" uses itself: {}", way.join(" → "));
+            let message = format!("the subgraph \"{wanted}\" uses itself: {}", way_of(way));
             return Err(gap(codes::UNKNOWN_SUBGRAPH, used, &at, message, "a subgraph cannot use itself"));
         }
         if depth >= MAX_DEPTH {

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 use super::overrides::{Overrides, Setting};
 use super::setting::{SettingKind, declared, decode_feature, decode_parameter, not_there};
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::language::{FeatureDeclaration, ParameterDeclaration};
 use crate::source::Span;
@@ -83,7 +83,7 @@ pub fn of_preset(document: &Document, name: &str, place: Span, diagnostics: &mut
             let diagnostic = Diagnostic::error(codes::UNKNOWN_PRESET, place, message);
             diagnostics.push(diagnostic.suggest(name, names, Some(place), |names| match names {
                 [] => "this pipeline has no presets".to_owned(),
-                names => format!("the presets are {}", names.join(", ")),
+                names => format!("the presets are {}", list_of(names)),
             }));
             Overrides::default()
         }

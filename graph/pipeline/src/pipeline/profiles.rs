@@ -1,6 +1,6 @@
 //! The target profiles that a pipeline claims.
 
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use crate::document::Document;
 use crate::shader::TargetProfile;
 use crate::source::Span;
@@ -31,7 +31,7 @@ pub fn profile_named(name: &str, place: Span) -> Result<TargetProfile, Diagnosti
             name,
             TargetProfile::NAMES,
             Some(place),
-            |names| format!("the profiles are {}", names.join(", ")),
+            |names| format!("the profiles are {}", list_of(names)),
         )
     })
 }

@@ -3,7 +3,7 @@
 use super::availability;
 use super::live::{Structural, is_alike};
 use super::overrides::{Overrides, Setting};
-use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, suggested_name};
+use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, list_of, suggested_name};
 use crate::document::{self, Entry};
 use crate::expression::Value;
 use crate::language::{FeatureDeclaration, FeatureType, Order, ParameterDeclaration, ParameterType};
@@ -236,7 +236,7 @@ fn groups(
             }
             _ => {
                 let names: Vec<&str> = members.iter().map(|name| name.as_str()).collect();
-                diagnostic.help(format!("switch on exactly one of {}", names.join(", ")))
+                diagnostic.help(format!("switch on exactly one of {}", list_of(names)))
             }
         };
         for entry in entries.iter().filter(|entry| members.contains(&&entry.key)) {
@@ -313,7 +313,7 @@ pub(super) fn not_there(
     }
     diagnostic.suggest_unless(name, known.iter().copied(), Some(place), taken, |names| match names {
         [] => format!("this pipeline has no {what}s"),
-        names => format!("the {what}s are {}", names.join(", ")),
+        names => format!("the {what}s are {}", list_of(names)),
     })
 }
 
@@ -344,7 +344,7 @@ pub(super) fn decode_parameter(
                 Ok(Value::Text(word.to_owned()))
             }
             Some(_) => Err(vec![document::schema::unknown_word(value, &words(&declaration.values))]),
-            None => Err(wrong("a word", format!("the words are {}", declaration.values.join(", ")))),
+            None => Err(wrong("a word", format!("the words are {}", list_of(&declaration.values)))),
         },
         T::F32List | T::U32List => {
             let elements = value.elements();
@@ -431,7 +431,7 @@ pub fn rejected(
             found.or_else(|| misplaced(name, declaration, list).map(|(_, misfit)| misfit))
         }
         Value::Text(word) if !declaration.values.contains(word) => {
-            let help = format!("the words are {}", declaration.values.join(", "));
+            let help = format!("the words are {}", list_of(&declaration.values));
             Some((codes::SETTING_TYPE, format!("\"{name}\" is never \"{word}\""), help))
         }
         Value::Text(_) | Value::Bool(_) | Value::Reference(_) => None,

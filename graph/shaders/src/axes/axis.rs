@@ -1,6 +1,6 @@
 //! One axis: its name, its values, its form in WGSL.
 
-use crate::diagnostic::AxisValue;
+use crate::diagnostic::{AxisValue, list_of};
 use crate::source::Span;
 
 /// The values of an axis.
@@ -49,7 +49,7 @@ impl AxisKind {
             AxisKind::Bool => "false or true".to_owned(),
             AxisKind::Integer { min, max } => format!("{min} to {max}"),
             AxisKind::Enum(names) | AxisKind::TextureFormat(names) => match names.split_last() {
-                Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+                Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", list_of(rest)),
                 Some((last, _)) => last.clone(),
                 None => "nothing".to_owned(),
             },

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use super::condition::Condition;
-use crate::diagnostic::AxisValues;
+use crate::diagnostic::{AxisValues, list_of};
 use crate::source::Span;
 
 /// The kind of a constraint.
@@ -74,9 +74,7 @@ impl Constraint {
 
 impl fmt::Display for Constraint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let list = |conditions: &[Condition]| {
-            conditions.iter().map(Condition::to_string).collect::<Vec<_>>().join(", ")
-        };
+        let list = |conditions: &[Condition]| list_of(conditions.iter().map(Condition::to_string));
         match &self.rule {
             Rule::Requires { when: Some(when), all } => write!(f, "{when} requires {}", list(all)),
             Rule::Requires { when: None, all } => write!(f, "{} is required", list(all)),

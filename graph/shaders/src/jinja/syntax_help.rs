@@ -11,7 +11,7 @@ use minijinja::Error;
 use super::scan::{Tag, TagKind};
 use super::template::Template;
 use crate::codes;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, list_of};
 use crate::source::Span;
 
 /// The statements that are allowed anywhere.
@@ -135,7 +135,7 @@ fn statement(
                 .help(format!("no block is open here: remove it, or open one with {{% {opener} %}}"));
         }
         return diagnostic.suggest(name, STATEMENTS.iter().copied(), written, |names| {
-            format!("the statements are {}", names.join(", "))
+            format!("the statements are {}", list_of(names))
         });
     };
     let end = open.end();
@@ -150,7 +150,7 @@ fn statement(
     match name.starts_with("end") {
         true => diagnostic.related(opened, "the block").suggest(name, inside, written, |_| ends()),
         false => diagnostic
-            .suggest(name, known, written, |names| format!("the statements here are {}", names.join(", "))),
+            .suggest(name, known, written, |names| format!("the statements here are {}", list_of(names))),
     }
 }
 

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::explore::Leaf;
 use crate::axes::Space;
-use crate::diagnostic::{AxisValues, Count, Diagnostic, Extent, Place, describe};
+use crate::diagnostic::{AxisValues, Count, Diagnostic, Extent, Place, describe, list_of};
 use crate::written::rejection::Excess;
 
 /// A failure of one template for some of its leaves.
@@ -147,7 +147,7 @@ fn describe_extent(extent: &Extent, is_of_some_profiles: bool) -> String {
     }
     if is_of_some_profiles {
         let names: Vec<&str> = extent.profiles.iter().map(String::as_str).collect();
-        text.push_str(&format!(", only for {}", names.join(", ")));
+        text.push_str(&format!(", only for {}", list_of(names)));
     }
     text
 }

@@ -9,7 +9,7 @@ use minijinja::{Error, ErrorKind};
 
 use super::templates::TemplateSet;
 use crate::codes;
-use crate::diagnostic::{Code, Diagnostic, Place};
+use crate::diagnostic::{Code, Diagnostic, Place, list_of};
 use crate::jinja::scan::WordKind;
 use crate::jinja::template::Template;
 use crate::jinja::{filters, guard, syntax_help};
@@ -55,12 +55,12 @@ pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option
     if let Some(name) = missing(innermost) {
         let written = written(WordKind::Text, name);
         diagnostic = diagnostic
-            .suggest(name, set.names(), written, |names| format!("the templates are {}", names.join(", ")));
+            .suggest(name, set.names(), written, |names| format!("the templates are {}", list_of(names)));
     }
     if let Some((name, known)) = unknown_function(innermost) {
         let written = written(WordKind::Identifier, name);
         diagnostic = diagnostic
-            .suggest(name, known.iter().copied(), written, |names| format!("there are {}", names.join(", ")));
+            .suggest(name, known.iter().copied(), written, |names| format!("there are {}", list_of(names)));
     }
     for (_, span) in placed.iter().rev().skip(1).take(8) {
         diagnostic = diagnostic.related(*span, "included from here");

@@ -20,7 +20,7 @@ use crate::axes;
 use crate::axes::Space;
 use crate::axes::{Axes, Constraint};
 use crate::codes;
-use crate::diagnostic::{Diagnostic, Diagnostics, Place};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
 use crate::jinja::scan::{Scan, scan};
 use crate::jinja::template::Template;
 use crate::jinja::{comparisons, filters, guard, length, syntax_help, tree};
@@ -243,7 +243,7 @@ impl TemplateSet {
         let names = self.names().filter(|name| Some(*name) != itself);
         diagnostic.suggest(name, names, written, |names| match names {
             [] => "there is no other template".to_owned(),
-            names => format!("the templates are {}", names.join(", ")),
+            names => format!("the templates are {}", list_of(names)),
         })
     }
 

@@ -9,6 +9,7 @@ use naga::{BuiltIn, Module, ShaderStage, Span, TypeInner};
 use wgpu_types::{BindGroupLayoutEntry, BindingType, BufferBindingType};
 
 use crate::codes;
+use crate::diagnostic::list_of;
 use crate::reflection::{Binding, EntryPoint, Reflection, Stage};
 use crate::target::profile::TargetProfile;
 use crate::written::ir;
@@ -198,7 +199,7 @@ impl Check<'_> {
             let what = format!("the number of {what} in \"{}\"", entry_point.name);
             self.over(span, &what, &what, count, allowed);
             for rejection in &mut self.found[before..] {
-                rejection.help = Some(format!("they are {}", names.join(", ")));
+                rejection.help = Some(format!("they are {}", list_of(&names)));
             }
         }
     }

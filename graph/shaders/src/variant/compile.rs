@@ -8,7 +8,7 @@ use naga::{Module, Scalar, Span, TypeInner};
 
 use crate::axes::{Axes, AxisMode};
 use crate::codes;
-use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, Severity, describe, select_axes};
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, Severity, describe, list_of, select_axes};
 use crate::module::wgsl;
 use crate::reflection;
 use crate::reflection::Reflection;
@@ -117,7 +117,7 @@ pub(crate) fn unknown_axis(axes: &Axes, template: &str, name: &str, place: Place
     let written = diagnostic.span();
     diagnostic.suggest(name, axes.names(), written, |names| match names {
         [] => "it has no axes at all".to_owned(),
-        names => format!("its axes are {}", names.join(", ")),
+        names => format!("its axes are {}", list_of(names)),
     })
 }
 

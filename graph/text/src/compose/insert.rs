@@ -20,7 +20,7 @@ use std::collections::BTreeSet;
 
 use super::merge::{self, Changes};
 use super::shared_settings::take_over;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use crate::document::{Entry, Kind, Value};
 use crate::source::Span;
 
@@ -115,7 +115,7 @@ fn extension_point(
         let written = Some(point.key_span);
         diagnostics.push(diagnostic.suggest_unless(&point.key, names, written, taken, |names| match names {
             [] => "the pipeline names no extension points".to_owned(),
-            names => format!("the extension points are {}", names.join(", ")),
+            names => format!("the extension points are {}", list_of(names)),
         }));
         return None;
     };

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use crate::document::{Entry, Keys, Kind, Pointer, Value};
 use crate::source::Span;
 
@@ -196,7 +196,7 @@ pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnosti
             let (known, written) = (SECTIONS.iter().copied(), Some(section.key_span));
             let taken = |name: &str| sections.iter().any(|key| key == name);
             diagnostics.push(diagnostic.suggest_unless(&section.key, known, written, taken, |known| {
-                format!("its sections are {}", known.join(", "))
+                format!("its sections are {}", list_of(known))
             }));
             continue;
         }

@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 
 use super::is_path;
 use super::merge::{self, Changes};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use crate::document::{Document, Entry, Kind, Pointer, Value, pointer_join};
 use crate::language::{SETTINGS, node_kind};
 use crate::source::{FileId, Span};
@@ -171,7 +171,7 @@ impl Sharing<'_> {
             let diagnostic = error(codes::UNKNOWN_SHARED_SETTINGS, message);
             self.diagnostics.push(diagnostic.suggest(wanted, known, Some(name.span), |known| match known {
                 [] => "declare them under \"shared_settings\"".to_owned(),
-                known => format!("the shared settings are {}", known.join(", ")),
+                known => format!("the shared settings are {}", list_of(known)),
             }));
             return None;
         };

@@ -368,11 +368,20 @@ pub fn counted(number: usize, noun: &str) -> String {
 }
 
 /// Names for a message: the first two dozen, and how many more there are.
-pub fn list_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+pub fn list_of(names: impl IntoIterator<Item = impl AsRef<str>>) -> String {
+    joined(names, ", ")
+}
+
+/// The names along a cycle, or another way, for a message: as many, and how many more there are.
+pub fn way_of(names: impl IntoIterator<Item = impl AsRef<str>>) -> String {
+    joined(names, " → ")
+}
+
+fn joined(names: impl IntoIterator<Item = impl AsRef<str>>, separator: &str) -> String {
     let mut names = names.into_iter();
-    let first: Vec<_> = names.by_ref().take(24).map(shorten).collect();
+    let first: Vec<_> = names.by_ref().take(24).map(|name| shorten(name.as_ref()).into_owned()).collect();
     match names.count() {
-        0 => first.join(", "),
-        more => format!("{} and {more} more", first.join(", ")),
+        0 => first.join(separator),
+        more => format!("{} and {more} more", first.join(separator)),
     }
 }

@@ -6,6 +6,7 @@ use super::{
     BinaryOperator, ErrorKind, Expression, ExpressionError, ExpressionKind, FUNCTIONS, Reference,
     UnaryOperator, UnknownName, Value,
 };
+use crate::diagnostic::list_of;
 
 const MAX_LIST: usize = 65_536;
 
@@ -269,7 +270,7 @@ fn call(
             range: range.start..range.start + name.len(),
             kind: ErrorKind::UnknownName,
             message: format!("there is no function \"{name}\""),
-            help: Some(format!("the functions are {}", known.join(", "))),
+            help: Some(format!("the functions are {}", list_of(&known))),
             unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_complete: true })),
         });
     };

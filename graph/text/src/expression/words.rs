@@ -9,6 +9,7 @@
 use super::{
     BinaryOperator, ErrorKind, Expression, ExpressionError, ExpressionKind, Scope, UnknownName, Value,
 };
+use crate::diagnostic::list_of;
 
 /// The first text that an enumeration is compared with and never is. The expression is as it is written: a name that
 /// has been replaced by its value is not a text that somebody wrote.
@@ -31,7 +32,7 @@ fn compared(named: &Expression, with: &Expression, scope: &dyn Scope) -> Option<
             range: with.range.start + 1..with.range.end.saturating_sub(1),
             kind: ErrorKind::UnknownWord,
             message: format!("\"{name}\" is never \"{word}\""),
-            help: Some(format!("it is one of {}", words.join(", "))),
+            help: Some(format!("it is one of {}", list_of(words))),
             unknown: Some(Box::new(UnknownName {
                 name: word.clone(),
                 known: words.to_vec(),

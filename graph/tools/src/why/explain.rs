@@ -129,8 +129,8 @@ fn kept(plan: &Plan, handle: PassHandle) -> Vec<PlanFact> {
         let (name, words) = (&planned.name, reasons::kept(plan, planned));
         let words = match planned.reason {
             KeepReason::SideEffect => format!("{name} has a side effect"),
-            KeepReason::Output(_) | KeepReason::MayBeLeft(_) => format!("{name} {words}"),
-            KeepReason::ReadBy(_) | KeepReason::ReadLater(_) | KeepReason::MayBeReadBy(_) => words,
+            KeepReason::Output(_) => format!("{name} {words}"),
+            _ => words,
         };
         fact("kept", format!("{} {words}", if at == 0 { "because" } else { "and" }))
     };

@@ -14,7 +14,7 @@ pub fn why_culled(plan: &Plan, pass: &str) -> impl Iterator<Item = String> {
     plan.why_culled(pass).map(|(pass, reason)| culled(pass, reason))
 }
 
-/// One step of the way to an output, of which the pass itself is no part.
+/// One step of the way to an output.
 pub(super) fn kept(plan: &Plan, planned: &PlannedPass) -> String {
     const MANY: &str =
         "more writers of different subresource ranges, or with different toggles, than are told apart";
@@ -26,7 +26,7 @@ pub(super) fn kept(plan: &Plan, planned: &PlannedPass) -> String {
         KeepReason::ReadBy(read) => reads(read),
         KeepReason::MayBeReadBy(read) => format!("{}, perhaps nothing of it: it has {MANY}", reads(read)),
         KeepReason::MayBeLeft(handle) => {
-            format!("something of it may be left in {}, which has {MANY}", resource(handle))
+            format!("something of {} may be left in {}, which has {MANY}", planned.name, resource(handle))
         }
         KeepReason::ReadLater(read) => {
             match plan.pipeline.resource(read.1).history.map_or(1, |history| history.back) {

@@ -26,7 +26,7 @@ use super::environment::{Environment, reference_in};
 use super::live::LiveSetting;
 use super::load::Shared;
 use super::located::Located as _;
-use crate::diagnostic::{Code, Diagnostic, codes};
+use crate::diagnostic::{Code, Diagnostic, codes, list_of};
 use crate::document;
 use crate::source::Span;
 use crate::work::Work;
@@ -124,7 +124,7 @@ impl PassBuilder<'_> {
         self.report_unknown(codes::UNKNOWN_GEOMETRY, pointer, message, name, &names, || {
             format!(
                 "\"geometry\" declares {}",
-                if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
+                if names.is_empty() { "nothing".to_owned() } else { list_of(&names) }
             )
         });
         None
@@ -139,7 +139,7 @@ impl PassBuilder<'_> {
         let names: Vec<&str> = known.iter().map(String::as_str).collect();
         let message = format!("the host of \"{geometry}\" knows no filter \"{name}\"");
         self.report_unknown(codes::UNKNOWN_FILTER, pointer, message, name, &names, || {
-            format!("it knows {}", names.join(", "))
+            format!("it knows {}", list_of(&names))
         });
     }
 

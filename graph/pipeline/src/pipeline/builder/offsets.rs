@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::{Evaluate, PassBuilder};
-use crate::diagnostic::{codes, suggested_name};
+use crate::diagnostic::{codes, list_of, suggested_name};
 use crate::document;
 use crate::pipeline::{Program, ProgramBinding};
 use crate::shader::{Member, TypeLayout};
@@ -30,7 +30,7 @@ impl PassBuilder<'_> {
                 let known = members.iter().map(|member| member.name.as_str());
                 let help = match suggested_name(name, known.clone()) {
                     Some(suggested) => format!("did you mean \"{suggested}\"?"),
-                    None => format!("it has {}", known.collect::<Vec<_>>().join(", ")),
+                    None => format!("it has {}", list_of(known)),
                 };
                 self.misplaced(at, name, format!("the block has no member \"{name}\""), help);
                 fine = false;

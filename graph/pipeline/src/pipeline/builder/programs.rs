@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Evaluate, PassBuilder};
-use crate::diagnostic::{Diagnostic, codes, suggested_name};
+use crate::diagnostic::{Diagnostic, codes, list_of, suggested_name};
 use crate::document;
 use crate::expression::{ExpressionKind, Value};
 use crate::language::Expr;
@@ -50,7 +50,7 @@ impl PassBuilder<'_> {
                 let names: Vec<&str> = known.iter().map(|axis| axis.name.as_str()).collect();
                 let message = format!("{template} has no axis \"{name}\"");
                 self.report_unknown(codes::UNKNOWN_AXIS, &at(), message, name, &names, || {
-                    format!("the axes of {template} are {}", names.join(", "))
+                    format!("the axes of {template} are {}", list_of(&names))
                 });
                 fine = false;
                 continue;
@@ -168,7 +168,7 @@ impl PassBuilder<'_> {
             let at = format!("{pointer}/entry_points/{stage}");
             self.report_unknown(code, &at, message, name, &known, || match &known[..] {
                 [] => format!("it has none of the stage @{stage}"),
-                known => format!("it has {}", known.join(", ")),
+                known => format!("it has {}", list_of(known)),
             });
             return None;
         }

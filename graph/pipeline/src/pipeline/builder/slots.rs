@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{Evaluate, PassBuilder};
-use crate::diagnostic::{codes, suggested_name};
+use crate::diagnostic::{codes, list_of, suggested_name};
 use crate::document;
 use crate::draw::MATERIAL_GROUP;
 use crate::language::{TextureShape, Word};
@@ -95,7 +95,7 @@ impl PassBuilder<'_> {
         };
         let otherwise = || match names {
             [] => format!("it has no {known}: remove this"),
-            names => format!("its {known} are {}", names.join(", ")),
+            names => format!("its {known} are {}", list_of(names)),
         };
         if let Some(mut other) = declares(&AxisValues::new()) {
             // Of the axes in which that variant differs, those that it takes.

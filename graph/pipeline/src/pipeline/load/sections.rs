@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::compose::is_incomplete;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes, suggested_name};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of, suggested_name};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::language::unknown_format;
 use crate::node::Registry;
@@ -73,7 +73,7 @@ fn with_declared(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
         }
         None if of_files_below.is_empty() => diagnostic,
         None => {
-            diagnostic.help(format!("theirs are {}; a new one says its \"type\"", of_files_below.join(", ")))
+            diagnostic.help(format!("theirs are {}; a new one says its \"type\"", list_of(of_files_below)))
         }
     }
 }

@@ -21,7 +21,7 @@ pub use rules::Schema;
 use serde_json::Value as Json;
 
 use super::{Entry, Kind, Pointer, Value};
-use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, suggested_name};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, list_of, suggested_name};
 use rules::{Additional, Alternatives, Branch, Node, Rules};
 
 impl Schema {
@@ -150,7 +150,7 @@ impl<'a> Checker<'a, '_> {
                 if entries.iter().all(|entry| rules.property(&entry.key).is_some()) {
                     let message = "the key that says what this is is missing here";
                     let diagnostic = Diagnostic::error(codes::MISSING_KEY, value.span, message);
-                    let known = format!("the keys that it can be are {}", keys.join(", "));
+                    let known = format!("the keys that it can be are {}", list_of(keys));
                     self.push(diagnostic.help(known), pointer);
                 }
             }
@@ -293,7 +293,7 @@ impl<'a> Checker<'a, '_> {
             }
             _ => {
                 let names: Vec<String> = tagged.iter().map(|(tag, _)| format!("\"{tag}\"")).collect();
-                let message = format!("exactly one of {} is wanted here", names.join(", "));
+                let message = format!("exactly one of {} is wanted here", list_of(names));
                 self.push(Diagnostic::error(codes::MISSING_KEY, value.span, message), pointer);
             }
         }
@@ -323,7 +323,7 @@ pub fn unknown_key(entry: &Entry, known: &[&str], beside: &[Entry]) -> Diagnosti
     let known = known.iter().copied();
     diagnostic.suggest_unless(&entry.key, known, Some(entry.key_span), taken, |known| match known {
         [] => "no keys are known here".to_owned(),
-        known => format!("the keys known here are {}", known.join(", ")),
+        known => format!("the keys known here are {}", list_of(known)),
     })
 }
 
@@ -339,7 +339,7 @@ pub fn unknown_word(value: &Value, words: &[&str]) -> Diagnostic {
     let diagnostic = Diagnostic::error(codes::UNKNOWN_WORD, value.span, format!("{found} is not known here"));
     let text = value.text().unwrap_or_default();
     diagnostic.suggest(text, words.iter().copied(), Some(value.span), |words| match words {
-        words if words.len() <= 24 => format!("known are {}", words.join(", ")),
+        words if words.len() <= 24 => format!("known are {}", list_of(words)),
         _ => "see the schema for the words known here".to_owned(),
     })
 }

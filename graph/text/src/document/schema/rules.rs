@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use serde_json::Value as Json;
 
 use super::{Kind, Value};
+use crate::diagnostic::list_of;
 
 /// A schema, ready to check documents with; made once, it serves any number of them.
 #[derive(Debug)]
@@ -329,7 +330,7 @@ fn join_or(names: &[String]) -> String {
     match names {
         [] => "another value".to_owned(),
         [one] => one.clone(),
-        [rest @ .., last] => format!("{} or {last}", rest.join(", ")),
+        [rest @ .., last] => format!("{} or {last}", list_of(rest)),
     }
 }
 
