@@ -4,10 +4,10 @@
 //! ([`PlannedSetting`]). When a parameter has changed, these are evaluated again, in the order of the passes, and held to
 //! what loading and planning hold them to. If one is rejected, all parameters have the values again that they had before.
 //!
-//! Cost: linear in the live settings of the plan, in frames in which a parameter has changed; nothing in others.
-//! Elements of lists are evaluated one by one, so that no list is allocated.
+//! Cost: linear in the live settings of the plan, in frames in which a parameter has changed; nothing in others. Lists
+//! that are written out or named are evaluated in the memory of those before.
 //!
-//! Limits: nested lists, words, lists of derived values and those among the settings of CPU nodes are.
+//! Limits: other lists, words, and the values of derived ones are allocated in frames in which a parameter has changed.
 
 mod settings;
 
@@ -16,11 +16,11 @@ use std::sync::Arc;
 
 use super::cpu_passes::CpuPasses;
 use super::dispatch;
-use super::planned::{Plan, PlannedPass};
+use super::planned::Plan;
 use super::values::PackedBlock;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use crate::expression::{self, Expression, Scope as _, Value};
-use crate::pipeline::{Constraint, Following, LiveSetting, LiveSettings, Pipeline, StaticScope, rejected};
+use crate::pipeline::{Constraint, Following, LiveSettings, Pipeline, StaticScope, rejected};
 use crate::source::Span;
 use crate::work::Deferred;
 
@@ -58,22 +58,17 @@ impl Parameters {
         let settled: Vec<Value> = pipeline.parameters.values().map(|one| one.value.clone()).collect();
         let mut hasher = DefaultHasher::new();
         pipeline.parameters.keys().for_each(|name| name.hash(&mut hasher));
-        let taken = |planned: &PlannedPass| {
-            let settings = planned.live.iter().zip(&pipeline.pass(planned.handle).live);
-            let value = |(setting, declared): (&PlannedSetting, &LiveSetting)| {
-                let mut value = Value::Bool(false);
-                // A value that cannot be evaluated is a diagnostic of the plan.
-                drop(take(&scope, setting, &declared.value, &mut value));
-                value
-            };
-            settings.map(value).collect()
+        let taken = |setting: &PlannedSetting| {
+            // A value that cannot be evaluated is a diagnostic of the plan.
+            expression::evaluate(&setting.expression, &scope).unwrap_or(Value::Bool(false))
         };
+        let taken = plan.passes.iter().map(|planned| planned.live.iter().map(taken).collect()).collect();
         Self {
             is_set: vec![false; settled.len()],
             is_changed: false,
             id: hasher.finish(),
             blocks: plan.passes.iter().map(|pass| pass.blocks.clone()).collect(),
-            taken: plan.passes.iter().map(taken).collect(),
+            taken,
             numbers: Vec::new(),
             given: settled.clone(),
             settled,
@@ -178,8 +173,8 @@ impl Parameters {
         let attempted = self.attempt(&plan, cpu_passes, set);
         for (name, settled) in plan.pipeline.parameters.keys().zip(&mut self.settled) {
             match self.scope.get_mut(name) {
-                Some(value) if attempted.is_err() => assign(value, settled),
-                Some(value) if settled != value => assign(settled, value),
+                Some(value) if attempted.is_err() => value.assign(settled),
+                Some(value) if settled != value => settled.assign(value),
                 _ => {}
             }
         }
@@ -200,11 +195,13 @@ impl Parameters {
         for (at, planned) in plan.passes.iter().enumerate() {
             let (settings, mut is_changed) = (&plan.pipeline.pass(planned.handle).live, false);
             for (position, (setting, declared)) in planned.live.iter().zip(settings).enumerate() {
-                if take(&self.scope, setting, &declared.value, &mut self.taken[at][position])? {
+                let Deferred { place, pointer, .. } = &declared.value;
+                let value = &mut self.taken[at][position];
+                if evaluate(&self.scope, &setting.expression, *place, pointer, value)? {
                     is_changed = true;
-                    (declared.check)(&self.taken[at][position])
+                    (declared.check)(value)
                         .and_then(|()| self.hold(at, position, setting))
-                        .map_err(|rejected| rejected.at(declared.value.place, &declared.value.pointer))?;
+                        .map_err(|rejected| rejected.at(*place, pointer))?;
                 }
             }
             if is_changed {
@@ -240,7 +237,8 @@ impl Parameters {
     /// Evaluates what follows from parameters, and holds it to ranges and constraints.
     fn follow(&mut self, pipeline: &Pipeline) -> Result<(), Diagnostic> {
         for Following { name, expression, declaration, place } in &pipeline.following {
-            let value = evaluate(&self.scope, expression, *place, "")?;
+            let mut value = Value::Bool(false);
+            evaluate(&self.scope, expression, *place, "", &mut value)?;
             if let (Some(declaration), Some(before)) = (declaration, self.scope.borrow(name)) {
                 let inner = name.rsplit('$').next().unwrap_or_default();
                 if let Some((code, message, help)) = rejected(inner, declaration, &value, before) {
@@ -250,7 +248,8 @@ impl Parameters {
             self.scope.set(name, value);
         }
         for Constraint { holds, message, place, pointer } in &pipeline.constraints {
-            if evaluate(&self.scope, holds, *place, pointer)? != Value::Bool(true) {
+            let mut value = Value::Bool(true);
+            if evaluate(&self.scope, holds, *place, pointer, &mut value)? {
                 let diagnostic = Diagnostic::error(codes::CONSTRAINT, *place, message);
                 return Err(diagnostic.pointer(pointer).help("set other values before the next frame"));
             }
@@ -259,52 +258,16 @@ impl Parameters {
     }
 }
 
-/// Evaluates a live setting into the value before; whether it has changed.
-fn take(
-    scope: &StaticScope,
-    setting: &PlannedSetting,
-    declared: &Deferred,
-    to: &mut Value,
-) -> Result<bool, Diagnostic> {
-    let replace = |to: &mut Value, expression: &Expression| {
-        let value = evaluate(scope, expression, declared.place, &declared.pointer)?;
-        Ok(std::mem::replace(to, value) != *to)
-    };
-    let count = setting.elements.len();
-    if count == 0 {
-        return replace(to, &setting.expression);
-    }
-    if !matches!(to, Value::List(list) if list.len() == count) {
-        *to = Value::List(vec![Value::Bool(false); count]);
-    }
-    let mut is_changed = false;
-    if let Value::List(list) = to {
-        for (to, element) in list.iter_mut().zip(&setting.elements) {
-            is_changed |= replace(to, element)?;
-        }
-    }
-    Ok(is_changed)
-}
-
+/// Evaluates an expression into the value that it had before; whether that is another one now.
 fn evaluate(
     scope: &StaticScope,
     expression: &Expression,
     place: Span,
     pointer: &str,
-) -> Result<Value, Diagnostic> {
-    expression::evaluate(expression, scope).map_err(|error| {
+    to: &mut Value,
+) -> Result<bool, Diagnostic> {
+    expression::evaluate_into(expression, scope, to).map_err(|error| {
         let help = error.help.unwrap_or_else(|| "set another value".to_owned());
         Diagnostic::error(codes::EXPRESSION_ARITHMETIC, place, error.message).pointer(pointer).help(help)
     })
-}
-
-/// Takes over a value in the memory of one of the same shape.
-fn assign(to: &mut Value, from: &Value) {
-    match (to, from) {
-        (Value::List(to), Value::List(from)) if to.len() == from.len() => {
-            to.iter_mut().zip(from).for_each(|(to, from)| assign(to, from));
-        }
-        (Value::Text(to), Value::Text(from)) => to.clone_from(from),
-        (to, from) => *to = from.clone(),
-    }
 }

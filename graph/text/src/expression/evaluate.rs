@@ -110,6 +110,38 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
     }
 }
 
+/// Evaluates an expression into the value that it had before; whether that is another one now. Lists that are written
+/// out or named keep their memory, so that only other lists and texts are allocated.
+///
+/// # Errors
+/// As of [`evaluate`]; elements of a list may be new then, and others not.
+pub fn evaluate_into(
+    expression: &Expression,
+    scope: &dyn Scope,
+    to: &mut Value,
+) -> Result<bool, ExpressionError> {
+    if let (ExpressionKind::List(items), Value::List(list)) = (&expression.kind, &mut *to)
+        && items.len() == list.len()
+    {
+        let mut is_changed = false;
+        for (item, to) in items.iter().zip(list) {
+            is_changed |= evaluate_into(item, scope, to)?;
+        }
+        return Ok(is_changed);
+    }
+    match seen(expression, scope) {
+        Some(value) if value == to => Ok(false),
+        Some(value) => {
+            to.assign(value);
+            Ok(true)
+        }
+        None => {
+            let value = evaluate(expression, scope)?;
+            Ok(std::mem::replace(to, value) != *to)
+        }
+    }
+}
+
 /// The version that one round of a loop wrote.
 fn round(reference: &Reference, at: f64, index: &Expression) -> Result<Reference, ExpressionError> {
     let Some(pass) = reference.version.as_ref().filter(|version| *version != "0") else {

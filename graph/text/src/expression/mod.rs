@@ -22,7 +22,7 @@ mod reference;
 mod words;
 
 pub use evaluate::unknown_name;
-pub use evaluate::{Scope, evaluate};
+pub use evaluate::{Scope, evaluate, evaluate_into};
 pub use parse::{parse, parse_from};
 pub use reference::{Reference, ReferenceError};
 pub use words::unknown_word;
@@ -54,6 +54,17 @@ impl Value {
             Value::Text(_) => "a text",
             Value::List(_) => "a list",
             Value::Reference(_) => "a reference",
+        }
+    }
+
+    /// Takes over another value, in the memory of one of the same shape.
+    pub fn assign(&mut self, from: &Value) {
+        match (self, from) {
+            (Value::List(to), Value::List(from)) if to.len() == from.len() => {
+                to.iter_mut().zip(from).for_each(|(to, from)| to.assign(from));
+            }
+            (Value::Text(to), Value::Text(from)) => to.clone_from(from),
+            (to, from) => *to = from.clone(),
         }
     }
 
