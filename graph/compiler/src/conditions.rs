@@ -37,8 +37,10 @@ pub(super) fn runs(pass: &Pass, known: &[Condition]) -> Runs {
 /// The diagnostic of a read for which nothing is left where a condition does not hold.
 pub(super) fn taken_away(
     pipeline: &Pipeline,
-    (reader, one): (PassHandle, &Access),
-    (writer, place): (PassHandle, Span),
+    reader: PassHandle,
+    one: &Access,
+    writer: PassHandle,
+    place: Span,
     condition: Condition,
     pieces: &str,
 ) -> Diagnostic {

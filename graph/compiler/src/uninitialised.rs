@@ -65,9 +65,10 @@ pub(super) fn check(
                     let same = boxes.iter().filter(|(_, by, _, on)| (by, on) == (writer, condition));
                     let same = same.map(|(extents, ..)| *extents).collect();
                     if let Some(pieces) = existing(resolved, one, &Left::Boxes(same)) {
-                        let (reader, writer) = ((read.reader, one), (*writer, *place));
-                        diagnostics
-                            .push(conditions::taken_away(pipeline, reader, writer, *condition, &pieces));
+                        let reader = read.reader;
+                        diagnostics.push(conditions::taken_away(
+                            pipeline, reader, one, *writer, *place, *condition, &pieces,
+                        ));
                         break;
                     }
                 }
@@ -75,7 +76,7 @@ pub(super) fn check(
             Left::BetweenRows(boxes) => {
                 let readers = graph.readers(read.reader, one.resource);
                 for reader in readers.into_iter().filter(|reader| is_live(*reader)) {
-                    diagnostics.extend(between_rows(resolved, (read.reader, one), reader, boxes));
+                    diagnostics.extend(between_rows(resolved, read.reader, one, reader, boxes));
                 }
             }
             left => {
@@ -178,7 +179,7 @@ fn check_earlier_frames(
             let writer = writers[rank].1;
             let pass = pipeline.pass(writer);
             let place = pass.writes_of(history.of).next().map_or(pass.place, |known| known.place);
-            diagnostics.push(conditions::taken_away(pipeline, (reader, one), (writer, place), off, &pieces));
+            diagnostics.push(conditions::taken_away(pipeline, reader, one, writer, place, off, &pieces));
         }
     }
 }
@@ -186,7 +187,8 @@ fn check_earlier_frames(
 /// The diagnostic of a pass that reads what a copy leaves between its rows, where nothing filled it before.
 fn between_rows(
     resolved: &ResolvedResources<'_>,
-    (copy, written): (PassHandle, &Access),
+    copy: PassHandle,
+    written: &Access,
     reader: PassHandle,
     boxes: &[Extents],
 ) -> Option<Diagnostic> {

@@ -209,7 +209,8 @@ impl Attachments {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         resources: &Resources,
-        (label, query): (&str, Option<&GpuProfilerQuery>),
+        label: &str,
+        query: Option<&GpuProfilerQuery>,
         layer: u32,
         drawn: &mut Drawn,
     ) -> Option<wgpu::RenderPass<'static>> {
@@ -241,7 +242,7 @@ impl Attachments {
         let depth = view.map(|view| DepthStencil { view, depth_ops, stencil_ops });
         let timestamps = query.and_then(GpuProfilerQuery::render_pass_timestamp_writes);
         let colors = &colors[..self.color.len().min(MAX_COLORS)];
-        Some(begin(encoder, (label, timestamps), colors, depth))
+        Some(begin(encoder, label, timestamps, colors, depth))
     }
 
     /// Begins a render pass into a layer of the depth attachment alone, and clears that or keeps what is there.
@@ -249,7 +250,8 @@ impl Attachments {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         resources: &Resources,
-        (label, query): (&str, Option<&GpuProfilerQuery>),
+        label: &str,
+        query: Option<&GpuProfilerQuery>,
         layer: u32,
         load: wgpu::LoadOp<f32>,
     ) -> Option<wgpu::RenderPass<'static>> {
@@ -258,7 +260,7 @@ impl Attachments {
         let operations = wgpu::Operations { load, store: depth.store };
         let timestamps = query.and_then(GpuProfilerQuery::render_pass_timestamp_writes);
         let depth = DepthStencil { view, depth_ops: Some(operations), stencil_ops: None };
-        Some(begin(encoder, (label, timestamps), &[], Some(depth)))
+        Some(begin(encoder, label, timestamps, &[], Some(depth)))
     }
 
     /// The texels that a view draws into: the position of its layer in the depth attachment, and its viewport.
@@ -295,7 +297,7 @@ impl Attachments {
             let view = depth.0.or(stencil.0);
             let depth = view.map(|view| DepthStencil { view, depth_ops, stencil_ops });
             if depth.is_some() || colors.iter().any(Option::is_some) {
-                drop(begin(encoder, (label, None), &colors[..self.color.len().min(MAX_COLORS)], depth));
+                drop(begin(encoder, label, None, &colors[..self.color.len().min(MAX_COLORS)], depth));
             }
         }
     }
@@ -328,7 +330,8 @@ fn store(operation: StoreOperation) -> wgpu::StoreOp {
 
 fn begin(
     encoder: &mut wgpu::CommandEncoder,
-    (label, timestamp_writes): (&str, Option<wgpu::RenderPassTimestampWrites<'_>>),
+    label: &str,
+    timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
     color_attachments: &[Option<wgpu::RenderPassColorAttachment<'_>>],
     depth_stencil_attachment: Option<DepthStencil<'_>>,
 ) -> wgpu::RenderPass<'static> {

@@ -138,7 +138,7 @@ impl Group {
         let found = self.made.iter().position(|made| made.fits(blocks, self, resources));
         self.current = found.unwrap_or_else(|| {
             self.made.retain(|made| made.used + KEPT_RECORDS >= record);
-            let made = self.make(creation, label, blocks, (resources, switches), record);
+            let made = self.make(creation, label, blocks, resources, switches, record);
             self.made.push(made);
             self.made.len() - 1
         });
@@ -150,7 +150,8 @@ impl Group {
         creation: &mut Creation<'_>,
         label: &str,
         blocks: Option<&wgpu::Buffer>,
-        (resources, switches): (&Resources, &Switches),
+        resources: &Resources,
+        switches: &Switches,
         record: u64,
     ) -> Made {
         let block = |place: &Place| {

@@ -269,7 +269,7 @@ impl Instantiated {
                         let attached = render.depth.as_ref().map(|depth| depth.to.target());
                         let mut bring = |from: AttachmentTarget| {
                             let (creation, objects) = (&mut *pipelines.creation, &mut *pipelines.objects);
-                            Scroll::new(creation, objects, (&self.resources, &plan), attached?, from)
+                            Scroll::new(creation, objects, &self.resources, &plan, attached?, from)
                         };
                         let redraw = scene.redraw.as_ref();
                         let scrolls = redraw.is_some_and(|redraw| redraw.scroll);

@@ -443,9 +443,15 @@ impl Executor {
         self.prepare(encoder, frame)?;
         self.times.add_preparation(start);
         self.gpu_times.reset(&self.preparation.device);
-        let times = (&mut self.times, &self.gpu_times);
-        let host = (frame, self.records);
-        record::record(&mut self.instantiated, encoder, host, &mut self.scratch, times);
+        record::record(
+            &mut self.instantiated,
+            encoder,
+            frame,
+            self.records,
+            &mut self.scratch,
+            &mut self.times,
+            &self.gpu_times,
+        );
         self.gpu_times.resolve(encoder);
         let failures = self.scratch.failures(&self.instantiated.plan);
         if !failures.is_empty() {

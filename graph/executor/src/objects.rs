@@ -49,7 +49,8 @@ impl RenderKey {
     pub(super) fn depth_alone(
         layout: wgpu::PipelineLayout,
         module: wgpu::ShaderModule,
-        (vertex, fragment): (&str, Option<&str>),
+        vertex: &str,
+        fragment: Option<&str>,
         format: wgpu::TextureFormat,
         samples: u32,
     ) -> Self {

@@ -100,9 +100,11 @@ pub(super) fn forget(instantiated: &mut Instantiated) {
 pub(super) fn record(
     instantiated: &mut Instantiated,
     encoder: &mut wgpu::CommandEncoder,
-    (frame, record): (&Frame<'_>, u64),
+    frame: &Frame<'_>,
+    record: u64,
     scratch: &mut Scratch,
-    (times, gpu_times): (&mut Times, &GpuTimes),
+    times: &mut Times,
+    gpu_times: &GpuTimes,
 ) {
     instantiated.resources.histories.record(encoder);
     scratch.counts.clear();
@@ -164,7 +166,7 @@ pub(super) fn record(
                 };
                 if let Some(clear) = clear {
                     let mut kept = std::mem::take(&mut all_kept[at]);
-                    recording.changed(encoder, (at, pass), clear, (&mut kept, &all_kept), record);
+                    recording.changed(encoder, at, clear, &mut kept, &all_kept, record);
                     all_kept[at] = kept;
                 } else if attachments.is_flat() {
                     recording.flat(encoder, at, pass.merged);
@@ -196,8 +198,8 @@ impl Recording<'_> {
         let resources = &self.instantiated.resources;
         self.scratch.drawn.reset(self.attachments);
         let query = self.gpu_times.pass(self.name, encoder);
-        let labels = (self.label, query.as_ref());
-        let begun = self.attachments.begin(encoder, resources, labels, 0, &mut self.scratch.drawn);
+        let drawn = &mut self.scratch.drawn;
+        let begun = self.attachments.begin(encoder, resources, self.label, query.as_ref(), 0, drawn);
         let Some(mut render_pass) = begun else { return self.gpu_times.end(encoder, query) };
         let passes = self.instantiated.plan.passes.iter().zip(&self.instantiated.passes);
         for (at, (planned, pass)) in passes.enumerate().skip(first).take(count) {
@@ -243,9 +245,8 @@ impl Recording<'_> {
                 let layer = run.first().map_or(0, |view| view.layer);
                 let drawn = &mut self.scratch.drawn;
                 let query = self.gpu_times.pass(self.name, encoder);
-                let labels = (self.label, query.as_ref());
                 if let Some(mut render_pass) =
-                    self.attachments.begin(encoder, resources, labels, layer, drawn)
+                    self.attachments.begin(encoder, resources, self.label, query.as_ref(), layer, drawn)
                 {
                     set_constants(pass, &mut render_pass);
                     self.draw((at, scene), (first, run), None, &mut render_pass);
@@ -262,11 +263,13 @@ impl Recording<'_> {
     fn changed(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        (at, pass): (usize, &InstantiatedPass),
+        at: usize,
         clear: &wgpu::RenderPipeline,
-        (kept, others): (&mut Kept, &[Kept]),
+        kept: &mut Kept,
+        others: &[Kept],
         record: u64,
     ) {
+        let Some(pass) = self.instantiated.passes.get(at) else { return };
         let (Some(source), InstantiatedWork::Scene { scene, .. }) = (self.frame.draws, &pass.work) else {
             return;
         };
@@ -303,7 +306,7 @@ impl Recording<'_> {
                     let below = keeper.and_then(|at| others.get(at)?.latest(texels));
                     below.is_none_or(|below| kept.record_of(view).is_none_or(|own| own < below))
                 });
-                if !is_older && !kept.is_due(view, stamp, (at + position, every_of(position)), record) {
+                if !is_older && !kept.is_due(view, stamp, at + position, every_of(position), record) {
                     self.scratch.counts[at].kept += 1;
                     continue;
                 }
@@ -328,8 +331,17 @@ impl Recording<'_> {
                 };
                 let (render_pass, _) = begun.get_or_insert_with(|| {
                     let query = self.gpu_times.pass(self.name, encoder);
-                    let labels = (self.label, query.as_ref());
-                    (attachments.begin_depth(encoder, resources, labels, view.layer, load), query)
+                    (
+                        attachments.begin_depth(
+                            encoder,
+                            resources,
+                            self.label,
+                            query.as_ref(),
+                            view.layer,
+                            load,
+                        ),
+                        query,
+                    )
                 });
                 let Some(render_pass) = render_pass else { continue };
                 let one = (position, std::slice::from_ref(view));

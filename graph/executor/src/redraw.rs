@@ -58,13 +58,7 @@ pub(super) type Texels = (usize, [u32; 4]);
 impl Kept {
     /// Whether a view is drawn in a record, in one of `every` if only the stamp differs; `position` is its place among
     /// the views.
-    pub(super) fn is_due(
-        &self,
-        view: &View,
-        stamp: Stamp,
-        (position, every): (usize, u32),
-        record: u64,
-    ) -> bool {
+    pub(super) fn is_due(&self, view: &View, stamp: Stamp, position: usize, every: u32, record: u64) -> bool {
         let Some(kept) = self.views.iter().find(|kept| kept.view == *view) else { return true };
         let is_same = stamp.is_some() && stamp == kept.stamp;
         let every = u64::from(every.max(1));
@@ -161,7 +155,7 @@ pub(super) fn clear_pipeline(
     let label = "clear a view";
     let layout = objects.pipeline_layout(creation, label, Vec::new());
     let module = objects.built_in(creation, label, CLEAR_KEY, CLEAR);
-    let key = RenderKey::depth_alone(layout, module, ("cover", None), format, samples);
+    let key = RenderKey::depth_alone(layout, module, "cover", None, format, samples);
     objects.render_pipeline(creation, label, key)
 }
 
@@ -221,7 +215,7 @@ mod tests {
                         let (x, y) = (at as u32 % 8, at as u32 / 8);
                         (area[0]..area[0] + area[2]).contains(&x) && (area[1]..area[1] + area[3]).contains(&y)
                     };
-                    if kept.is_due(&view, stamp, (position, every), record) {
+                    if kept.is_due(&view, stamp, position, every, record) {
                         kept.note(view, (layer as usize, area), stamp, record);
                         for at in (0..64).filter(|at| inside(*at)) {
                             texels[layer as usize][at] = Some((view, revision));

@@ -54,7 +54,8 @@ impl Scroll {
     pub(super) fn new(
         creation: &mut Creation<'_>,
         objects: &mut Objects,
-        (resources, plan): (&Resources, &Plan),
+        resources: &Resources,
+        plan: &Plan,
         attached: AttachmentTarget,
         from: AttachmentTarget,
     ) -> Option<Self> {
@@ -99,7 +100,7 @@ impl Scroll {
         let group = creation.bind_group(&descriptor);
         let layout = objects.pipeline_layout(creation, label, vec![Some(layout)]);
         let module = objects.built_in(creation, label, KEY, WGSL);
-        let key = RenderKey::depth_alone(layout, module, ("cover", Some("moved")), attached.format?, 1);
+        let key = RenderKey::depth_alone(layout, module, "cover", Some("moved"), attached.format?, 1);
         let pipeline = objects.render_pipeline(creation, label, key);
         let texture = resources.texture(plan, from.resource)?;
         Some(Self { pipeline, group, copy, texture, mip: from.mip, layer: from.layer })

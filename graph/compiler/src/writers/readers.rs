@@ -216,8 +216,9 @@ impl Builder<'_> {
                 }
             } else if let Some((rank, condition)) = missing {
                 let writer = &list[writers.list[rank]];
-                let (reader, writer) = ((reader.pass, reader.one), (writer.pass, writer.one.place));
-                diagnostics.push(conditions::taken_away(pipeline, reader, writer, condition, ""));
+                let (writer, place) = (writer.pass, writer.one.place);
+                let (reader, one) = (reader.pass, reader.one);
+                diagnostics.push(conditions::taken_away(pipeline, reader, one, writer, place, condition, ""));
             } else {
                 toggled.sort_by_key(|(_, rank, _)| Reverse(*rank));
                 let toggled = toggled.into_iter().map(|(extents, rank, condition)| {
