@@ -114,7 +114,7 @@ fn penumbrae_are_as_wide_as_the_sun_and_hard_where_things_stand() {
     let widths = ["0", "0.01", "0.04"].map(|angle| partly(&of(angle)));
     println!("pixels partly lit by the sun's angle: {widths:?}");
     assert!(widths[0] * 5 < widths[1] * 4 && widths[1] * 5 < widths[2] * 4, "{widths:?}");
-    let single = term(&draw(&gpu, LORE, &courtyard, &[TERM, ("shadow_filter", "\"single\"")], &[]));
+    let single = term(&draw(&gpu, LORE, &courtyard, &[TERM, ("shadow_filter", "\"hard\"")], &[]));
     let sharp = mean_difference(&of("0"), &single);
     assert!(sharp < 6.0, "without an angle shadows are those of one comparison: {sharp}");
 }
@@ -123,7 +123,7 @@ fn penumbrae_are_as_wide_as_the_sun_and_hard_where_things_stand() {
 fn blurred_moments_shadow_what_comparisons_do() {
     let Some(gpu) = gpu::device() else { return };
     let courtyard = load("courtyard.glb");
-    let single = term(&draw(&gpu, LORE, &courtyard, &[TERM, ("shadow_filter", "\"single\"")], &[]));
+    let single = term(&draw(&gpu, LORE, &courtyard, &[TERM, ("shadow_filter", "\"hard\"")], &[]));
     let dark = |term: &[f64]| term.iter().filter(|lit| **lit < 64.0).count() as f64;
     for name in ["lore_evsm", "lore_vsm"] {
         let mut partial = Vec::new();
@@ -143,7 +143,7 @@ fn blurred_moments_shadow_what_comparisons_do() {
         assert!(partial[1] > partial[0], "{name}: a blur is soft: {partial:?}");
     }
     // Other settings of the system still choose its comparisons.
-    let with = [TERM, ("shadow_filter", "\"single\"")];
+    let with = [TERM, ("shadow_filter", "\"hard\"")];
     let again = draw(&gpu, &extended("lore_evsm"), &courtyard, &with, &[]);
     assert_eq!(term(&again), term(&draw(&gpu, LORE, &courtyard, &with, &[("map_array", "true")])));
 }

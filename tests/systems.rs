@@ -72,7 +72,7 @@ fn splits_are_the_listed_ones_and_a_preset_computes_them() {
 #[test]
 fn no_tap_leaves_its_tile() {
     for pipeline in [MANTIS, CARACAL] {
-        for filter in ["\"single\"", "\"disc9\"", "\"poisson16\""] {
+        for filter in ["\"hard\"", "\"poisson9\"", "\"poisson16\""] {
             let wgsl = forward_wgsl(&check_file(pipeline, &with(&[("shadow_filter", filter)])));
             assert_eq!(wgsl.matches("textureSample").count() - wgsl.matches("textureSample(base").count(), 1);
             assert!(wgsl.contains("let inside = clamp(uv, bounds.xy, bounds.zw);"));

@@ -131,7 +131,7 @@ fn deferred_and_forward_lighting_show_the_same() {
     // At most one pixel of ten thousand. Depth that is not reversed has fewer digits far away: positions found from it are
     // centimetres off at 200 m, where edges of shadows then lie in another pixel.
     for (filter, reverse, allowed) in
-        [("\"single\"", "true", 3), ("\"grid5\"", "true", 3), ("\"single\"", "false", 36)]
+        [("\"hard\"", "true", 3), ("\"grid5\"", "true", 3), ("\"hard\"", "false", 36)]
     {
         let (parameters, features) = ([("shadow_filter", filter)], [("reverse_z", reverse)]);
         let [deferred, forward] = [LORE, "tests/systems/lore_forward.json"]

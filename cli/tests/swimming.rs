@@ -28,7 +28,7 @@ fn measured(folder: &ScratchFolder, path: &str, snap: &str, part: u32) -> [u64; 
     command.args(["score", "pipelines/lore.json", "--scene", "examples/scenes/courtyard.glb"]);
     command.args(["--size", "320x180", "--format", "json", "--camera", &keys]);
     command.args(["--frames", &frames, "--at", &at, "--set", "fit=sphere", "--set", &snap]);
-    command.args(["--set", "shadow_filter=single", "--set", "resolutions=[512, 512, 512, 512]"]);
+    command.args(["--set", "shadow_filter=hard", "--set", "resolutions=[512, 512, 512, 512]"]);
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
     let output = command.current_dir(root).output().expect("the command");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

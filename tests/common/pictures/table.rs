@@ -139,7 +139,7 @@ pub const VARIANTS: &[Variant] = &[
     variant(["nebula", "courtyard", "one_cascade"], &[("far", "[40]"), ("tone_map", "\"none\"")], &[]),
     variant(["nebula", "figure", "glowing"], &[], &[]).of(glowing),
     variant(["nebula", "courtyard", "unshadowed"], &[], &[]).of(every_other_material_unshadowed),
-    variant(["mantis", "courtyard", "one_tap"], &[("shadow_filter", "\"single\"")], &[]),
+    variant(["mantis", "courtyard", "one_tap"], &[("shadow_filter", "\"hard\"")], &[]),
     variant(
         ["mantis", "courtyard", "wide_filter"],
         &[("shadow_filter", "\"poisson16\""), ("filter_radius", "8"), ("border", "0"), ("resolution", "64")],
@@ -150,11 +150,11 @@ pub const VARIANTS: &[Variant] = &[
         &[("bias_form", "\"constant\""), ("cascades", "2")],
         &[],
     ),
-    variant(["caracal", "courtyard", "one_tap"], &[("shadow_filter", "\"single\"")], &[]),
+    variant(["caracal", "courtyard", "one_tap"], &[("shadow_filter", "\"hard\"")], &[]),
     variant(
         ["caracal", "courtyard", "wide_filter"],
         &[
-            ("shadow_filter", "\"disc9\""),
+            ("shadow_filter", "\"poisson9\""),
             ("filter_radius", "8"),
             ("border", "0"),
             ("resolution", "64"),
@@ -166,7 +166,7 @@ pub const VARIANTS: &[Variant] = &[
     variant(["lore", "courtyard", "array"], &[("shadow_filter", "\"grid3\"")], &[("map_array", "true")]),
     variant(
         ["lore", "courtyard", "one_tap"],
-        &[("shadow_filter", "\"single\""), ("caster_cull", "\"none\"")],
+        &[("shadow_filter", "\"hard\""), ("caster_cull", "\"none\"")],
         &[("reverse_z", "false")],
     ),
     variant(
