@@ -77,7 +77,7 @@ fn a_compute_pass_reads_and_writes_textures_that_its_shader_names() {
     let texture = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
     let passes = [
         fill("one", "a", "[0.1, 0.2, 0.3, 0.5]", ""),
-        r#""twice": { "compute": { "shader": "double.wgsl.jinja", "bind": { "source": "a", "result": "b" }, "over": "b" } }"#.to_owned(),
+        r#""twice": { "compute": { "shader": "double.wgsl.jinja", "bind": { "source": "a", "result": "b" }, "dispatch_over": "b" } }"#.to_owned(),
         r#""show": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" },
             "bind": { "source": "b" }, "color": [{ "to": "target" }] } }"#
             .to_owned(),
@@ -288,7 +288,7 @@ fn random_passes(seed: u64) -> (String, Vec<String>) {
         match next(4) {
             1 if !writers.is_empty() => passes.push(show(&name, &format!("t{old}"), &new, "")),
             2 if !writers.is_empty() => passes.push(format!(
-                r#""{name}": {{ "compute": {{ "shader": "double.wgsl.jinja", "bind": {{ "source": "t{old}", "result": "{new}" }}, "over": "{new}" }} }}"#
+                r#""{name}": {{ "compute": {{ "shader": "double.wgsl.jinja", "bind": {{ "source": "t{old}", "result": "{new}" }}, "dispatch_over": "{new}" }} }}"#
             )),
             3 if !writers.is_empty() => {
                 passes.push(fill(&name, &format!("t{old}@{}", writers[old]), &color, r#", "blend": "add""#));

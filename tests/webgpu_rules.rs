@@ -192,7 +192,7 @@ const COUNTED: Ground = Ground {
 const IMAGED: Ground = Ground {
     template: IMAGE,
     resources: r#""image": { "texture": { "format": "rgba8unorm", "size": [64, 64] } }"#,
-    passes: r#""own": { "compute": { "shader": "own.wgsl.jinja", "bind": { "image": "image" }, "over": "image" } },
+    passes: r#""own": { "compute": { "shader": "own.wgsl.jinja", "bind": { "image": "image" }, "dispatch_over": "image" } },
         "copy": { "copy": { "from": { "name": "image" }, "to": { "name": "target" } } }"#,
 };
 

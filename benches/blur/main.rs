@@ -83,7 +83,7 @@ impl Form {
                 "soft": {{ "texture": {{ {texture}, "lifetime": "imported" }} }}
             }}, "passes": {{
                 "paint": {{ "compute": {{
-                    "shader": "paint.wgsl.jinja", "axes": {{ "texel_format": "'{texel}'" }}, "over": "image", "bind": {{ "image": "image" }} }} }},
+                    "shader": "paint.wgsl.jinja", "axes": {{ "texel_format": "'{texel}'" }}, "dispatch_over": "image", "bind": {{ "image": "image" }} }} }},
                 "soften": {{ "use": "pipelines/parts/blur.json", "with": {{
                     "image": "image", "result": "soft", "radius": {radius}, "texel_format": "{texel}" }} }}
             }} }}"#

@@ -31,7 +31,7 @@ const CHAIN: &str = r#"{
     "darker": { "fullscreen": { "shader": "black.wgsl.jinja", "color": [{ "to": "third" }] } },
     "mixed": { "fullscreen": { "shader": "sum.wgsl.jinja", "bind": { "a": "second", "b": "third" }, "color": [{ "to": "target" }] } },
     "lost": { "copy": { "from": { "name": "first" }, "to": { "name": "dead" } } },
-    "numbers": { "compute": { "shader": "numbers.wgsl.jinja", "over": "whole", "bind": { "image": "whole" } } },
+    "numbers": { "compute": { "shader": "numbers.wgsl.jinja", "dispatch_over": "whole", "bind": { "image": "whole" } } },
     "none": { "clear": { "buffer": "bytes" } },
     "softened": { "side_effect": true, "fullscreen": {
       "shader": "gradient.wgsl.jinja", "color": [{ "to": "smooth", "clear": [0, 0, 0, 1] }] } }

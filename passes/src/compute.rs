@@ -19,12 +19,12 @@ pub struct Compute {
     pub shader: ShaderSettings,
     /// The texture for each of whose texels (width, height, layers) there is an invocation; the shader guards against
     /// the rest of the last workgroups. One of the textures under "bind".
-    pub over: Option<Ref>,
-    /// The mip level whose size "over" means; 0 without it.
+    pub dispatch_over: Option<Ref>,
+    /// The mip level whose size "dispatch_over" means; 0 without it.
     pub mip: Option<Expr>,
-    /// A buffer that says the number of workgroups, instead of "over": three u32 for x, y and z.
+    /// A buffer that says the number of workgroups, instead of "dispatch_over": three u32 for x, y and z.
     pub indirect: Option<IndirectSettings>,
-    /// The number of workgroups in x, y and z, instead of "over".
+    /// The number of workgroups in x, y and z, instead of "dispatch_over".
     #[schemars(length(min = 3, max = 3))]
     pub workgroups: Option<Vec<Expr>>,
 }
@@ -58,11 +58,11 @@ impl Node for Compute {
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let (program, bindings) = self.shader.declare(pass, None);
-        let dispatch = match (&self.over, &self.workgroups, &self.indirect) {
+        let dispatch = match (&self.dispatch_over, &self.workgroups, &self.indirect) {
             (None, None, Some(settings)) => settings.declare(pass, 3).map(Dispatch::Indirect),
             (Some(over), None, None) => {
                 let mip = pass.count_or(&self.mip, "/mip", 0)?;
-                let resource = pass.declared_texture(over, "/over");
+                let resource = pass.declared_texture(over, "/dispatch_over");
                 resource.map(|resource| Dispatch::Over { resource, mip })
             }
             (None, Some(counts), None) => {
@@ -74,7 +74,7 @@ impl Node for Compute {
                 counts.and_then(|counts| <[_; 3]>::try_from(counts).ok()).map(Dispatch::Workgroups)
             }
             _ => {
-                let help = "\"over\": a texture, or \"workgroups\": [x, y, z], or \"indirect\": a buffer";
+                let help = "\"dispatch_over\": a texture, or \"workgroups\": [x, y, z], or \"indirect\": a buffer";
                 pass.reject(codes::MISSING_KEY, "", "a compute pass says how often it runs in one way", help)
             }
         };

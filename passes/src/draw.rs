@@ -57,7 +57,7 @@ pub struct Draw {
     pub scroll: Option<Expr>,
     /// With "changed": the depth texture, of the same size, over whose texels a view is drawn, instead of "clear" of the
     /// attachment. The view is drawn again where those have changed, if a pass with "changed" draws them, or else always.
-    pub over: Option<Ref>,
+    pub base: Option<Ref>,
 }
 
 /// Which views are drawn.
@@ -139,7 +139,7 @@ impl Draw {
             let settings = [
                 ("every", self.every.is_some()),
                 ("scroll", self.scroll.is_some()),
-                ("over", self.over.is_some()),
+                ("base", self.base.is_some()),
             ];
             let Some((name, _)) = settings.into_iter().find(|(_, is_said)| *is_said && self.redraw.is_none())
             else {
@@ -158,12 +158,12 @@ impl Draw {
         let scroll = pass.boolean_or(&self.scroll, "/scroll", false)?;
         let mip = Some(IndexRange::one(0));
         let range = SubresourceRange { mip, ..SubresourceRange::default() };
-        let over = if_said(&self.over, |name| pass.texture(name, range, "/over"))?;
-        if scroll && over.is_some() {
+        let base = if_said(&self.base, |name| pass.texture(name, range, "/base"))?;
+        if scroll && base.is_some() {
             let message = "what is drawn over another texture does not scroll";
-            return pass.reject(codes::ATTACHMENTS, "/scroll", message, "remove \"scroll\", or \"over\"");
+            return pass.reject(codes::ATTACHMENTS, "/scroll", message, "remove \"scroll\", or \"base\"");
         }
-        Some(Some(Redraw { clear: Depth(0.0).into(), over, every, scroll }))
+        Some(Some(Redraw { clear: Depth(0.0).into(), base, every, scroll }))
     }
 }
 
@@ -193,7 +193,7 @@ pub(crate) fn keep(
 ) -> Option<()> {
     let Some(DrawWork::Scene(SceneDraw { redraw: Some(redraw), .. })) = draw else { return Some(()) };
     if let (Some(DepthAttachment { load, write: true, .. }), [], false) = (depth, color, has_stencil) {
-        match (std::mem::replace(load, LoadOperation::Load), &redraw.over) {
+        match (std::mem::replace(load, LoadOperation::Load), &redraw.base) {
             (LoadOperation::Clear(clear), None) => {
                 redraw.clear = clear;
                 return Some(());
@@ -204,6 +204,6 @@ pub(crate) fn keep(
     }
     let message =
         "what a pass that draws changed views keeps is depth that it clears and writes, and nothing else";
-    let help = "attach \"depth\" alone, with \"clear\" or \"over\"; or remove \"redraw\"";
+    let help = "attach \"depth\" alone, with \"clear\" or \"base\"; or remove \"redraw\"";
     pass.reject(codes::ATTACHMENTS, "/redraw", message, help)
 }

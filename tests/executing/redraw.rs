@@ -312,9 +312,9 @@ fn what_cannot_be_kept_is_found() {
     };
     said(persistent, r#""depth": { "to": "maps", "compare": "less" }"#, "UG0405");
     said(persistent, &format!(r#""every": 0, {depth}"#), "every so many frames");
-    said(persistent, &format!(r#""over": "maps", {depth}"#), "UG0405");
+    said(persistent, &format!(r#""base": "maps", {depth}"#), "UG0405");
     let several = format!(r#"{persistent}, "samples": 4"#);
-    let over = r#""over": "below", "depth": { "to": "maps", "compare": "less" }"#;
+    let over = r#""base": "below", "depth": { "to": "maps", "compare": "less" }"#;
     said(&several, over, "has 4 samples, over which nothing is drawn");
     said(r#""lifetime": "transient""#, depth, "UG04");
 }
@@ -329,7 +329,7 @@ fn what_is_drawn_over_another_texture_lies_over_it_texel_by_texel() {
                   "lifetime": "persistent" }} }} }},
               "passes": {{ "views": {{ "views": {{ "to": "views", "max": 2 }} }},
                 "squares": {{ "draw": {{ "geometry": "squares", "filter": "all", "views": "views",
-                  "shader": "square_depth.wgsl.jinja", {CHANGED}, "over": "below",
+                  "shader": "square_depth.wgsl.jinja", {CHANGED}, "base": "below",
                   "depth": {{ "to": "maps", "compare": "less" }} }} }},
                 "show": {{ "fullscreen": {{ "shader": "show_depth.wgsl.jinja",
                   "bind": {{ "maps": "maps", "settings": {{ "values": {{ "layer": 1 }} }} }},
@@ -337,7 +337,7 @@ fn what_is_drawn_over_another_texture_lies_over_it_texel_by_texel() {
             crate::squares::GEOMETRY,
             target(1)
         );
-        let at = text.find(r#""over": "below""#).expect("the key") + r#""over": "#.len();
+        let at = text.find(r#""base": "below""#).expect("the key") + r#""base": "#.len();
         let (line, column) = (text[..at].lines().count(), at - text[..at].rfind('\n').expect("a line"));
         try_plan_of_text(text, 8).map(drop).map_err(|said| (said, format!(":{line}:{column}\n")))
     };

@@ -127,7 +127,7 @@ impl ResolvedResources<'_> {
 
     /// Finds a texture that does not lie texel by texel below the views that are drawn over it.
     fn check_over(&self, handle: PassHandle, render: &RenderWork) -> Option<Diagnostic> {
-        let Draw::Scene(SceneDraw { redraw: Some(Redraw { over: Some(over), .. }), .. }) = &render.draw
+        let Draw::Scene(SceneDraw { redraw: Some(Redraw { base: Some(over), .. }), .. }) = &render.draw
         else {
             return None;
         };

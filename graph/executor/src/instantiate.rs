@@ -275,7 +275,7 @@ impl Instantiated {
                         let scrolls = redraw.is_some_and(|redraw| redraw.scroll);
                         let scroll = attached.filter(|_| scrolls).and_then(&mut bring);
                         let over = redraw
-                            .and_then(|redraw| redraw.over.as_ref())
+                            .and_then(|redraw| redraw.base.as_ref())
                             .and_then(|over| Some((bring(over.target())?, keeper(&plan, over.resource))));
                         let scene = InstantiatedScene {
                             views: scene.views.resource,

@@ -119,7 +119,7 @@ pub(super) fn keepers(plan: &Plan) -> Vec<Vec<usize>> {
     let mut keepers = vec![Vec::new(); plan.passes.len()];
     for (keeper, planned) in plan.passes.iter().enumerate() {
         let Some((scene, redraw, depth)) = kept(pipeline.pass(planned.handle).work()) else { continue };
-        let below = redraw.over.as_ref().map(|over| over.resource);
+        let below = redraw.base.as_ref().map(|over| over.resource);
         let is_view = |slot: &BoundSlot| !matches!(&slot.source, SlotSource::Data { data, .. } if data.resource == scene.views.resource);
         let views = Some(scene.views.resource).filter(|_| scene.bindings.iter().all(is_view));
         let own = [Some(depth), below, views];

@@ -116,7 +116,7 @@ pub struct Redraw {
     /// The depth to which a view's texels are cleared before.
     pub clear: Live<Depth>,
     /// The depth texture from which they are taken instead.
-    pub over: Option<Subresource>,
+    pub base: Option<Subresource>,
     /// In every how many frames changed draws are drawn, for each view in its turn; the last counts for all beyond.
     pub every: Vec<u32>,
     /// Whether what a view still shows is moved along where it moved by whole texels over its plane.

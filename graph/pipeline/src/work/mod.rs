@@ -125,7 +125,7 @@ impl Work {
                     }
                     Draw::Scene(scene) => {
                         all.push((&scene.views, Usage::BlackboardRead));
-                        let over = scene.redraw.iter().filter_map(|redraw| redraw.over.as_ref());
+                        let over = scene.redraw.iter().filter_map(|redraw| redraw.base.as_ref());
                         all.extend(over.map(|texture| (texture, Usage::CopySource)));
                         all.extend(bound(&scene.bindings));
                     }

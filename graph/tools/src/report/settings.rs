@@ -108,11 +108,11 @@ impl Settings<'_> {
                 self.tell("views".to_owned(), views);
                 self.tell("order".to_owned(), word(&scene.order));
                 self.tell("cull".to_owned(), cull(scene.cull));
-                if let Some(Redraw { clear, over, every, scroll }) = &scene.redraw {
-                    let over = over.as_ref().map(|over| self.name(over.resource).to_owned());
-                    let over = over.unwrap_or_else(|| clear.value.0.to_string());
+                if let Some(Redraw { clear, base, every, scroll }) = &scene.redraw {
+                    let base = base.as_ref().map(|base| self.name(base.resource).to_owned());
+                    let base = base.unwrap_or_else(|| clear.value.0.to_string());
                     let scrolled = if *scroll { ", scrolled" } else { "" };
-                    let redraw = format!("changed{scrolled}, every {every:?} frames, over {over}");
+                    let redraw = format!("changed{scrolled}, every {every:?} frames, over {base}");
                     self.tell("redraw".to_owned(), redraw);
                 }
             }
