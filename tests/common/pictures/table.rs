@@ -248,7 +248,7 @@ pub const VARIANTS: &[Variant] = &[
     ),
     variant(
         ["awsm", "figure", "biased"],
-        &[("normal_offset", "3"), ("constant_bias", "0.02"), ("slope_bias", "2"), ("steepest", "2")],
+        &[("normal_offset", "3"), ("constant_bias", "0.02"), ("slope_bias", "2"), ("max_slope", "2")],
         &[],
     ),
     variant(
@@ -318,7 +318,7 @@ pub const VARIANTS: &[Variant] = &[
     ),
     variant(
         ["awsm", "interior", "biased"],
-        &[("normal_offset", "8"), ("constant_bias", "0.02"), ("slope_bias", "2"), ("steepest", "2")],
+        &[("normal_offset", "8"), ("constant_bias", "0.02"), ("slope_bias", "2"), ("max_slope", "2")],
         &[("light_filter", "\"hard\"")],
     ),
     variant(["awsm", "interior", "forward_atlas"], &[("debug_view", "\"atlas\"")], &[("reverse_z", "false")]),
