@@ -41,7 +41,12 @@ const FILTERS: [Filter; 13] = [
     ("poisson_16", &[("light_filter", "\"poisson16\"")], &[], None),
     ("poisson_64", &[("light_filter", "\"poisson64\"")], &[], Some(1.2)),
     ("vogel_16", &[("light_filter", "\"vogel\"")], &[], None),
-    ("pcss_16_16", &[("light_filter", "\"pcss\"")], &[("lamp_radius", "0.1"), ("sun_angle", "0.05")], None),
+    (
+        "pcss_16_16",
+        &[("light_filter", "\"pcss\"")],
+        &[("local_light_radius", "0.1"), ("sun_angle", "0.05")],
+        None,
+    ),
     ("evsm2_fp32", &[("moment_filter", "\"evsm2\""), ("moment_precision", "\"fp32\"")], MOMENTS, None),
     ("evsm4_fp32", &[("moment_filter", "\"evsm4\""), ("moment_precision", "\"fp32\"")], MOMENTS, None),
     ("evsm4_fp16", &[("moment_filter", "\"evsm4\""), ("moment_precision", "\"fp16\"")], MOMENTS, None),

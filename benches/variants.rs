@@ -70,7 +70,7 @@ fn draw((name, features, parameters): (&str, Settings, Settings)) {
     };
     let scene = scene(&root().join("examples/scenes/interior.glb"));
     let input = scene.frame_input(64.0 / 36.0, 0.0);
-    let mut all = vec![("lamp_radius", "0.05")];
+    let mut all = vec![("local_light_radius", "0.05")];
     all.extend_from_slice(parameters);
     let with = With { parameters: &all, features, size: Some([64, 36]), ..With::default() };
     let outcome = check_file("pipelines/awsm.json", &with);

@@ -49,7 +49,7 @@ struct Measured {
 fn measure(gpu: &Gpu, filter: &str, first: &str) -> Measured {
     let filter_word = format!("\"{filter}\"");
     let with = With {
-        parameters: &[("lamp_radius", "0.05")],
+        parameters: &[("local_light_radius", "0.05")],
         features: &[("light_filter", &filter_word), ("visibility_first", first)],
         size: Some(SIZE),
         ..With::default()

@@ -31,7 +31,7 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("caracal.json", include_str!("caracal.json")),
     ("extended/awsm_deferred.json", include_str!("extended/awsm_deferred.json")),
     ("extended/lore_evsm.json", include_str!("extended/lore_evsm.json")),
-    ("extended/lore_lamps.json", include_str!("extended/lore_lamps.json")),
+    ("extended/lore_local_lights.json", include_str!("extended/lore_local_lights.json")),
     ("extended/lore_pcss.json", include_str!("extended/lore_pcss.json")),
     ("extended/lore_temporal.json", include_str!("extended/lore_temporal.json")),
     ("extended/lore_vsm.json", include_str!("extended/lore_vsm.json")),

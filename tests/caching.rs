@@ -154,7 +154,7 @@ fn spots_cubes_and_cascades_are_the_same_cached_over_120_frames() {
 #[test]
 fn spots_and_cubes_are_kept_beside_fitted_cascades() {
     let Some(gpu) = gpu::device() else { return };
-    let [drawn, all] = compare(&gpu, ("pipelines/umbra.json", "cached_lamps"), (SMALL_MAPS, HARD), 60);
+    let [drawn, all] = compare(&gpu, ("pipelines/umbra.json", "cached_local_lights"), (SMALL_MAPS, HARD), 60);
     assert!(drawn * 10 < all * 8, "{drawn} of {all}");
 }
 

@@ -49,7 +49,7 @@ fn mean_difference(a: &[f64], b: &[f64]) -> f64 {
 
 #[test]
 fn what_one_system_has_on_its_list_takes_forty_lines_each() {
-    let of_lore = ["lore_pcss", "lore_evsm", "lore_vsm", "lore_lamps", "lore_temporal"];
+    let of_lore = ["lore_pcss", "lore_evsm", "lore_vsm", "lore_local_lights", "lore_temporal"];
     for name in of_lore {
         let text = std::fs::read_to_string(root().join(extended(name))).expect("a file");
         assert!(text.lines().count() <= 40, "{name} has {} lines", text.lines().count());
@@ -152,7 +152,7 @@ fn blurred_moments_shadow_what_comparisons_do() {
 fn lamps_light_and_shadow_what_the_sun_leaves() {
     let Some(gpu) = gpu::device() else { return };
     let interior = load("interior.glb");
-    let path = extended("lore_lamps");
+    let path = extended("lore_local_lights");
     let play = |input: &FrameInput| {
         let outcome = check_file(&path, &With { size: Some(SIZE), ..With::default() });
         Host::new(&gpu, &outcome, &interior).picture(input)

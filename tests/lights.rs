@@ -122,7 +122,7 @@ fn forward_and_reverse_depth_give_the_same_picture_with_every_filter() {
     for filter in property::part(FILTERS, 3) {
         let picture = |reverse| {
             let features = [("reverse_z", reverse), ("light_filter", filter)];
-            let parameters = [("lamp_radius", "0.05")];
+            let parameters = [("local_light_radius", "0.05")];
             let with = With {
                 parameters: &parameters,
                 features: &features,
@@ -234,7 +234,7 @@ fn wide_filters_see_nothing_of_the_neighbouring_tile() {
                 ("filter_radius", "4"),
                 ("max_radius", "40"),
                 ("grid_pcf_side", "7"),
-                ("lamp_radius", "0.4"),
+                ("local_light_radius", "0.4"),
                 ("max_penumbra", "40"),
                 ("max_search", "40"),
             ],

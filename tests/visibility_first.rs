@@ -52,7 +52,7 @@ fn what_is_gathered_first_is_what_the_shading_would_find() {
                 ("msaa", msaa),
                 ("reverse_z", reverse),
             ];
-            shadow_term(&[("lamp_radius", "0.05")], &features).map(|(picture, _)| picture)
+            shadow_term(&[("local_light_radius", "0.05")], &features).map(|(picture, _)| picture)
         };
         let (Some(inline), Some(first)) = (picture("false"), picture("true")) else { return };
         let share = differing(&inline, &first, 12);

@@ -497,7 +497,7 @@ fn a_driver_compiles_as_many_shaders_for_one_material_as_for_nine() {
             "--set",
             "moment_cascades=last",
             "--set",
-            "lamp_radius=0.1",
+            "local_light_radius=0.1",
             "--set",
             "sun_angle=0.01",
         ]);

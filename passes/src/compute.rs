@@ -74,7 +74,8 @@ impl Node for Compute {
                 counts.and_then(|counts| <[_; 3]>::try_from(counts).ok()).map(Dispatch::Workgroups)
             }
             _ => {
-                let help = "\"dispatch_over\": a texture, or \"workgroups\": [x, y, z], or \"indirect\": a buffer";
+                let help =
+                    "\"dispatch_over\": a texture, or \"workgroups\": [x, y, z], or \"indirect\": a buffer";
                 pass.reject(codes::MISSING_KEY, "", "a compute pass says how often it runs in one way", help)
             }
         };

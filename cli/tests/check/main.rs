@@ -260,7 +260,8 @@ fn a_dispatch_that_covers_less_than_it_writes_is_named() {
     assert!(said(document).contains(words), "{}", said(document));
     assert!(!said(&document.replace("[7, 8, 1]", "[8, 8, 1]")).contains("invocations"));
     assert!(
-        !said(&document.replace("\"workgroups\": [7, 8, 1]", "\"dispatch_over\": \"image\"")).contains("invocations")
+        !said(&document.replace("\"workgroups\": [7, 8, 1]", "\"dispatch_over\": \"image\""))
+            .contains("invocations")
     );
 }
 

@@ -235,15 +235,20 @@ pub const VARIANTS: &[Variant] = &[
         &[("light_filter", "\"pcss\"")],
     ),
     variant(["awsm", "figure", "fixed_taps"], &[("filter_radius", "0.4")], &[("rotate_taps", "false")]),
-    variant(["awsm", "figure", "pcss"], &[("lamp_radius", "0.1")], &[("light_filter", "\"pcss\"")]),
+    variant(["awsm", "figure", "pcss"], &[("local_light_radius", "0.1")], &[("light_filter", "\"pcss\"")]),
     variant(
         ["awsm", "courtyard", "pcss"],
-        &[("sun_angle", "0.087266"), ("lamp_radius", "0.4"), ("search_taps", "12")],
+        &[("sun_angle", "0.087266"), ("local_light_radius", "0.4"), ("search_taps", "12")],
         &[("light_filter", "\"pcss\""), ("msaa", "true"), ("reverse_z", "false")],
     ),
     variant(
         ["awsm", "interior", "pcss"],
-        &[("sun_angle", "0.20944"), ("lamp_radius", "0.5"), ("max_penumbra", "12"), ("max_search", "24")],
+        &[
+            ("sun_angle", "0.20944"),
+            ("local_light_radius", "0.5"),
+            ("max_penumbra", "12"),
+            ("max_search", "24"),
+        ],
         &[("light_filter", "\"pcss\""), ("reverse_z", "false")],
     ),
     variant(
@@ -330,7 +335,7 @@ pub const VARIANTS: &[Variant] = &[
     .of(every_other_light_green),
     variant(
         ["awsm", "interior", "edges_in_turn"],
-        &[("filter_radius", "0.1"), ("max_radius", "40"), ("lamp_radius", "0.3")],
+        &[("filter_radius", "0.1"), ("max_radius", "40"), ("local_light_radius", "0.3")],
         &[("light_filter", "\"pcss\"")],
     )
     .of(edges_in_turn),
@@ -426,7 +431,7 @@ pub const VARIANTS: &[Variant] = &[
     ),
     variant(
         ["awsm", "interior", "visibility_first"],
-        &[("lamp_radius", "0.1"), ("denoise_radius", "2")],
+        &[("local_light_radius", "0.1"), ("denoise_radius", "2")],
         &[
             ("light_filter", "\"pcss\""),
             ("visibility_first", "true"),
@@ -486,7 +491,7 @@ pub const EXTENDED: &[(&str, &str, &str, u64, Settings, Settings)] = &[
     ("lore_pcss", "lore", "courtyard", 1, &[("resolutions", "[1024,1024,512,512]")], &[]),
     ("lore_evsm", "lore", "courtyard", 1, &[], &[]),
     ("lore_vsm", "lore", "courtyard", 1, &[("min_deviation", "0.02")], &[("reverse_z", "false")]),
-    ("lore_lamps", "lore", "interior", 1, &[], &[]),
+    ("lore_local_lights", "lore", "interior", 1, &[], &[]),
     ("lore_temporal", "lore", "courtyard", 8, &[], &[]),
     ("awsm_deferred", "awsm", "interior", 1, &[], &[]),
 ];
