@@ -71,7 +71,7 @@ fn templates_of_a_document_bring_about_what_the_document_alone_cannot() {
     };
     let fill = pass(r#""fullscreen": { "shader": "own.jinja", "color": [{ "to": "target" }] }"#);
     let draw = pass(
-        r#""draw": { "shader": "own.wgsl.jinja", "geometry": "scene", "views": "eye", "filter": "opaque", "color": [{ "to": "target" }] }"#,
+        r#""draw": { "shader": "own.wgsl.jinja", "geometry": "scene", "views": "eye", "mesh_filter": "opaque", "color": [{ "to": "target" }] }"#,
     );
     let found = |text: &str, templates: &[(&str, &str)]| {
         let outcome = check_with("one.json", text, &With { templates, ..With::default() });

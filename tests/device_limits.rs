@@ -52,7 +52,7 @@ fn variants(each: usize, shared: usize) -> Outcome {
              "geometry": {{ "scene": {{ "vertex": {{ "position": "float32x3" }}, "material": {{}}, "object": {{}}, "variants": ["alpha_masked"] }} }},
              "resources": {{ "image": {{ "texture": {{ "format": "rgba8unorm", {TARGETS}, "out": {{ "texture": {{ "format": "rgba8unorm", {TARGETS} }},
              "passes": {{ "eye": {{ "camera": {{ "to": "eye" }} }},
-               "draw": {{ "draw": {{ "geometry": "scene", "filter": "opaque", "views": "eye", "shader": "own.wgsl.jinja",
+               "draw": {{ "draw": {{ "geometry": "scene", "mesh_filter": "opaque", "views": "eye", "shader": "own.wgsl.jinja",
                  "bind": {{ {} }}, "color": [{{ "to": "out", "clear": [0, 0, 0, 0] }}] }} }} }} }}"#,
         bind.join(", ")
     );

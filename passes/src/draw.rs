@@ -30,7 +30,7 @@ pub struct Draw {
     /// The contract under "geometry" that the meshes follow: its name, or after an equals sign an expression that yields it.
     pub geometry: Word<String>,
     /// Which of the host's meshes: a word that the host knows, such as "opaque" or "casters".
-    pub filter: String,
+    pub mesh_filter: String,
     /// The blackboard data whose views are drawn, such as what a camera or a cascade fit publishes.
     pub views: Ref,
     /// The shader.
@@ -109,13 +109,13 @@ impl Node for Draw {
 impl Draw {
     fn scene(&self, pass: &mut PassBuilder<'_>, geometry: String) -> Option<DrawWork> {
         let views = pass.data(&self.views, "/views");
-        pass.filter(&geometry, &self.filter, "/filter");
+        pass.filter(&geometry, &self.mesh_filter, "/mesh_filter");
         let (program, bindings) = self.shader.declare(pass, Some(&geometry));
         let cull = pass.word_or(&self.cull, "/cull", Cull::Back)?;
         let order = pass.word_or(&self.order, "/order", DrawOrder::default())?;
         Some(DrawWork::Scene(SceneDraw {
             geometry,
-            filter: self.filter.clone(),
+            filter: self.mesh_filter.clone(),
             views: views?,
             program: program?,
             bindings: bindings?,

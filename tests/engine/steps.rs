@@ -31,7 +31,7 @@ const TEXT: &str = r#"{
   "passes": {
     "eye": { "camera": { "to": "eye" } },
     "paint": { "draw": {
-      "geometry": "squares", "filter": "all", "views": "eye", "shader": "paint.wgsl.jinja", "cull": "none",
+      "geometry": "squares", "mesh_filter": "all", "views": "eye", "shader": "paint.wgsl.jinja", "cull": "none",
       "color": [{ "to": "target", "clear": [0, 0, 0, 1] }]
     } }
   }

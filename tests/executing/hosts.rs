@@ -95,7 +95,7 @@ fn materials_of_the_hosts_own_are_bound_only_where_a_shader_reads_them() {
     let depth =
         r#""depth": { "texture": { "format": "depth32float", "size": "viewport", "view": "2d-array" } }"#;
     let passes = r#""views": { "views": { "to": "views", "max": 1 } },
-        "squares": { "draw": { "geometry": "squares", "filter": "all", "views": "views", "shader": "square_depth.wgsl.jinja",
+        "squares": { "draw": { "geometry": "squares", "mesh_filter": "all", "views": "views", "shader": "square_depth.wgsl.jinja",
             "depth": { "to": "depth", "clear": 1, "compare": "less" } } },
         "show": { "fullscreen": { "shader": "show_depth.wgsl.jinja",
             "bind": { "settings": { "values": { "layer": 0 } }, "maps": "depth" }, "color": [{ "to": "target" }] } }"#;

@@ -67,7 +67,7 @@ fn an_attachment_of_one_layer_beside_one_of_several_is_cleared_once() {
         target(1)
     );
     let draw = r#""views": { "views": { "to": "views", "max": 2 } },
-        "squares": { "draw": { "geometry": "squares", "filter": "all", "views": "views", "shader": "square.wgsl.jinja",
+        "squares": { "draw": { "geometry": "squares", "mesh_filter": "all", "views": "views", "shader": "square.wgsl.jinja",
             "color": [{ "to": "target", "clear": [0, 0, 1, 1] }],
             "depth": { "to": "maps", "clear": 1, "compare": "less" } } }"#;
     let plan = plan(&resources, draw);
@@ -114,7 +114,7 @@ fn depth_layers_without_a_fragment_stage_are_drawn_and_cleared_each_on_its_own()
             );
             let passes = format!(
                 r#""views": {{ "views": {{ "to": "views", "max": 2 }} }},
-                "casters": {{ "draw": {{ "geometry": "squares", "filter": "all", "views": "views",
+                "casters": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "views",
                     "shader": "square_depth.wgsl.jinja",
                     "depth": {{ "to": "maps", "clear": 1, "compare": "less" }} }} }},
                 "show": {{ "fullscreen": {{ "shader": "show_depth.wgsl.jinja",
@@ -150,7 +150,7 @@ fn shown(layer: u32, mark: u32) -> String {
 fn stencil_alone_is_cleared_in_each_layer() {
     let Some(gpu) = gpu::device() else { return };
     let marking = r#""views": { "views": { "to": "views", "max": 2 } },
-        "squares": { "draw": { "geometry": "squares", "filter": "all", "views": "views", "shader": "square_depth.wgsl.jinja",
+        "squares": { "draw": { "geometry": "squares", "mesh_filter": "all", "views": "views", "shader": "square_depth.wgsl.jinja",
             "stencil": { "to": "marks", "clear": 3, "front": { "pass": "increment-clamp" } } } }"#;
     let passes = [marking.to_owned(), shown(0, 3), shown(1, 4)].join(", ");
     let plan = plan(&format!("{}, {MARKS}", target(2)), &passes);

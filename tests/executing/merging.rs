@@ -89,7 +89,7 @@ fn depth_that_one_pass_writes_and_the_next_tests_against_is_one_render_pass() {
     );
     let scene = |name: &str, more: &str, color: &str, depth: &str| {
         format!(
-            r#""{name}": {{ {more} "draw": {{ "geometry": "squares", "filter": "all", "views": "views",
+            r#""{name}": {{ {more} "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "views",
                 "shader": "square.wgsl.jinja", "color": [{color}], "depth": {depth} }} }}"#
         )
     };
@@ -130,7 +130,7 @@ fn depth_that_one_pass_tests_against_and_the_next_writes_is_one_render_pass() {
     );
     let scene = |name: &str, after: &str, shader: &str, color: &str, depth: &str| {
         format!(
-            r#""{name}": {{ "after": [{after}], "draw": {{ "geometry": "squares", "filter": "all", "views": "views",
+            r#""{name}": {{ "after": [{after}], "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "views",
                 "shader": "{shader}", "color": [{color}], "depth": {depth} }} }}"#
         )
     };

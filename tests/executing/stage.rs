@@ -313,7 +313,7 @@ pub(crate) fn target(layers: u32) -> String {
 pub(crate) fn draw(max: u32, to: &str) -> String {
     format!(
         r#""views": {{ "views": {{ "to": "views", "max": {max} }} }},
-           "squares": {{ "draw": {{ "geometry": "squares", "filter": "all", "views": "views", "shader": "square.wgsl.jinja",
+           "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "views", "shader": "square.wgsl.jinja",
                "color": [{to}] }} }}"#
     )
 }

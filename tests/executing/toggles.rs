@@ -191,7 +191,7 @@ fn a_copy_takes_the_fallback() {
 fn blackboard_data_of_a_pass_that_is_off_is_that_of_the_other() {
     let passes = r#""few": { "views": { "to": "few", "max": 4 } },
         "many": { "toggle": "many", "passthrough": { "many": "few" }, "views": { "to": "many", "max": 4 } },
-        "squares": { "draw": { "geometry": "squares", "filter": "all", "views": "many", "shader": "square.wgsl.jinja",
+        "squares": { "draw": { "geometry": "squares", "mesh_filter": "all", "views": "many", "shader": "square.wgsl.jinja",
             "color": [{ "to": "target", "clear": [0, 0, 1, 1] }] } }"#;
     let plan = plan(r#""many": { "default": true }"#, &texture("unused"), passes);
     let Some(gpu) = gpu::device() else { return };

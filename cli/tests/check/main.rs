@@ -270,7 +270,7 @@ fn a_filter_that_scenes_do_not_know_is_found_without_a_scene() {
     let folder = ScratchFolder::new("check-filter");
     let path = folder.join("slip.json");
     let document = r#"{ "format": 1, "name": "slip", "extends": "umbragraph:nebula.json",
-      "passes": { "shade": { "draw": { "filter": "opaqe" } } } }"#;
+      "passes": { "shade": { "draw": { "mesh_filter": "opaqe" } } } }"#;
     std::fs::write(&path, document).unwrap();
     let output = run(&["check", path.to_str().unwrap()]);
     let said = text(&output.stderr);

@@ -57,7 +57,7 @@ pub struct HostInterface {
     pub properties: Vec<String>,
     /// The combinations of properties that occur; pipelines are built for these.
     pub property_sets: Vec<PropertySet>,
-    /// The words that passes may write under `filter`; any where none are stated.
+    /// The words that passes may write under `mesh_filter`; any where none are stated.
     pub filters: Vec<String>,
     /// The layout of bind group 2, where the host has bind groups of its own for it. Bindings are then found by their
     /// numbers, and `material` need only name blocks whose members are to be compared.
@@ -120,7 +120,7 @@ impl HostInterface {
         self
     }
 
-    /// With the words that passes may write under `filter`.
+    /// With the words that passes may write under `mesh_filter`.
     #[must_use]
     pub fn filters(mut self, filters: &[&str]) -> Self {
         self.filters = filters.iter().map(|filter| (*filter).to_owned()).collect();

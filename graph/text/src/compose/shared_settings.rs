@@ -3,8 +3,8 @@
 //! ```jsonc
 //! "shared_settings": { "lit": { "draw": { "shader": "lit.wgsl.jinja", "bind": { … } } } },
 //! "passes": {
-//!   "shade": { "extends": "lit", "draw": { "filter": "opaque" } },
-//!   "glass": { "extends": "lit", "draw": { "filter": "transparent", "cull": null } }
+//!   "shade": { "extends": "lit", "draw": { "mesh_filter": "opaque" } },
+//!   "glass": { "extends": "lit", "draw": { "mesh_filter": "transparent", "cull": null } }
 //! }
 //! ```
 //!
@@ -361,7 +361,7 @@ mod tests {
                     "base": { "when": true, "dispatch": { "shader": "s" } }
                 },
                 "passes": {
-                    "one": { "extends": "drawn", "draw": { "filter": "f" } },
+                    "one": { "extends": "drawn", "draw": { "mesh_filter": "f" } },
                     "two": { "extends": "lit", "fullscreen": { "bind": { "a": null } } },
                     "three": { "extends": ["base", "lit"] }
                 }
@@ -375,7 +375,7 @@ mod tests {
         assert_eq!(
             passes,
             serde_json::json!({
-                "one": { "draw": { "bind": { "a": 1, "b": 3 }, "filter": "f" }, "extends": "drawn" },
+                "one": { "draw": { "bind": { "a": 1, "b": 3 }, "mesh_filter": "f" }, "extends": "drawn" },
                 "two": { "fullscreen": { "bind": { "b": 2 } }, "extends": "lit" },
                 "three": { "when": true, "dispatch": { "shader": "s", "bind": { "a": 1, "b": 2 } }, "extends": ["base", "lit"] },
             })

@@ -103,7 +103,7 @@ impl Settings<'_> {
             }
             Draw::Scene(scene) => {
                 self.tell("geometry".to_owned(), scene.geometry.as_str());
-                self.tell("filter".to_owned(), scene.filter.as_str());
+                self.tell("mesh_filter".to_owned(), scene.filter.as_str());
                 let views = self.name(scene.views.resource).to_owned();
                 self.tell("views".to_owned(), views);
                 self.tell("order".to_owned(), word(&scene.order));
