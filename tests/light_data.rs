@@ -38,7 +38,7 @@ const TEXT: &str = r#"{
             "to": "fitted", "far": [8, 25, 70, 200], "resolution": 256, "cadence": "cadence"
         }, "side_effect": true },
         "spots": { "spot_shadows": {
-            "to": "tiles", "placement": "placement", "capacity": "described_spots", "filter": { "radius": "radius", "min": 2, "max": 10 }
+            "to": "tiles", "placement": "placement", "capacity": "described_spots", "shadow_filter": { "radius": "radius", "min": 2, "max": 10 }
         }, "side_effect": true },
         "list": { "light_list": {
             "to": "lights", "placement": "placement", "lights": 64, "descriptors": 64, "layers": "layers", "hard_below": "hard_below",

@@ -75,7 +75,7 @@ pub struct Cascades {
     /// Texels stay in place while the bounds do not change much.
     pub clip_to_scene: Option<Expr>,
     /// With a placement: the filter that shaders use, so that cascades in which its bounds bite can be reported.
-    pub filter: Option<FilterSettings>,
+    pub shadow_filter: Option<FilterSettings>,
     /// With a placement: the angle under which directional lights are seen that say none (unit: radians); 0 without it.
     pub light_size: Option<Expr>,
     /// The most frames that what casters did waits for, in maps that a pass keeps ("redraw": "changed"): 1, so that

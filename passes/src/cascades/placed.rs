@@ -39,7 +39,7 @@ pub(super) fn declare(
         if_said(&settings.layers, |expr| placement::capacity(pass, expr, "/layers", placement::MAX_LAYERS));
     let layers = layers?.unwrap_or(count);
     let live = LiveShadows {
-        filter: settings.filter.clone(),
+        filter: settings.shadow_filter.clone(),
         light_size: settings.light_size.clone(),
         cadence: settings.cadence.clone(),
     };

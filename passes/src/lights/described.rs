@@ -35,7 +35,7 @@ pub struct DescribedSettings {
     /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
     pub reverse: Option<Expr>,
     /// The filter that shaders use, so that the distances at which its bounds bite can be reported.
-    pub filter: Option<FilterSettings>,
+    pub shadow_filter: Option<FilterSettings>,
     /// The radius of lights that say none, in metres; 0 without it.
     pub light_size: Option<Expr>,
     /// The most frames that what casters did waits for, in maps that a pass keeps ("redraw": "changed"): 1, so that
@@ -82,7 +82,7 @@ impl DescribedSettings {
     ) -> Option<Produced> {
         let reverse = pass.boolean_or(&self.reverse, "/reverse", false);
         let live = LiveShadows {
-            filter: self.filter.clone(),
+            filter: self.shadow_filter.clone(),
             light_size: self.light_size.clone(),
             cadence: self.cadence.clone(),
         };

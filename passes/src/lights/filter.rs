@@ -65,10 +65,10 @@ impl Filter {
         pass: &mut impl Evaluate,
     ) -> Option<Option<Self>> {
         let Some(settings) = settings else { return Some(None) };
-        let radius = pass.number(&settings.radius, "/filter/radius");
-        let min = pass.number(&settings.min, "/filter/min");
-        let max = pass.number(&settings.max, "/filter/max");
-        let penumbra = pass.boolean_or(&settings.penumbra, "/filter/penumbra", false);
+        let radius = pass.number(&settings.radius, "/shadow_filter/radius");
+        let min = pass.number(&settings.min, "/shadow_filter/min");
+        let max = pass.number(&settings.max, "/shadow_filter/max");
+        let penumbra = pass.boolean_or(&settings.penumbra, "/shadow_filter/penumbra", false);
         let filter = Self { radius: radius?, min: min?, max: max?, penumbra: penumbra? };
         Some((filter.radius > 0.0).then_some(filter))
     }
