@@ -106,7 +106,7 @@ fn run(gpu: &Gpu, size: [u32; 3], resources: &str, passes: &str) -> Texels {
     let texture = format!(r#""size": [{width}, {height}], "layers": {layers}"#);
     let text = format!(
         r#"{{ "format": 1, "name": "oracle", "resources": {{
-            "plain": {{ "texture": {{ "format": "rgba32float", {texture}, "view": "2d-array" }} }},
+            "plain": {{ "texture": {{ "format": "rgba32float", {texture}, "view_dimension": "2d-array" }} }},
             "seen": {{ "texture": {{ "format": "rgba32float", {texture}, "lifetime": "imported" }} }}{resources}
         }}, "passes": {{
             {passes},
@@ -139,7 +139,7 @@ fn what_is_stored_of_a_depth_are_its_moments_over_the_whole_range() {
     let Some(gpu) = gpu::device() else { return };
     for (texel, format, mode, exponent) in FORMATS {
         let image = format!(
-            r#", "image": {{ "texture": {{ "format": "{format}", "size": [1025, 1], "view": "2d-array" }} }}"#
+            r#", "image": {{ "texture": {{ "format": "{format}", "size": [1025, 1], "view_dimension": "2d-array" }} }}"#
         );
         let passes = format!(
             r#""ramp": {{ "compute": {{ "shader": "ramp.wgsl.jinja", "dispatch_over": "image",
@@ -239,7 +239,7 @@ fn moments_let_through_what_the_inequalities_say_and_never_less_than_there_is() 
 fn blurred(gpu: &Gpu, [texel, format]: [&str; 2], radius: f64, constant: f64, in_tiles: bool) -> Texels {
     let texture = |name: &str| {
         format!(
-            r#", "{name}": {{ "texture": {{ "format": "{format}", "size": [64, 48], "layers": 3, "view": "2d-array" }} }}"#
+            r#", "{name}": {{ "texture": {{ "format": "{format}", "size": [64, 48], "layers": 3, "view_dimension": "2d-array" }} }}"#
         )
     };
     let resources = [
@@ -344,7 +344,7 @@ fn each_mip_level_is_the_mean_of_the_level_above_it() {
             let level = |level: u32| {
                 let [width, height] = size.map(|side| (side >> level).max(1));
                 let image = format!(
-                    r#", "image": {{ "texture": {{ "format": "{format}", "size": {size:?}, "layers": 2, "mips": 5, "view": "2d-array" }} }}"#
+                    r#", "image": {{ "texture": {{ "format": "{format}", "size": {size:?}, "layers": 2, "mips": 5, "view_dimension": "2d-array" }} }}"#
                 );
                 let passes = format!(
                     r#""paint": {{ "compute": {{ "shader": "noise.wgsl.jinja", "dispatch_over": "image", "axes": {{ "texel_format": "'{texel}'" }},

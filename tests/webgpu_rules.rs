@@ -271,7 +271,7 @@ const COPIED: Ground = Ground {
 /// A cube of the host's.
 const CUBED: Ground = Ground {
     template: CUBE,
-    resources: r#""sky": { "texture": { "format": "rgba8unorm", "size": [64, 64], "layers": 6, "view": "cube", "lifetime": "imported" } }"#,
+    resources: r#""sky": { "texture": { "format": "rgba8unorm", "size": [64, 64], "layers": 6, "view_dimension": "cube", "lifetime": "imported" } }"#,
     passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja",
         "bind": { "picture": "sky", "reader": { "sampler": { "filter": "linear" } } }, "color": [{ "to": "target" }] } }"#,
 };
@@ -422,7 +422,7 @@ const RULES: &[Rule] = &[
     Rule("attachments have one size", "UG0405", &DEPTHS, "\"depth\": { \"texture\": { \"format\": \"depth32float\", \"size\": [64, 64]", "\"depth\": { \"texture\": { \"format\": \"depth32float\", \"size\": [32, 64]"),
     Rule("attachments have one number of samples", "UG0405", &DEPTHS, "\"depth\": { \"texture\": { \"format\": \"depth32float\",", "\"depth\": { \"texture\": { \"format\": \"depth32float\", \"samples\": 4,"),
     Rule("an attachment is a layer", "UG0409", &SHOWN, "\"size\": [64, 64] } }", "\"size\": [64, 64], \"layers\": 2 } }"),
-    Rule("volumes are not attached", "UG0409", &SHOWN, "\"size\": [64, 64] } }", "\"size\": [64, 64], \"view\": \"3d\" } }"),
+    Rule("volumes are not attached", "UG0409", &SHOWN, "\"size\": [64, 64] } }", "\"size\": [64, 64], \"view_dimension\": \"3d\" } }"),
     Rule("a pass does not sample what it draws to", "UG0404", &SHOWN, "\"picture\": \"picture\"", "\"picture\": \"target\""),
     Rule("a pass sees no stencil beside depth that it writes", "UG0404", &STENCILED, "\"to\": \"depth\", \"clear\": 1,", "\"to\": \"marks\","),
     Rule("a usage scope reads no buffer that it writes", "UG0404", &COUNTED, "\"words\": \"words\", \"counts\": \"counts\"", "\"words\": { \"buffer\": { \"name\": \"words\", \"offset\": 0, \"size\": 256 } }, \"counts\": { \"buffer\": { \"name\": \"words\", \"offset\": 256, \"size\": 256 } }"),

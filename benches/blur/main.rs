@@ -76,7 +76,8 @@ struct Form {
 
 impl Form {
     fn new(gpu: &Gpu, (texel, format): (&str, &str), radius: u32, is_shared: bool) -> Self {
-        let texture = format!(r#""format": "{format}", "size": [{SIDE}, {SIDE}], "view": "2d-array""#);
+        let texture =
+            format!(r#""format": "{format}", "size": [{SIDE}, {SIDE}], "view_dimension": "2d-array""#);
         let text = format!(
             r#"{{ "format": 1, "name": "blurs", "resources": {{
                 "image": {{ "texture": {{ {texture} }} }},

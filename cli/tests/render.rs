@@ -243,7 +243,7 @@ fn a_part_of_a_capture_and_floats_as_exr() {
     let document = format!(
         r#"{{ "format": 1, "name": "sky",
             "resources": {{
-              "sky": {{ "texture": {{ "format": "rgba8unorm", "size": [8, 8], "layers": 6, "view": "cube", "lifetime": "persistent" }} }},
+              "sky": {{ "texture": {{ "format": "rgba8unorm", "size": [8, 8], "layers": 6, "view_dimension": "cube", "lifetime": "persistent" }} }},
               "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
             "passes": {{ {},
               "show": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target" }}] }} }} }} }}"#,

@@ -215,7 +215,7 @@ fn too_little_memory_names_what_it_is_for_and_the_next_plan_is_made() {
         format!(
             r#"{{ "format": 1, "name": "memory",
               "resources": {{
-                "huge": {{ "texture": {{ "format": "rgba32float", "size": [8192, 8192], "layers": {layers}, "view": "2d-array" }} }},
+                "huge": {{ "texture": {{ "format": "rgba32float", "size": [8192, 8192], "layers": {layers}, "view_dimension": "2d-array" }} }},
                 "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}
               }},
               "passes": {{

@@ -74,7 +74,7 @@ fn several_mips_of_several_layers_are_copied_at_once() {
 fn a_box_of_a_volume_is_copied_to_layers() {
     let resources = r#"
         "layers": { "texture": { "format": "rgba8unorm", "size": [6, 6], "layers": 4 } },
-        "volume": { "texture": { "format": "rgba8unorm", "size": [6, 6], "layers": 4, "view": "3d" } }"#;
+        "volume": { "texture": { "format": "rgba8unorm", "size": [6, 6], "layers": 4, "view_dimension": "3d" } }"#;
     let passes = format!(
         r#"{}, "fill": {{ "copy": {{ "from": {{ "name": "layers" }}, "to": {{ "name": "volume" }} }} }},
            "box": {{ "after": ["blank1", "blank2"], "copy": {{ "from": {{ "name": "volume", "layer": 1, "layers": 2, "origin": [1, 2] }},
@@ -192,7 +192,7 @@ fn depth_and_stencil_are_copied_together() {
 fn depth_of_sixteen_bits_is_filled_from_a_buffer() {
     let resources = r#"
         "red": { "texture": { "format": "rg8unorm", "size": "viewport" } }, "bytes": { "buffer": { "size": 2048 } },
-        "maps": { "texture": { "format": "depth16unorm", "size": "viewport", "layers": 1, "view": "2d-array" } }"#;
+        "maps": { "texture": { "format": "depth16unorm", "size": "viewport", "layers": 1, "view_dimension": "2d-array" } }"#;
     // The low and the high byte of 65,535 × 0.2 are both 51.
     let passes = format!(
         r#"{}, "down": {{ "copy": {{ "from": {{ "name": "red" }}, "to": {{ "name": "bytes" }} }} }},

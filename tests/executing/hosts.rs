@@ -92,8 +92,7 @@ fn another_interface_wants_the_plan_again() {
 #[test]
 fn materials_of_the_hosts_own_are_bound_only_where_a_shader_reads_them() {
     let Some(gpu) = gpu::device() else { return };
-    let depth =
-        r#""depth": { "texture": { "format": "depth32float", "size": "viewport", "view": "2d-array" } }"#;
+    let depth = r#""depth": { "texture": { "format": "depth32float", "size": "viewport", "view_dimension": "2d-array" } }"#;
     let passes = r#""views": { "views": { "to": "views", "max": 1 } },
         "squares": { "draw": { "geometry": "squares", "mesh_filter": "all", "views": "views", "shader": "square_depth.wgsl.jinja",
             "depth": { "to": "depth", "clear": 1, "compare": "less" } } },

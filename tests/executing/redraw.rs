@@ -20,7 +20,7 @@ const STEPS: u32 = 85;
 /// A persistent depth texture of some layers, drawn into as `draw` says, and one of its layers shown.
 fn kept(layers: u32, shown: u32, draw: &str) -> Arc<Plan> {
     let maps = format!(
-        r#""maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", "layers": {layers}, "view": "2d-array",
+        r#""maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", "layers": {layers}, "view_dimension": "2d-array",
             "lifetime": "persistent" }} }}, {}"#,
         target(1)
     );
@@ -324,8 +324,8 @@ fn what_is_drawn_over_another_texture_lies_over_it_texel_by_texel() {
     let over = |below: &str| {
         let text = format!(
             r#"{{ "format": 1, "name": "test", {}, "resources": {{ {},
-                "below": {{ "texture": {{ "lifetime": "persistent", "view": "2d-array", {below} }} }},
-                "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", "layers": 2, "view": "2d-array",
+                "below": {{ "texture": {{ "lifetime": "persistent", "view_dimension": "2d-array", {below} }} }},
+                "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", "layers": 2, "view_dimension": "2d-array",
                   "lifetime": "persistent" }} }} }},
               "passes": {{ "views": {{ "views": {{ "to": "views", "max": 2 }} }},
                 "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "views",
@@ -369,7 +369,7 @@ fn a_parameter_draws_those_views_again_that_are_drawn_with_it() {
             "far": {{ "type": "f32", "default": 1, "min": 0, "max": 1 }},
             "idle": {{ "type": "f32", "default": 1, "min": 0, "max": 1 }} }},
           "resources": {{ "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", "layers": 2,
-            "view": "2d-array", "lifetime": "persistent" }} }}, {} }},
+            "view_dimension": "2d-array", "lifetime": "persistent" }} }}, {} }},
           "passes": {{ "views": {{ "views": {{ "to": "views", "max": 2 }} }},
             "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "views", "cull": "none",
               "shader": "square_depth.wgsl.jinja", {CHANGED},
@@ -406,7 +406,7 @@ fn a_parameter_draws_those_views_again_that_are_drawn_with_what_another_pass_mak
         r#"{{ "format": 1, "name": "test", {}, "parameters": {{
             "step": {{ "type": "u32", "default": 1, "min": 0, "max": 80 }} }},
           "resources": {{ "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport",
-            "view": "2d-array", "lifetime": "persistent" }} }}, "words": {{ "buffer": {{ "size": 4 }} }}, {} }},
+            "view_dimension": "2d-array", "lifetime": "persistent" }} }}, "words": {{ "buffer": {{ "size": 4 }} }}, {} }},
           "passes": {{ "views": {{ "views": {{ "to": "views", "max": 1 }} }},
             "clear": {{ "clear": {{ "buffer": "words" }} }},
             "bump": {{ "compute": {{ "shader": "bump.wgsl.jinja", "workgroups": [1, 1, 1],

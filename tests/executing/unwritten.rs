@@ -176,7 +176,8 @@ fn what_is_missing_of_buffers_and_volumes_is_named_with_a_way_out() {
         "color": [{ "to": "target" }] } }"#;
     let found = said(bytes, &[half, read]);
     assert!(found.contains(r#"or let "read" read fewer bytes with "offset" and "size""#), "{found}");
-    let volumes = ["volume", "other"].map(|name| texture(name, r#", "layers": 4, "view": "3d""#)).join(", ");
+    let volumes =
+        ["volume", "other"].map(|name| texture(name, r#", "layers": 4, "view_dimension": "3d""#)).join(", ");
     let volumes = format!("{volumes}, {}", texture("small", ""));
     let small = red("small", r#"{ "to": "small" }"#, "");
     let first =

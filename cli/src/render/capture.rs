@@ -139,7 +139,7 @@ fn content(plan: &Plan, name: &str) -> Option<Content> {
     let resource = plan.resources.get(name)?;
     let format = resource.format?;
     let declared = plan.pipeline.resource(resource.handle).texture();
-    let view = declared.and_then(|texture| texture.view);
+    let view = declared.and_then(|texture| texture.view_dimension);
     Some(Content {
         is_depth: format.is_depth_stencil_format(),
         is_unorm8: matches!(
@@ -159,7 +159,7 @@ fn content(plan: &Plan, name: &str) -> Option<Content> {
 
 fn is_volume(plan: &Plan, name: &str) -> bool {
     let declared = plan.resources.get(name).and_then(|one| plan.pipeline.resource(one.handle).texture());
-    declared.is_some_and(|texture| texture.view == Some(TextureShape::D3))
+    declared.is_some_and(|texture| texture.view_dimension == Some(TextureShape::D3))
 }
 
 impl CaptureFile {

@@ -96,7 +96,7 @@ impl Assembly {
             layers: None,
             mips: None,
             samples: None,
-            view: None,
+            view_dimension: None,
             lifetime: Lifetime::Transient,
             exposed: false,
             frames: None,

@@ -181,8 +181,8 @@ impl Rules<'_> {
                     TextureShape::CubeArray => layers % 6 == 0 && size.width == size.height,
                     _ => true,
                 };
-                let volume =
-                    self.plan.pipeline.resource(view.resource).texture()?.view == Some(TextureShape::D3);
+                let volume = self.plan.pipeline.resource(view.resource).texture()?.view_dimension
+                    == Some(TextureShape::D3);
                 if !fits {
                     let message = format!(
                         "\"{name}\" is {} by {} with {layers} layers, \"{}\" is {}",
@@ -314,7 +314,7 @@ impl Rules<'_> {
         for attachment in planned.attachments() {
             let resource = attachment.target.resource;
             let declared = self.plan.pipeline.resource(resource).texture();
-            if declared.is_some_and(|texture| texture.view == Some(TextureShape::D3)) {
+            if declared.is_some_and(|texture| texture.view_dimension == Some(TextureShape::D3)) {
                 let message = format!("\"{}\" is a volume, which cannot be attached", attachment.resource);
                 diagnostics.push(self.reject(resource, message, "write volumes from a compute pass"));
                 continue;

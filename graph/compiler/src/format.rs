@@ -131,7 +131,7 @@ pub(super) fn choose(
     goes_with_others: &dyn Fn(TextureFormat) -> bool,
 ) -> Result<TextureFormat, Box<Diagnostic>> {
     let names = texture.format.names();
-    let volume = texture.view == Some(TextureShape::D3);
+    let volume = texture.view_dimension == Some(TextureShape::D3);
     let mut first = None;
     let mut reasons = Vec::new();
     let mut unknown = None;
@@ -220,7 +220,7 @@ pub(super) fn could_be_like(
     size: TextureSize,
     fits: &dyn Fn(TextureFormat) -> bool,
 ) -> bool {
-    let volume = texture.view == Some(TextureShape::D3);
+    let volume = texture.view_dimension == Some(TextureShape::D3);
     let mut formats = texture.format.names().iter().filter_map(|name| parse_format(name));
     formats.any(|format| fits(format) && rejection(pipeline, format, wants, size, volume).is_none())
 }

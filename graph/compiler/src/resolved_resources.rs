@@ -136,7 +136,7 @@ impl<'a> ResolvedResources<'a> {
                     if import.is_none() && size.samples > 1 {
                         usages |= TextureUsages::RENDER_ATTACHMENT;
                     }
-                    let volume = texture.view == Some(TextureShape::D3);
+                    let volume = texture.view_dimension == Some(TextureShape::D3);
                     format.map(|format| {
                         let view_format =
                             wants.views.iter().map(|(_, view)| *view).find(|view| *view != format);

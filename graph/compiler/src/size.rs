@@ -192,7 +192,7 @@ impl<'a> Sizes<'a> {
                     return self.reject_at(codes::SIZE_LIMIT, resource, "/texture/size", message, help);
                 };
                 let limits = &self.pipeline.profile.limits;
-                let volume = texture.view == Some(TextureShape::D3);
+                let volume = texture.view_dimension == Some(TextureShape::D3);
                 let (side, deep) = match volume {
                     true => (limits.max_texture_dimension_3d, limits.max_texture_dimension_3d),
                     false => (limits.max_texture_dimension_2d, limits.max_texture_array_layers),
@@ -223,7 +223,7 @@ impl<'a> Sizes<'a> {
                     let help = "1 and 4 are possible";
                     return self.reject_at(codes::SIZE_LIMIT, resource, "/texture/samples", message, help);
                 }
-                if matches!(texture.view, Some(TextureShape::Cube | TextureShape::CubeArray))
+                if matches!(texture.view_dimension, Some(TextureShape::Cube | TextureShape::CubeArray))
                     && (layers % 6 != 0 || width != height)
                 {
                     let message =

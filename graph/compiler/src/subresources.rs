@@ -88,7 +88,7 @@ fn subresources_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Access) -> 
     let (Some(texture), Some(size)) = (resource.texture(), sizes.texture(one.resource)) else {
         return Vec::new();
     };
-    let volume = texture.view == Some(TextureShape::D3);
+    let volume = texture.view_dimension == Some(TextureShape::D3);
     // The layers of a volume are slices, fewer on each mip.
     let mip = one.range.mip.map_or(0, |run| run.first);
     let layers = if volume { (size.layers >> mip.min(31)).max(1) } else { size.layers };

@@ -24,7 +24,7 @@ pub(super) fn of_size(
     if samples == 1 {
         return None;
     }
-    if texture.view == Some(TextureShape::D3) {
+    if texture.view_dimension == Some(TextureShape::D3) {
         let message = format!("the volume \"{name}\" has {samples} samples");
         return Some(("/texture/samples", message, "a volume has one sample: remove \"samples\""));
     }

@@ -150,7 +150,8 @@ pub(super) fn check_passthroughs(
         };
         let error = match (own, other) {
             (Descriptor::Texture(a), Descriptor::Texture(b)) => {
-                let shape = |handle| pipeline.resource(handle).texture().and_then(|texture| texture.view);
+                let shape =
+                    |handle| pipeline.resource(handle).texture().and_then(|texture| texture.view_dimension);
                 let (own_shape, other_shape) = (shape(*resource), shape(passthrough.fallback));
                 let shape = own_shape.unwrap_or(TextureShape::D2) != other_shape.unwrap_or(TextureShape::D2);
                 let extent = |size: super::TextureSize| [size.width, size.height, size.layers, size.mips];

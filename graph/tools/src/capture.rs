@@ -166,7 +166,7 @@ fn check<'p>(plan: &'p Plan, capture: &Capture) -> Result<&'p PlannedResource, D
         }
     }
     let declared = plan.pipeline.resource(resource.handle).texture();
-    if declared.is_some_and(|texture| texture.view == Some(TextureShape::D3)) {
+    if declared.is_some_and(|texture| texture.view_dimension == Some(TextureShape::D3)) {
         return error(
             format!("\"{name}\" is a volume"),
             "capture a texture that a pass makes of one slice".into(),

@@ -108,7 +108,7 @@ impl Memory<'_> {
                 .add(Kind::PlaceWrong, format!("\"{name}\" cannot stand at {:?}", planned.physical));
             return;
         }
-        let volume = matches!(kind, ResourceKind::Texture(texture) if texture.view == Some(TextureShape::D3));
+        let volume = matches!(kind, ResourceKind::Texture(texture) if texture.view_dimension == Some(TextureShape::D3));
         if let Some(size) = planned.size
             && (used.highest_mip >= size.mips || (!volume && used.highest_layer >= size.layers))
         {

@@ -106,7 +106,7 @@ fn fits(plan: &Plan, resource: ResourceHandle, fallback: ResourceHandle) -> bool
         return true;
     };
     let shape = |handle: ResourceHandle| {
-        let view = plan.pipeline.resource(handle).texture().and_then(|texture| texture.view);
+        let view = plan.pipeline.resource(handle).texture().and_then(|texture| texture.view_dimension);
         view.unwrap_or(TextureShape::D2)
     };
     match (own.size, other.size) {

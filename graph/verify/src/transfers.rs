@@ -171,7 +171,7 @@ impl Transfer<'_> {
             return Err("copies texels of what is not a texture".to_owned());
         };
         let declared = self.plan.pipeline.resource(region.texture.resource).texture();
-        let volume = declared.is_some_and(|texture| texture.view == Some(TextureShape::D3));
+        let volume = declared.is_some_and(|texture| texture.view_dimension == Some(TextureShape::D3));
         let aspect = if has_two_aspects(format) { region.texture.range.aspect } else { Aspect::All };
         let (block_width, block_height) = format.block_dimensions();
         let mut list = boxes.iter();

@@ -32,7 +32,7 @@ pub(crate) fn check(uses: &Uses<'_>, violations: &mut Violations) {
         Lifetime::Persistent | Lifetime::Imported => false,
     };
     let Some(planned) = plan.resource(*handle).filter(|_| own_memory && regions.count() > 1) else { return };
-    let volume = resource.texture().is_some_and(|texture| texture.view == Some(TextureShape::D3));
+    let volume = resource.texture().is_some_and(|texture| texture.view_dimension == Some(TextureShape::D3));
     let mut written = vec![Written::default(); regions.count()];
     for accesses in uses.planned().chunk_by(|a, b| a.pass == b.pass) {
         for event in

@@ -77,7 +77,7 @@ pub struct TextureBind {
     /// The format in which the shader sees it, where it is not its own: the same with or without "-srgb".
     pub format: Option<String>,
     /// The view dimension; without it as the shader declares it.
-    pub view: Option<TextureShape>,
+    pub view_dimension: Option<TextureShape>,
     /// Of what the shader writes, whether it needs what was there: "discard" where it writes all texels. Without it what
     /// is only written is taken to be written, but not to the last texel.
     pub contents: Option<Word<Contents>>,

@@ -118,9 +118,11 @@ mod tests {
     fn values_decode_as_they_do_by_way_of_an_untyped_tree() {
         let texture =
             |rest: &str| format!(r#"{{ "texture": {{ "format": ["r8unorm"], "size": [1, 2.5] {rest} }} }}"#);
-        assert!(alike::<ResourceDeclaration>(&texture(r#", "view": "2d-array", "description": null"#)));
+        assert!(alike::<ResourceDeclaration>(&texture(
+            r#", "view_dimension": "2d-array", "description": null"#
+        )));
         assert!(alike::<ResourceDeclaration>(&texture(r#", "lifetime": "history", "initial": -1"#)));
-        assert!(!alike::<ResourceDeclaration>(&texture(r#", "view": { "2d": 1 }"#)));
+        assert!(!alike::<ResourceDeclaration>(&texture(r#", "view_dimension": { "2d": 1 }"#)));
         assert!(!alike::<ResourceDeclaration>(&texture(r#", "lifetime": 3"#)));
         assert!(!alike::<ResourceDeclaration>(&texture(r#", "lifetime": "ever""#)));
         assert!(!alike::<ResourceDeclaration>(&texture(r#", "depth": 1"#)));

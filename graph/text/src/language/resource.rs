@@ -33,7 +33,7 @@ pub struct TextureDeclaration {
     /// The number of samples of each texel: 1 or 4.
     pub samples: Option<Expr>,
     /// The view dimension of the whole texture; without it "2d" for one layer and "2d-array" for more.
-    pub view: Option<TextureShape>,
+    pub view_dimension: Option<TextureShape>,
     /// The lifetime of the texture.
     #[serde(default)]
     pub lifetime: Lifetime,

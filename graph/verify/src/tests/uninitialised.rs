@@ -119,7 +119,8 @@ fn pipeline(
             if kind == Kind::DepthStencil {
                 texture.format = FormatCandidates::One("depth24plus-stencil8".to_owned());
             }
-            texture.view = Some(if kind == Kind::Volume { TextureShape::D3 } else { TextureShape::D2Array });
+            texture.view_dimension =
+                Some(if kind == Kind::Volume { TextureShape::D3 } else { TextureShape::D2Array });
         }),
     };
     let (read, write) = match kind {

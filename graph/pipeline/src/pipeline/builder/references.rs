@@ -61,7 +61,7 @@ impl PassBuilder<'_> {
             (None, None) => 1,
             (None, Some(layers)) => layers.0.as_u64()?,
         };
-        let volume = texture.view == Some(crate::language::TextureShape::D3);
+        let volume = texture.view_dimension == Some(crate::language::TextureShape::D3);
         if region.origin.is_some() || volume || texture.samples.is_some() {
             return None;
         }

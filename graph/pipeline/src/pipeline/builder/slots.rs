@@ -265,7 +265,7 @@ impl PassBuilder<'_> {
                     None => None,
                 };
                 let usage = self.written(usage, texture.contents.as_ref(), &at)?;
-                (&texture.name, range, usage, texture.view, format, format!("{at}/name"))
+                (&texture.name, range, usage, texture.view_dimension, format, format!("{at}/name"))
             }
             Bind::Object(_) => {
                 return self.reject(codes::WRONG_RESOURCE, here, wanted(), "bind the name of a texture");
