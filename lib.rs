@@ -29,12 +29,13 @@ mod bundled;
 mod front;
 
 pub use bundled::{Bundled, PIPELINES};
-pub use front::{Library, Options, Pipeline, Setting};
+pub use front::{DiskStorage, Library, Options, Pipeline, Setting, with_templates};
 pub use umbragraph_graph::*;
 pub use umbragraph_passes as passes;
 pub use umbragraph_passes::registry;
 #[cfg(feature = "gltf")]
 pub use umbragraph_scene as scene;
+pub use umbragraph_session as session;
 
 #[cfg(feature = "gpu")]
 pub use executor::{Executor, Frame, Parameter};
@@ -50,28 +51,8 @@ use crate::source::Sources;
 
 /// The templates that come with this crate, registered under `shaders-templates/`.
 pub fn templates(sources: &mut Sources, diagnostics: &mut Diagnostics) -> Arc<TemplateSet> {
-    templates_with(&[], &mut compose::Memory::default(), sources, diagnostics)
-}
-
-/// The templates that come with this crate together with files of your own, each with its name and the path by which
-/// `reader` reads it; one of the same name replaces the embedded one.
-pub fn templates_with(
-    files: &[(String, std::path::PathBuf)],
-    reader: &mut dyn compose::Files,
-    sources: &mut Sources,
-    diagnostics: &mut Diagnostics,
-) -> Arc<TemplateSet> {
     let mut set = TemplateSet::new();
-    for (name, path) in files {
-        match reader.read(path, sources) {
-            Ok(file) => set.add_file(sources, file, name, diagnostics),
-            Err(diagnostic) => set.add_unreadable(sources, name, diagnostic, diagnostics),
-        }
-    }
-    for (name, text) in umbragraph_shaders_templates::FILES
-        .iter()
-        .filter(|(name, _)| files.iter().all(|(own, _)| own != name))
-    {
+    for (name, text) in umbragraph_shaders_templates::FILES {
         let file = sources.add(format!("shaders-templates/{name}"), *text);
         set.add_library_file(sources, file, name, diagnostics);
     }

@@ -3,19 +3,20 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::compose::{self, Disk, Files, Named, Roots};
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use umbragraph_session::{Session, Target, Template, TemplateText};
+
+use crate::Error;
+use crate::compose::{self, Roots};
+use crate::diagnostic::Diagnostics;
 use crate::draw::HostInterface;
-use crate::front::Pipeline;
+use crate::front::{DiskStorage, Pipeline, with_templates};
 use crate::node::{Node, NodeKind, Registry};
-use crate::pipeline::Modules;
-use crate::shader::{TEMPLATE_ENDS, TargetProfile, TemplateSet};
-use crate::source::{FileId, Sources};
-use crate::{Bundled, Error};
+use crate::shader::{TEMPLATE_ENDS, TargetProfile};
 
 /// What pipelines are loaded with: node kinds, templates, what the host stores of its meshes, and the target profile.
 ///
-/// Shader modules that one load has proven serve all others of the same library.
+/// Loads share a [`Session`]: what one has read, and the shader modules that it has proven, serve all others of the same
+/// library.
 ///
 /// ```
 /// # use umbragraph::{Library, Options};
@@ -32,15 +33,8 @@ pub struct Library {
     folders: Vec<PathBuf>,
     texts: Vec<(String, Arc<str>)>,
     roots: Vec<PathBuf>,
-    shared: Arc<Mutex<Shared>>,
-}
-
-/// What loads share.
-#[derive(Debug, Default)]
-struct Shared {
-    /// The templates, with the texts that they are in; made at the first load.
-    templates: Option<(Arc<TemplateSet>, Sources, Diagnostics)>,
-    modules: Arc<Mutex<Modules>>,
+    /// Begun by the first load.
+    session: Arc<Mutex<Option<Session>>>,
 }
 
 impl Default for Library {
@@ -58,7 +52,7 @@ impl Library {
             folders: Vec::new(),
             texts: Vec::new(),
             roots: Vec::new(),
-            shared: Arc::default(),
+            session: Arc::default(),
         }
     }
 
@@ -80,21 +74,21 @@ impl Library {
     #[must_use]
     pub fn host(mut self, geometry: impl Into<String>, interface: HostInterface) -> Self {
         self.registry.host(geometry, interface);
-        self
+        self.again()
     }
 
     /// A node kind of your own.
     #[must_use]
     pub fn register<N: Node>(mut self) -> Self {
         self.registry.register::<N>();
-        self
+        self.again()
     }
 
     /// A node kind of your own that is an object, with values of its own.
     #[must_use]
     pub fn register_kind(mut self, kind: impl NodeKind + 'static) -> Self {
         self.registry.register_kind(kind);
-        self
+        self.again()
     }
 
     /// What shaders and plans may rely on, in place of what WebGPU promises.
@@ -108,12 +102,12 @@ impl Library {
     #[must_use]
     pub fn root(mut self, folder: impl Into<PathBuf>) -> Self {
         self.roots.push(folder.into());
-        self
+        self.again()
     }
 
     /// Shares nothing with the library that it was before.
     fn again(mut self) -> Self {
-        self.shared = Arc::default();
+        self.session = Arc::default();
         self
     }
 
@@ -124,9 +118,11 @@ impl Library {
     /// Files that cannot be read, texts that are no JSON, templates that cannot be parsed. What depends on parameters and
     /// features is checked by [`Pipeline::plan`].
     pub fn load(&self, path: impl AsRef<Path>) -> Result<Pipeline, Error> {
-        let path = path.as_ref();
-        // What the application names it may read, wherever it lies.
-        self.open(path, &mut |sources| Bundled(Named).read(path, sources))
+        let target = Target::new(path.as_ref());
+        self.with_session(|session| {
+            session.refresh_target(&target);
+            self.open(session, &target)
+        })
     }
 
     /// Loads a pipeline from a text. What it names is relative to its name, which is that of a file that need not exist.
@@ -134,77 +130,54 @@ impl Library {
     /// # Errors
     /// As of [`Library::load`].
     pub fn load_text(&self, name: &str, text: &str) -> Result<Pipeline, Error> {
-        self.open(Path::new(name), &mut |sources| Ok(sources.add(name, text)))
+        let target = Target::new(name);
+        self.with_session(|session| {
+            session.overlay(name, text.as_bytes());
+            session.refresh_target(&target);
+            let pipeline = self.open(session, &target);
+            session.close(name);
+            pipeline
+        })
     }
 
-    fn open(
-        &self,
-        path: &Path,
-        read: &mut dyn FnMut(&mut Sources) -> Result<FileId, Diagnostic>,
-    ) -> Result<Pipeline, Error> {
-        let (templates, mut sources, mut findings, modules) = self.shared();
-        let roots = self.roots.iter().fold(Roots::of(path), |roots, folder| roots.and(folder));
-        let composed = match read(&mut sources) {
-            Ok(file) => compose::compose(file, path, &mut Bundled(Disk(roots)), &mut sources, &mut findings),
-            Err(diagnostic) => {
-                findings.push(diagnostic);
-                None
-            }
+    fn open(&self, session: &mut Session, target: &Target) -> Result<Pipeline, Error> {
+        let loaded = session.load_exactly(target).and_then(|loaded| Ok((loaded, session.diagnose(target)?)));
+        // Nobody has the switch that cancels it.
+        let Ok((loaded, findings)) = loaded else {
+            return Err(Error::new(Diagnostics::new(), session.sources()));
         };
-        match composed {
-            Some(composed) if !findings.has_errors() => {
-                let (registry, profile) = (self.registry.clone(), self.profile.clone());
-                Ok(Pipeline::new(
-                    composed.document,
-                    (registry, profile, templates, modules),
-                    sources,
-                    findings,
-                ))
-            }
-            _ => Err(Error::new(findings, &sources)),
-        }
+        let pipeline = Pipeline::new(loaded, self.profile.clone(), findings.clone());
+        pipeline.filter(|_| !findings.has_errors()).ok_or_else(|| Error::new(findings, session.sources()))
     }
 
-    /// The templates, with their texts and findings, and the modules of all loads.
-    fn shared(&self) -> (Arc<TemplateSet>, Sources, Diagnostics, Arc<Mutex<Modules>>) {
-        let mut shared = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
-        let modules = shared.modules.clone();
-        let (templates, sources, findings) = shared.templates.get_or_insert_with(|| self.read_templates());
-        (templates.clone(), sources.clone(), findings.clone(), modules)
+    fn with_session<T>(&self, work: impl FnOnce(&mut Session) -> T) -> T {
+        let mut session = self.session.lock().unwrap_or_else(PoisonError::into_inner);
+        work(session.get_or_insert_with(|| self.new_session()))
     }
 
-    fn read_templates(&self) -> (Arc<TemplateSet>, Sources, Diagnostics) {
-        let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
-        let mut files = Vec::new();
-        let mut own = Own { disk: Disk(Roots::default()), texts: &self.texts };
+    fn new_session(&self) -> Session {
+        let mut roots = Roots::default();
+        let mut unreadable = Vec::new();
+        let mut own: Vec<(String, TemplateText)> = Vec::new();
         for folder in &self.folders {
-            own.disk.0 = std::mem::take(&mut own.disk.0).and(folder);
+            roots = roots.and(folder);
             match compose::files_below(folder, &TEMPLATE_ENDS) {
-                Ok(found) => files.extend(found),
-                Err(diagnostic) => findings.push(diagnostic),
+                Ok(files) => own.extend(
+                    files
+                        .into_iter()
+                        .map(|(name, path)| (name, TemplateText::File { path, roots: roots.clone() })),
+                ),
+                Err(diagnostic) => unreadable.push(diagnostic),
             }
         }
-        files.extend(self.texts.iter().map(|(name, _)| (name.clone(), PathBuf::from(name))));
+        own.extend(self.texts.iter().map(|(name, text)| (name.clone(), TemplateText::Text(text.clone()))));
         // Of one name the last.
-        files.reverse();
-        files.sort_by(|a, b| a.0.cmp(&b.0));
-        files.dedup_by(|a, b| a.0 == b.0);
-        let templates = crate::templates_with(&files, &mut own, &mut sources, &mut findings);
-        (templates, sources, findings)
-    }
-}
-
-/// Templates from texts, and from the disk.
-struct Own<'a> {
-    disk: Disk,
-    texts: &'a [(String, Arc<str>)],
-}
-
-impl Files for Own<'_> {
-    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
-        match self.texts.iter().rev().find(|(name, _)| Path::new(name) == path) {
-            Some((name, text)) => Ok(sources.add(name.as_str(), text.clone())),
-            None => self.disk.read(path, sources),
-        }
+        own.reverse();
+        own.sort_by(|a, b| a.0.cmp(&b.0));
+        let own = own.into_iter().map(|(name, text)| Template { name, text });
+        let mut session = Session::new(DiskStorage, self.registry.clone(), with_templates(own));
+        session.set_roots(&self.roots);
+        session.report_always(unreadable);
+        session
     }
 }

@@ -6,9 +6,11 @@ mod options;
 mod pipeline;
 #[cfg(feature = "gpu")]
 mod renderer;
+mod storage;
 
 pub use library::Library;
 pub use options::{Options, Setting};
 pub use pipeline::Pipeline;
 #[cfg(feature = "gpu")]
 pub use renderer::Renderer;
+pub use storage::{DiskStorage, with_templates};

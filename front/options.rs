@@ -1,34 +1,106 @@
 //! [`Options`]: what a pipeline is planned with.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::panic::Location;
 
-use serde::Serialize;
+use serde_json::Value;
 
 use crate::compiler::{Import, Objective, PlanOptions};
 use crate::wgpu_types;
 
 /// What a pipeline is planned with: the size of the picture, values of parameters and features, what the host's own
-/// textures are.
+/// textures are. A name that the pipeline does not have, or a value of a wrong type, is an error of
+/// [`Pipeline::plan`](crate::Pipeline::plan) that says where in your code it was set.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Options {
     pub(super) plan: PlanOptions,
-    pub(super) preset: Option<String>,
-    pub(super) parameters: Vec<(String, String)>,
-    pub(super) features: Vec<(String, String)>,
+    pub(super) preset: Option<Given>,
+    pub(super) parameters: Vec<Given>,
+    pub(super) features: Vec<Given>,
     pub(super) exposed: BTreeSet<String>,
+}
+
+/// A name with a value, and the place in the host's code that gives it.
+#[derive(Clone, Debug)]
+pub(super) struct Given {
+    pub(super) name: String,
+    pub(super) value: Value,
+    pub(super) at: &'static Location<'static>,
+}
+
+impl PartialEq for Given {
+    /// Whether both give the same, wherever.
+    fn eq(&self, other: &Self) -> bool {
+        (&self.name, &self.value) == (&other.name, &other.value)
+    }
 }
 
 /// A value of a parameter or a feature: a number, a boolean, a word, a list of numbers.
 pub trait Setting {
-    /// The value as JSON.
-    fn json(&self) -> String;
+    /// The value as JSON; `null` for a number that JSON does not have, which no parameter takes.
+    fn value(&self) -> Value;
 }
 
-impl<T: Serialize> Setting for T {
-    fn json(&self) -> String {
-        serde_json::to_string(self).unwrap_or_default()
+macro_rules! settings {
+    ($($type:ty),*) => {
+        $(impl Setting for $type {
+            fn value(&self) -> Value {
+                Value::from(*self)
+            }
+        })*
+    };
+}
+
+settings!(bool, u8, u16, u32, u64, usize, i8, i16, i32, i64, isize, f64, &str);
+
+impl Setting for f32 {
+    fn value(&self) -> Value {
+        Value::from(decimal(*self))
     }
+}
+
+impl Setting for String {
+    fn value(&self) -> Value {
+        Value::from(self.as_str())
+    }
+}
+
+impl<T: Setting> Setting for [T] {
+    fn value(&self) -> Value {
+        self.iter().map(Setting::value).collect()
+    }
+}
+
+impl<T: Setting, const N: usize> Setting for [T; N] {
+    fn value(&self) -> Value {
+        self.as_slice().value()
+    }
+}
+
+impl<T: Setting> Setting for Vec<T> {
+    fn value(&self) -> Value {
+        self.as_slice().value()
+    }
+}
+
+impl<T: Setting + ?Sized> Setting for &T {
+    fn value(&self) -> Value {
+        (**self).value()
+    }
+}
+
+/// The number with the fewest decimal places that is this one in 32 bits: 0.1, and not 0.10000000149, which a range up to
+/// 0.1 does not have.
+fn decimal(number: f32) -> f64 {
+    let exact = f64::from(number);
+    let rounded = |places: i32| {
+        let scale = 10_f64.powi(places);
+        (exact * scale).round() / scale
+    };
+    // Powers of ten beyond 22 are not exact.
+    let mut candidates = (0..=22).map(rounded);
+    candidates.find(|candidate| *candidate as f32 == number).unwrap_or(exact)
 }
 
 impl Options {
@@ -45,23 +117,33 @@ impl Options {
 
     /// With a preset of the pipeline. What is set beside it counts over it.
     #[must_use]
+    #[track_caller]
     pub fn preset(mut self, name: impl Into<String>) -> Self {
-        self.preset = Some(name.into());
+        self.preset = Some(Given { name: name.into(), value: Value::Null, at: Location::caller() });
         self
     }
 
     /// With a value of a parameter.
     #[must_use]
+    #[track_caller]
     pub fn set(mut self, parameter: impl Into<String>, value: impl Setting) -> Self {
-        self.parameters.push((parameter.into(), value.json()));
+        let (name, value) = (parameter.into(), value.value());
+        self.parameters.push(Given { name, value, at: Location::caller() });
         self
     }
 
     /// With a value of a feature: on or off, or a word.
     #[must_use]
+    #[track_caller]
     pub fn feature(mut self, feature: impl Into<String>, value: impl Setting) -> Self {
-        self.features.push((feature.into(), value.json()));
+        let (name, value) = (feature.into(), value.value());
+        self.features.push(Given { name, value, at: Location::caller() });
         self
+    }
+
+    /// Everything that is given, in the order of the numbers by which a load knows it: the preset first.
+    pub(super) fn given(&self) -> impl Iterator<Item = &Given> {
+        self.preset.iter().chain(&self.parameters).chain(&self.features)
     }
 
     /// With a texture or buffer that the host looks at between frames (`Executor::texture`, `Executor::buffer`), as if the
@@ -128,4 +210,19 @@ pub(super) fn import_of(texture: &crate::wgpu::Texture) -> (Import, wgpu_types::
         samples: texture.sample_count(),
     };
     (Import::new(texture.format(), size), texture.usage())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn number_of_32_bits_is_the_decimal_that_was_written() {
+        for (number, decimal) in [(0.1_f32, 0.1), (1.0e-9, 1.0e-9), (16_777_216.0, 16_777_216.0), (0.3, 0.3)]
+        {
+            assert_eq!(number.value(), Value::from(decimal));
+        }
+        assert_eq!(f32::NAN.value(), Value::Null);
+        assert_eq!([1_u32, 2].value(), serde_json::json!([1, 2]));
+    }
 }

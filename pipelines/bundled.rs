@@ -49,6 +49,13 @@ pub const PIPELINES: &[(&str, &str)] = &[
 #[derive(Clone, Debug)]
 pub struct Bundled<F>(pub F);
 
+impl<F> Bundled<F> {
+    /// Whether a path is the name of a bundled file.
+    pub(crate) fn has(path: &Path) -> bool {
+        path.to_string_lossy().starts_with(SCHEME)
+    }
+}
+
 impl<F: Files> Files for Bundled<F> {
     fn has_scheme(&self, scheme: &str) -> bool {
         SCHEME.strip_suffix(':') == Some(scheme) || self.0.has_scheme(scheme)

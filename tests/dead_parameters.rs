@@ -8,6 +8,7 @@ mod common;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use common::host::{crowded_frame, published, quiet_frame, sunny_frame};
 use common::settings::others;
@@ -75,11 +76,11 @@ struct Context {
 /// A context, and once it has been tried the plan there with its effect, if it is not rejected.
 struct Tried {
     context: Context,
-    before: Option<Option<Rc<(Plan, String)>>>,
+    before: Option<Option<Rc<(Arc<Plan>, String)>>>,
 }
 
 impl Tried {
-    fn before(&mut self, subject: &Subject<'_>) -> Option<Rc<(Plan, String)>> {
+    fn before(&mut self, subject: &Subject<'_>) -> Option<Rc<(Arc<Plan>, String)>> {
         let plan = || subject.plan(&self.context, None, None);
         let made = || {
             plan().map(|plan| {
@@ -113,7 +114,7 @@ impl Subject<'_> {
         context: &Context,
         parameter: Option<(&str, &str)>,
         feature: Option<(&str, &str)>,
-    ) -> Option<Plan> {
+    ) -> Option<Arc<Plan>> {
         fn pair(pair: &(String, String)) -> (&str, &str) {
             (&pair.0, &pair.1)
         }

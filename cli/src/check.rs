@@ -5,13 +5,14 @@ use std::path::Path;
 
 use umbragraph::diagnostic::counted;
 use umbragraph::pipeline::{Cover, MAX_CONFIGURATIONS};
+use umbragraph::session::Surveyed;
 use umbragraph::shader::permutations::Count;
 
 use crate::arguments::CheckArguments;
 use crate::mend::mend;
 use crate::parts;
 use crate::remarks;
-use crate::session::{Covered, Session};
+use crate::session::Session;
 use crate::streams::{complain, print};
 
 /// Checks pipelines, mends them first where that is asked. Whether no errors are left; of a dry run, whether there was
@@ -33,7 +34,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
     for path in &arguments.pipelines {
         let before = session.diagnostics.error_count();
         if let Some((document, kind)) = session.part(path) {
-            let found = parts::check(&document, kind, &session.registry);
+            let found = parts::check(&document, kind, session.registry());
             session.diagnostics.extend(found);
             if session.diagnostics.error_count() == before && !arguments.format.is_data() {
                 print(&parts::summary(path, kind));
@@ -61,7 +62,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
 }
 
 /// What was covered of a pipeline, as data.
-fn numbers(path: &Path, covered: &Covered) -> serde_json::Value {
+fn numbers(path: &Path, covered: &Surveyed) -> serde_json::Value {
     let configurations = &covered.configurations;
     let unchecked = covered.coverage.first.pipeline.as_ref().map_or(0, |pipeline| pipeline.gaps.len());
     serde_json::json!({
@@ -93,7 +94,7 @@ fn whole(number: u128) -> serde_json::Value {
 }
 
 /// One line about a pipeline without errors; nothing where there is no plan.
-fn summary(path: &Path, covered: &Covered, verified: bool) -> String {
+fn summary(path: &Path, covered: &Surveyed, verified: bool) -> String {
     let Some(plan) = &covered.coverage.first.plan else { return String::new() };
     let unchecked = covered.coverage.first.pipeline.as_ref().map_or(0, |pipeline| pipeline.gaps.len());
     let passes = plan.passes.len() + plan.culled.len() + unchecked;

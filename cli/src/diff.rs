@@ -8,6 +8,7 @@ use std::path::Path;
 use umbragraph::diagnostic::{Diagnostic, codes};
 use umbragraph::read_source;
 use umbragraph::report::{Report, diff};
+use umbragraph::source::Sources;
 
 use crate::arguments::{Choices, DiffArguments};
 use crate::graph::report;
@@ -31,7 +32,7 @@ pub(crate) fn run(arguments: &DiffArguments) -> bool {
 
 fn side(session: &mut Session, path: &Path, choices: &Choices) -> Option<Report> {
     // Of what cannot be read, the pipeline's own diagnostics tell more.
-    let Some(value) = kept(session, path) else { return report(session, path, choices) };
+    let Some(value) = kept(path) else { return report(session, path, choices) };
     match serde_json::from_value(value) {
         Ok(report) => Some(report),
         Err(error) => {
@@ -46,8 +47,9 @@ fn side(session: &mut Session, path: &Path, choices: &Choices) -> Option<Report>
 }
 
 /// The JSON of a report that was kept; a pipeline has an object of passes.
-fn kept(session: &mut Session, path: &Path) -> Option<serde_json::Value> {
-    let file = read_source(path, &mut session.sources).ok()?;
-    let value: serde_json::Value = serde_json::from_str(session.sources.get(file)?.text()).ok()?;
+fn kept(path: &Path) -> Option<serde_json::Value> {
+    let mut sources = Sources::new();
+    let file = read_source(path, &mut sources).ok()?;
+    let value: serde_json::Value = serde_json::from_str(sources.get(file)?.text()).ok()?;
     value["passes"].is_array().then_some(value)
 }

@@ -39,15 +39,17 @@ pub(crate) fn mend(arguments: &CheckArguments) -> Mended {
     let mut mended = Mended::default();
     // Texts that were there before: no fix leads back to one.
     let mut seen = BTreeSet::new();
+    let mut session = Session::new(&arguments.choices.files);
+    let of_templates = session.diagnostics.clone();
     for _ in 0..MAX_ROUNDS {
-        let mut session = Session::new(&arguments.choices.files);
-        session.texts = mended.files.iter().map(|(name, file)| (name.clone(), file.text.clone())).collect();
+        session.diagnostics.clone_from(&of_templates);
         for path in &arguments.pipelines {
             session.check_all(path, &arguments.choices, arguments.config, false);
         }
         session.arrange();
-        let made = edit::mend(&session.diagnostics, &session.sources, |name| session.files.contains(name));
-        let source = |name: &str| session.sources.get(session.sources.find(name)?);
+        let made = edit::mend(&session.diagnostics, session.sources(), |name| session.has_read(name));
+        let sources = session.sources().clone();
+        let source = |name: &str| sources.get(sources.find(name)?);
         let with_text = |(name, edits): (String, Edits)| {
             let text = edits.apply(source(&name)?.text()).ok()?;
             Some((name, (edits, text)))
@@ -59,6 +61,7 @@ pub(crate) fn mend(arguments: &CheckArguments) -> Mended {
         }
         for (name, (edits, text)) in made {
             let Some(source) = source(&name) else { continue };
+            session.overlay(&name, &text);
             let file = mended.files.entry(name).or_insert_with(|| File {
                 original: source.text().to_string(),
                 text: String::new(),

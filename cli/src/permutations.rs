@@ -75,7 +75,7 @@ fn requests(
             &document,
             &options,
             (&configurations, &mut judge),
-            &session.sources,
+            session.sources(),
             &mut diagnostics,
         );
         session.diagnostics.extend(diagnostics);
@@ -131,7 +131,7 @@ fn whole_templates(session: &Session) -> Vec<String> {
 
 /// The templates that the text of one names, in quotes.
 fn named_in<'s>(session: &'s Session, name: &str) -> Vec<&'s str> {
-    let file = session.templates.file(name).and_then(|file| session.sources.get(file));
+    let file = session.templates.file(name).and_then(|file| session.sources().get(file));
     let text = file.map(|file| file.text().clone()).unwrap_or_else(|| "".into());
     let quoted = |other: &str| {
         let before_and_after =

@@ -25,7 +25,7 @@ pub(crate) fn run(arguments: &PlanArguments) -> bool {
         let (passes, resources) = (plan.passes.len(), plan.resources.len());
         complain(&format!("verified: {passes} passes, {resources} resources, no violations\n"));
     }
-    match serde_json::to_string_pretty(&plan) {
+    match serde_json::to_string_pretty(&*plan) {
         Ok(text) => {
             print_json(&(text + "\n"));
             fine

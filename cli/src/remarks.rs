@@ -3,20 +3,20 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::session::Covered;
+use umbragraph::session::Surveyed;
 
 /// The maximum number of names in a line.
 const NAMES: usize = 8;
 
 /// The configurations that parameters reach and `check` has not gone through.
-pub(crate) fn left(covered: &Covered) -> u64 {
+pub(crate) fn left(covered: &Surveyed) -> u64 {
     let Some(reachable) = covered.reachable else { return 0 };
     let checked = covered.configurations.list.len() as u128;
     u64::try_from(reachable.number.saturating_sub(checked)).unwrap_or(u64::MAX)
 }
 
 /// A line for each thing, all indented; nothing where there is nothing to say.
-pub(crate) fn lines(path: &Path, covered: &Covered) -> String {
+pub(crate) fn lines(path: &Path, covered: &Surveyed) -> String {
     let remarks = &covered.coverage.remarks;
     let mut text = String::new();
     let culled = remarks.culled.iter().map(|(_, reason)| reason.clone());

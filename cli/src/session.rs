@@ -1,24 +1,24 @@
-//! What the commands share: sources, diagnostics, templates, and a pipeline with its choices.
+//! The commands' session: what arguments ask of [`umbragraph::session`], and its diagnostics printed.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use umbragraph::compiler::{Plan, PlanOptions};
-use umbragraph::compose::{Composed, Disk, Files as _, Named, Roots};
+use umbragraph::compose::{self, Roots};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
-use umbragraph::document::{self, Document};
+use umbragraph::document::Document;
 #[cfg(feature = "gpu")]
 use umbragraph::executor::DryRun;
 use umbragraph::node::Registry;
-use umbragraph::pipeline::{self, Configurations, FileKind, Overrides};
+use umbragraph::pipeline::{self, FileKind, Overrides};
 #[cfg(feature = "gpu")]
 use umbragraph::scene::Scene;
 use umbragraph::scene::interface;
-use umbragraph::shader::permutations::{self, Count, Request};
-use umbragraph::shader::{AxisValues, TEMPLATE_ENDS, TargetProfile, TemplateSet};
+use umbragraph::session::{Choice, Judges, Loaded, Survey, Surveyed, Target, Template, TemplateText};
+use umbragraph::shader::{TEMPLATE_ENDS, TargetProfile, TemplateSet};
 use umbragraph::source::{FileId, Sources, Span};
-use umbragraph::{Bundled, CheckOptions, CheckReport, Coverage, compose};
+use umbragraph::{CheckOptions, CheckReport, DiskStorage};
 
 use crate::arguments::{Choices, DiagnosticsFormat, Files};
 #[cfg(feature = "gpu")]
@@ -26,113 +26,79 @@ use crate::device::Graphics;
 use crate::parts;
 use crate::streams::{complain, print, print_json};
 
-/// Sources, diagnostics and templates of one run of the command.
+/// A session over the disk, and the diagnostics of one run of the command.
 pub(crate) struct Session {
-    pub(crate) sources: Sources,
+    session: umbragraph::session::Session,
     pub(crate) diagnostics: Diagnostics,
     pub(crate) templates: Arc<TemplateSet>,
     /// The files of the folder of templates, where one is given.
     pub(crate) own_files: Option<BTreeSet<FileId>>,
-    /// The built-in node kinds, and glTF scenes as the host of the geometry that is theirs.
-    pub(crate) registry: Registry,
-    /// Texts that stand for those of files, by the names of these.
-    pub(crate) texts: BTreeMap<String, String>,
-    /// The files that were read.
-    pub(crate) files: BTreeSet<String>,
     /// Folders below which documents may name files, beside the working folder and their own.
     pub(crate) roots: Vec<PathBuf>,
     /// A document that every pipeline includes after its extensions.
     pub(crate) included: Option<String>,
 }
 
-/// The file system, but for the texts that stand for files.
-struct Overlaid<'s> {
-    texts: &'s BTreeMap<String, String>,
-    files: &'s mut BTreeSet<String>,
-    /// What documents may read; everything where the command line names the file.
-    disk: Option<Disk>,
-}
-
-impl compose::Files for Overlaid<'_> {
-    fn has_scheme(&self, scheme: &str) -> bool {
-        Bundled(Named).has_scheme(scheme)
-    }
-
-    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
-        let name = path.display().to_string();
-        let file = match self.texts.get(&name) {
-            Some(text) => sources.add(name.as_str(), text.as_str()),
-            None => match self.disk.clone() {
-                Some(disk) => Bundled(disk).read(path, sources)?,
-                None => Bundled(Named).read(path, sources)?,
-            },
-        };
-        self.files.insert(name);
-        Ok(file)
-    }
-}
-
 /// A pipeline with the values and the profiles that it is checked with.
 struct Configured {
-    composed: Composed,
+    target: Target,
     overrides: Overrides,
     profiles: Vec<TargetProfile>,
-}
-
-/// The results of checking the configurations of a pipeline.
-pub(crate) struct Covered {
-    pub(crate) coverage: Coverage,
-    pub(crate) configurations: Configurations,
-    /// The names of the profiles.
-    pub(crate) profiles: Vec<String>,
-    /// How many configurations differ in their shaders or passes, with all values of parameters; `None` where one was
-    /// asked for.
-    pub(crate) reachable: Option<Count>,
 }
 
 impl Session {
     /// A session with the embedded templates, and those of a folder.
     pub(crate) fn new(files: &Files) -> Self {
         let roots = &files.root;
-        let mut sources = Sources::new();
         let mut diagnostics = Diagnostics::new();
         diagnostics.extend(roots.iter().filter(|root| !root.is_dir()).map(|root| {
             let name = root.display().to_string();
             let message = format!("there is no folder \"{name}\"");
             Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message).help("--root names a folder")
         }));
-        let mut own_files = None;
-        let templates = match &files.templates {
-            None => umbragraph::templates(&mut sources, &mut diagnostics),
-            Some(folder) => {
-                let files = compose::files_below(folder, &TEMPLATE_ENDS);
-                let files = files.unwrap_or_else(|diagnostic| {
-                    diagnostics.push(diagnostic);
-                    Vec::new()
-                });
-                let mut disk = Disk(with_roots(Roots::below(folder), roots));
-                let templates = umbragraph::templates_with(&files, &mut disk, &mut sources, &mut diagnostics);
-                let file = |name: &String| match name.strip_suffix(".axes.json") {
-                    Some(stem) => templates.axes_file(stem),
-                    None => templates.file(name),
-                };
-                own_files = Some(files.iter().filter_map(|(name, _)| file(name)).collect());
-                templates
-            }
-        };
+        let own = files.templates.as_deref().map(|folder| {
+            let files = compose::files_below(folder, &TEMPLATE_ENDS).unwrap_or_else(|diagnostic| {
+                diagnostics.push(diagnostic);
+                Vec::new()
+            });
+            let below = roots.iter().fold(Roots::below(folder), |roots, folder| roots.and(folder));
+            let template = move |(name, path)| Template {
+                name,
+                text: TemplateText::File { path, roots: below.clone() },
+            };
+            files.into_iter().map(template)
+        });
+        // The built-in node kinds, and glTF scenes as the host of the geometry that is theirs.
         let mut registry = umbragraph::registry();
         registry.host(interface::GEOMETRY, interface::any_scene());
-        Self {
-            sources,
-            diagnostics,
-            templates,
-            own_files,
-            registry,
-            texts: BTreeMap::new(),
-            files: BTreeSet::new(),
-            roots: roots.clone(),
-            included: None,
-        }
+        let has_own = own.is_some();
+        let templates = umbragraph::with_templates(own.into_iter().flatten());
+        let mut session = umbragraph::session::Session::new(DiskStorage, registry, templates);
+        session.set_roots(roots);
+        diagnostics.extend(session.template_diagnostics());
+        let templates = session.templates();
+        let own_files = has_own.then(|| session.own_templates());
+        Self { session, diagnostics, templates, own_files, roots: roots.clone(), included: None }
+    }
+
+    /// The texts that the diagnostics are about.
+    pub(crate) fn sources(&self) -> &Sources {
+        self.session.sources()
+    }
+
+    /// The node kinds.
+    pub(crate) fn registry(&self) -> &Registry {
+        self.session.registry()
+    }
+
+    /// Lays a text over a file.
+    pub(crate) fn overlay(&mut self, path: &str, text: &str) {
+        self.session.overlay(path, text.as_bytes());
+    }
+
+    /// The files that were read.
+    pub(crate) fn has_read(&self, name: &str) -> bool {
+        self.session.has_read(Path::new(name))
     }
 
     /// Loads a scene, and keeps what is to be said of it.
@@ -158,18 +124,19 @@ impl Session {
 
     /// The place of a text that is on the command line.
     pub(crate) fn on_command_line(&mut self, text: &str) -> Span {
-        let file = self.sources.add("<command line>", text);
-        Span::new(file, 0..text.len())
+        self.session.text("<command line>", text)
     }
 
     /// What a document may read.
+    #[cfg(feature = "gpu")]
     pub(crate) fn roots(&self, document: &Path) -> Roots {
-        with_roots(Roots::of(document), &self.roots)
+        self.roots.iter().fold(Roots::of(document), |roots, folder| roots.and(folder))
     }
 
     /// The document of a pipeline, composed of its files, with the passes of extensions put in.
     pub(crate) fn open(&mut self, path: &Path, extensions: &[PathBuf]) -> Option<Document> {
-        Some(self.compose(path, extensions)?.document)
+        let target = self.target(path, extensions);
+        Some(self.load(&target)?.document()?.clone())
     }
 
     /// A file that is no pipeline, as it is written, and its kind; `None` for a pipeline and for what cannot be read.
@@ -181,49 +148,33 @@ impl Session {
 
     /// A document as it is written.
     pub(crate) fn read(&mut self, path: &Path) -> Result<Document, Diagnostics> {
-        let mut files = Overlaid { texts: &self.texts, files: &mut self.files, disk: None };
-        let file = files.read(path, &mut self.sources)?;
-        document::parse(&self.sources, file).valid()
+        self.session.document(path)
     }
 
-    /// The document of a pipeline, with what its files replaced of one another.
-    fn compose(&mut self, path: &Path, extensions: &[PathBuf]) -> Option<Composed> {
-        let mut composed = self.composed(path)?;
-        for extension in extensions {
-            let extension = self.composed(extension)?;
-            composed.insert(extension, &mut self.diagnostics);
+    fn target(&self, path: &Path, extensions: &[PathBuf]) -> Target {
+        let target = Target::new(path).extensions(extensions.iter().cloned());
+        match &self.included {
+            Some(text) => target.include("captures", text),
+            None => target,
         }
-        if let Some(text) = &self.included {
-            let file = self.sources.add("captures", text.as_str());
-            let mut files = compose::Memory::default();
-            let (sources, diagnostics) = (&mut self.sources, &mut self.diagnostics);
-            composed.include(
-                compose::compose(file, Path::new("captures"), &mut files, sources, diagnostics)?,
-                diagnostics,
-            );
-        }
-        Some(composed)
     }
 
-    fn composed(&mut self, path: &Path) -> Option<Composed> {
-        let disk = Disk(self.roots(path));
-        let mut files = Overlaid { texts: &self.texts, files: &mut self.files, disk: None };
-        match files.read(path, &mut self.sources) {
-            Ok(file) => {
-                files.disk = Some(disk);
-                compose::compose(file, path, &mut files, &mut self.sources, &mut self.diagnostics)
-            }
-            Err(diagnostic) => {
-                self.diagnostics.push(diagnostic);
-                None
-            }
-        }
+    /// Loads a pipeline, and keeps what is to be said of its files.
+    fn load(&mut self, target: &Target) -> Option<Loaded> {
+        let loaded = self.session.load_exactly(target).ok()?;
+        self.diagnostics.extend(self.session.diagnose(target).ok()?);
+        Some(loaded)
     }
 
     /// Takes a pipeline all the way to a plan, for the profile asked for or the first that it claims.
     pub(crate) fn check(&mut self, path: &Path, choices: &Choices) -> CheckReport {
-        self.configured(path, choices)
-            .map(|configured| self.check_one(&configured, choices))
+        let Some(Configured { target, overrides, profiles }) = self.configured(path, choices) else {
+            return CheckReport::default();
+        };
+        profiles
+            .into_iter()
+            .next()
+            .map(|first| self.plan(&target, overrides, first, choices))
             .unwrap_or_default()
     }
 
@@ -241,8 +192,10 @@ impl Session {
         if profile == pipeline.profile {
             return checked;
         }
-        let Some(configured) = self.configured(path, choices) else { return CheckReport::default() };
-        self.check_one(&Configured { profiles: vec![profile], ..configured }, choices)
+        let Some(Configured { target, overrides, .. }) = self.configured(path, choices) else {
+            return CheckReport::default();
+        };
+        self.plan(&target, overrides, profile, choices)
     }
 
     /// The same, with everything that is known of where its values come from.
@@ -250,25 +203,26 @@ impl Session {
         &mut self,
         path: &Path,
         choices: &Choices,
-    ) -> Option<(Composed, Overrides, CheckReport)> {
-        let configured = self.configured(path, choices)?;
-        let checked = self.check_one(&configured, choices);
-        Some((configured.composed, configured.overrides, checked))
+    ) -> Option<(Loaded, Overrides, CheckReport)> {
+        let Configured { target, overrides, profiles } = self.configured(path, choices)?;
+        let checked = match profiles.into_iter().next() {
+            Some(first) => self.plan(&target, overrides.clone(), first, choices),
+            None => CheckReport::default(),
+        };
+        Some((self.session.load(&target).ok()?, overrides, checked))
     }
 
-    fn check_one(&mut self, configured: &Configured, choices: &Choices) -> CheckReport {
-        let Some(profile) = configured.profiles.first() else { return CheckReport::default() };
-        let plan = Self::options(choices);
-        let options = self.check_options(profile, &configured.overrides, &plan);
-        let mut diagnostics = Diagnostics::new();
-        let checked = umbragraph::check_document(
-            &configured.composed.document,
-            &options,
-            &self.sources,
-            &mut diagnostics,
-        );
-        self.add_new(diagnostics);
-        checked
+    fn plan(
+        &mut self,
+        target: &Target,
+        overrides: Overrides,
+        profile: TargetProfile,
+        choices: &Choices,
+    ) -> CheckReport {
+        let choice = Choice::new(profile, Self::options(choices)).overrides(overrides);
+        let Ok((planned, _)) = self.session.plan(target, &choice) else { return CheckReport::default() };
+        self.add_new(planned.diagnostics);
+        planned.report
     }
 
     /// Takes a pipeline all the way to a plan in every configuration (or, with `only_one`, in the one of the settings),
@@ -279,56 +233,25 @@ impl Session {
         choices: &Choices,
         only_one: bool,
         verified: bool,
-    ) -> Option<Covered> {
-        let Configured { composed, overrides, profiles } = self.configured(path, choices)?;
-        let mut widest = Configurations::default();
-        let mut first: Option<Coverage> = None;
-        for profile in &profiles {
-            let configurations = if only_one {
-                Configurations::one(&overrides)
-            } else {
-                Configurations::of_features(&composed.document, &overrides, profile)
-            };
-            let plan = Self::options(choices);
-            let options = self.check_options(profile, &overrides, &plan);
-            let mut diagnostics = Diagnostics::new();
-            let mut coverage = umbragraph::check_configurations(
-                &composed.document,
-                &options,
-                (&configurations, verified.then_some(&verify), &mut dry_run(profile)),
-                &self.sources,
-                &mut diagnostics,
-            );
-            self.add_new(diagnostics);
-            match &mut first {
-                Some(first) => {
-                    first.variants.append(&mut coverage.variants);
-                    coverage.violations.retain(|violation| !first.violations.contains(violation));
-                    first.violations.append(&mut coverage.violations);
-                }
-                None => first = Some(coverage),
-            }
-            // Profiles that lack what features require have fewer.
-            if configurations.list.len() > widest.list.len() {
-                widest = configurations;
-            }
-        }
-        let coverage = first?;
-        self.prove_for(&coverage.variants, &profiles);
-        let reachable = profiles
-            .first()
-            .filter(|_| !only_one)
-            .map(|profile| Configurations::all(&composed.document, &self.templates, profile).number);
-        let profiles = profiles.into_iter().map(|profile| profile.name).collect();
-        Some(Covered { coverage, configurations: widest, profiles, reachable })
+    ) -> Option<Surveyed> {
+        let Configured { target, overrides, profiles } = self.configured(path, choices)?;
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let survey = Survey::new(profiles, Self::options(choices)).overrides(overrides);
+        let survey = survey.only_one(only_one).verify(verified.then_some(verify)).threads(threads);
+        let judges: Judges<'_> = &mut |profile| Box::new(dry_run(profile));
+        let surveyed = self.session.check(&target, &survey, judges).ok()?.0?;
+        self.add_new(surveyed.diagnostics.clone());
+        Some(surveyed)
     }
 
     fn configured(&mut self, path: &Path, choices: &Choices) -> Option<Configured> {
         let asked: Vec<String> = choices.profile.iter().cloned().collect();
         let asked = self.profiles_named(&asked)?;
-        let composed = self.compose(path, &choices.files.extension)?;
-        let overrides = self.overrides(&choices.settings, &composed.document);
-        let profiles = profiles(&composed.document, asked);
+        let target = self.target(path, &choices.files.extension);
+        let loaded = self.load(&target)?;
+        let document = loaded.document()?;
+        let overrides = self.overrides(&choices.settings, document);
+        let profiles = profiles(document, asked);
         let max = profiles.first().map_or(u32::MAX, |profile| profile.limits.max_texture_dimension_2d);
         if choices.size.iter().any(|side| *side > max) {
             let [width, height] = choices.size;
@@ -341,23 +264,13 @@ impl Session {
             );
             return None;
         }
-        Some(Configured { composed, overrides, profiles })
+        Some(Configured { target, overrides, profiles })
     }
 
     /// Adds diagnostics; what holds for several profiles is said once.
     fn add_new(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
         let known: HashSet<_> = self.diagnostics.iter().map(Diagnostic::key).collect();
         self.diagnostics.extend(diagnostics.into_iter().filter(|new| !known.contains(&new.key())));
-    }
-
-    /// Holds shader variants to the limits of each profile, and to the writers of its language.
-    fn prove_for(&mut self, variants: &BTreeSet<(String, AxisValues)>, profiles: &[TargetProfile]) {
-        let requests: Vec<Request> = variants
-            .iter()
-            .map(|(template, axes)| Request::one(&self.templates, template, axes, profiles))
-            .collect();
-        let proven = permutations::check(&self.templates, &requests, &permutations::Options::default());
-        self.add_new(proven.diagnostics);
     }
 
     /// The options of a check.
@@ -367,7 +280,7 @@ impl Session {
         overrides: &'a Overrides,
         plan: &'a PlanOptions,
     ) -> CheckOptions<'a> {
-        CheckOptions { registry: &self.registry, templates: &self.templates, profile, overrides, plan }
+        CheckOptions { registry: self.registry(), templates: &self.templates, profile, overrides, plan }
     }
 
     /// What the choices say of the plan.
@@ -388,7 +301,7 @@ impl Session {
     }
 
     fn complain(&self) -> bool {
-        complain(&render::human_all(&self.diagnostics, &self.sources));
+        complain(&render::human_all(&self.diagnostics, self.sources()));
         !self.diagnostics.has_errors()
     }
 
@@ -401,7 +314,7 @@ impl Session {
         json: impl FnOnce(Vec<serde_json::Value>) -> String,
     ) -> bool {
         self.arrange();
-        let Self { diagnostics, sources, .. } = &*self;
+        let (diagnostics, sources) = (&self.diagnostics, self.sources());
         match format {
             DiagnosticsFormat::Human => {
                 print(&text());
@@ -423,7 +336,7 @@ impl Session {
 
     /// Prints a diagnostic to standard error; `false`.
     pub(crate) fn fail(&self, diagnostic: Diagnostic) -> bool {
-        complain(&render::human_all([&diagnostic], &self.sources));
+        complain(&render::human_all([&diagnostic], self.sources()));
         false
     }
 
@@ -443,10 +356,6 @@ impl Session {
         }
         fine.then_some(profiles)
     }
-}
-
-fn with_roots(roots: Roots, further: &[PathBuf]) -> Roots {
-    further.iter().fold(roots, |roots, folder| roots.and(folder))
 }
 
 /// The profiles asked for, or else those that a document claims; unknown claims are diagnostics of its load.
@@ -471,6 +380,6 @@ pub(crate) fn dry_run(_: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diagnostic
 }
 
 /// The violations that a second algorithm finds in a plan, in words.
-fn verify(plan: &umbragraph::compiler::Plan, options: &PlanOptions) -> Vec<String> {
+fn verify(plan: &Plan, options: &PlanOptions) -> Vec<String> {
     umbragraph_verify::verify(plan, options).iter().map(ToString::to_string).collect()
 }

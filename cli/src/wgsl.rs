@@ -43,7 +43,7 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
                 output.extend_from_slice(format!("// pass {}: {template} [{axes}]\n", pass.name).as_bytes());
             }
             if arguments.map {
-                output.extend_from_slice(module.annotated(&session.sources).as_bytes());
+                output.extend_from_slice(module.annotated(session.sources()).as_bytes());
                 continue;
             }
             match module.emit(&pipeline.profile, arguments.target) {

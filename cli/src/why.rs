@@ -10,13 +10,13 @@ use crate::streams::{print, print_json};
 /// Tells of a name, or of the memory of two; whether there is such a name, and no error in the pipeline.
 pub(crate) fn run(arguments: &WhyArguments) -> bool {
     let mut session = Session::new(&arguments.choices.files);
-    let Some((composed, overrides, checked)) = session.trace(&arguments.pipeline, &arguments.choices) else {
+    let Some((loaded, overrides, checked)) = session.trace(&arguments.pipeline, &arguments.choices) else {
         return session.report();
     };
     let place = session.on_command_line(&arguments.name);
     let other = arguments.other.as_deref().map(|other| (other, session.on_command_line(other)));
-    let subject =
-        Subject { composed: &composed, overrides: &overrides, checked: &checked, sources: &session.sources };
+    let Some(composed) = loaded.composed() else { return session.report() };
+    let subject = Subject { composed, overrides: &overrides, checked: &checked, sources: session.sources() };
     let answer = match other {
         None => match why(&subject, &arguments.name, place) {
             Ok(things) => Ok(match arguments.format {

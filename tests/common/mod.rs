@@ -10,18 +10,20 @@ pub mod labels;
 pub mod pictures;
 pub mod settings;
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use umbragraph::CheckReport;
 use umbragraph::compiler::{Plan, PlanOptions};
-use umbragraph::compose;
+use umbragraph::compose::Roots;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, render};
 use umbragraph::document::{self, Document};
 use umbragraph::pipeline::{self, Overrides, ParameterFile, Setting};
+use umbragraph::session::{Choice, Session, Storage, Target, Template, TemplateText};
 use umbragraph::shader::{TargetProfile, TemplateSet};
-use umbragraph::source::{FileId, Sources, Span};
+use umbragraph::source::{FileId, Sources};
 use umbragraph_verify::verify;
 
 /// The folder of the workspace.
@@ -117,53 +119,66 @@ pub fn read(path: &str) -> String {
 
 /// Takes a text all the way to a plan of 640 by 480. Files that it names are looked for in the workspace.
 pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
-    let (mut sources, mut diagnostics, templates) = templates(with.templates);
-    let file = sources.add(name, text);
-    let Some(composed) =
-        compose::compose(file, Path::new(name), &mut Workspace, &mut sources, &mut diagnostics)
-    else {
-        return Outcome { sources, diagnostics, checked: CheckReport::default() };
-    };
-    let mut document = composed.document;
-    if let Some(extension) = with.extension {
-        let extension = sources.add(extension, read(extension));
-        let extension = document::parse(&sources, extension).valid().expect("JSON").root;
-        compose::insert(&mut document.root, extension, &mut diagnostics);
-    }
-    let overrides = overrides(&document, with, &mut sources, &mut diagnostics);
+    with_session(with.templates, |session| {
+        let mut target = Target::new(name);
+        target.extensions.extend(with.extension.map(PathBuf::from));
+        session.refresh_target(&target);
+        session.overlay(name, text.as_bytes());
+        let outcome = check_target(session, &target, with);
+        session.close(name);
+        outcome
+    })
+}
+
+fn check_target(session: &mut Session, target: &Target, with: &With<'_>) -> Outcome {
+    let loaded = session.load_exactly(target).expect("nothing cancels");
+    let mut diagnostics = Diagnostics::new();
     let [width, height] = with.size.unwrap_or([640, 480]);
     let options = PlanOptions::new(width, height).aliasing(!with.without_aliasing);
-    let check_options = umbragraph::CheckOptions {
-        registry: &umbragraph::registry(),
-        templates: &templates,
-        profile: &with.profile.clone().unwrap_or_else(TargetProfile::webgpu),
-        overrides: &overrides,
-        plan: &options,
-    };
-    let checked = umbragraph::check_document(&document, &check_options, &sources, &mut diagnostics);
+    let mut choice = Choice::new(with.profile.clone().unwrap_or_else(TargetProfile::webgpu), options.clone());
+    if let Some(document) = loaded.document() {
+        choice = choice.overrides(overrides(document, with, session, &mut diagnostics));
+    }
+    let (planned, found) = session.plan(target, &choice).expect("nothing cancels");
+    diagnostics.extend(found);
     diagnostics.sort();
-    if let Some(plan) = checked.plan.as_ref().filter(|_| !diagnostics.has_errors()) {
+    if let Some(plan) = planned.report.plan.as_ref().filter(|_| !diagnostics.has_errors()) {
         let violations = verify(plan, &options);
+        let name = target.path.display();
         assert!(violations.is_empty(), "the plan of {name} has errors: {violations:#?}");
     }
-    Outcome { sources, diagnostics, checked }
+    Outcome { sources: session.sources().clone(), diagnostics, checked: planned.report }
 }
 
 /// The names of the presets of a pipeline and of all that it extends.
 pub fn presets(name: &str, text: &str) -> Vec<String> {
-    let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
-    let file = sources.add(name, text);
-    let composed = compose::compose(file, Path::new(name), &mut Workspace, &mut sources, &mut diagnostics);
-    let root = composed.expect("a document").document.root;
-    let presets = root.entries_of("presets");
-    presets.iter().map(|preset| preset.key.clone()).collect()
+    with_session(&[], |session| {
+        session.overlay(name, text.as_bytes());
+        let loaded = session.load_exactly(&Target::new(name)).expect("nothing cancels");
+        session.close(name);
+        let presets = loaded.document().expect("a document").root.entries_of("presets");
+        presets.iter().map(|preset| preset.key.clone()).collect()
+    })
+}
+
+/// Lends the session of this thread that has the project's templates and some of the test's own.
+fn with_session<T>(own: &[(&str, &str)], work: impl FnOnce(&mut Session) -> T) -> T {
+    type Sessions = BTreeMap<Vec<(String, String)>, Session>;
+    thread_local!(static SESSIONS: RefCell<Sessions> = RefCell::default());
+    let key = own.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect();
+    let begin = || {
+        let template = |(name, text): (String, Arc<str>)| Template { name, text: TemplateText::Text(text) };
+        let templates = template_texts(own).into_iter().map(template).collect();
+        Session::new(Workspace, umbragraph::registry(), templates)
+    };
+    SESSIONS.with_borrow_mut(|sessions| work(sessions.entry(key).or_insert_with(begin)))
 }
 
 /// The files of the workspace, by their path in it, which is where tests run.
 struct Workspace;
 
-impl compose::Files for Workspace {
-    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+impl Storage for Workspace {
+    fn read(&mut self, path: &Path, _: Option<&Roots>, sources: &mut Sources) -> Result<FileId, Diagnostic> {
         umbragraph::read_source(path, sources)
     }
 }
@@ -171,24 +186,21 @@ impl compose::Files for Workspace {
 fn overrides(
     document: &Document,
     with: &With<'_>,
-    sources: &mut Sources,
+    session: &mut Session,
     diagnostics: &mut Diagnostics,
 ) -> Overrides {
     let mut below = Overrides::default();
-    let mut preset = with.preset.map(|name| (name.to_owned(), sources.add("<test>", name)));
+    let mut preset = with.preset.map(|name| (name.to_owned(), session.text("<test>", name)));
     if let Some(path) = with.file {
-        let at = sources.add(path, read(path));
-        let file = ParameterFile::read(&document::parse(sources, at).valid().expect("JSON"), diagnostics);
-        preset = preset.or(file.preset.map(|(name, _)| (name, at)));
+        let file = ParameterFile::read(&session.document(Path::new(path)).expect("JSON"), diagnostics);
+        preset = preset.or(file.preset);
         below = file.overrides;
     }
     if let Some((name, at)) = preset {
-        below = pipeline::of_preset(document, &name, Span::new(at, 0..1), diagnostics).under(below);
+        below = pipeline::of_preset(document, &name, at, diagnostics).under(below);
     }
-    below.under(Overrides {
-        parameters: with.parameters.iter().map(|(name, value)| setting(name, value, sources)).collect(),
-        features: with.features.iter().map(|(name, value)| setting(name, value, sources)).collect(),
-    })
+    let mut settings = |all: &[(&str, &str)]| all.iter().map(|one| setting(*one, session)).collect();
+    below.under(Overrides { parameters: settings(with.parameters), features: settings(with.features) })
 }
 
 /// The project's templates and some of the test's own, which may stand in place of the project's; read once.
@@ -201,19 +213,25 @@ pub fn templates(own: &[(&str, &str)]) -> (Sources, Diagnostics, Arc<TemplateSet
 
 fn read_templates(own: &[(&str, &str)]) -> (Sources, Diagnostics, Arc<TemplateSet>) {
     let (mut sources, mut diagnostics, mut set) = (Sources::new(), Diagnostics::new(), TemplateSet::new());
+    for (name, text) in template_texts(own) {
+        set.add(&mut sources, &name, &text, &mut diagnostics);
+    }
+    set.check(&mut diagnostics);
+    (sources, diagnostics, Arc::new(set))
+}
+
+/// The texts of the project's templates, and of some of the test's own, which may stand in place of the project's.
+fn template_texts(own: &[(&str, &str)]) -> Vec<(String, Arc<str>)> {
     let folder = root().join("shaders-templates");
     let mut names = Vec::new();
     collect(&folder, &folder, &mut names);
     names.retain(|name| own.iter().all(|(other, _)| other != name));
-    for name in names {
+    let read = |name: String| {
         let text = std::fs::read_to_string(folder.join(&name)).expect("a template");
-        set.add(&mut sources, &name, &text, &mut diagnostics);
-    }
-    for (name, text) in own {
-        set.add(&mut sources, name, text, &mut diagnostics);
-    }
-    set.check(&mut diagnostics);
-    (sources, diagnostics, Arc::new(set))
+        (name, text.into())
+    };
+    let own = own.iter().map(|(name, text)| ((*name).to_owned(), (*text).into()));
+    names.into_iter().map(read).chain(own).collect()
 }
 
 fn collect(root: &Path, folder: &Path, names: &mut Vec<String>) {
@@ -232,9 +250,9 @@ fn collect(root: &Path, folder: &Path, names: &mut Vec<String>) {
     }
 }
 
-fn setting(name: &str, value: &str, sources: &mut Sources) -> Setting {
-    let file = sources.add("<test>", value);
-    let value = document::parse(sources, file).valid().expect("JSON").root;
+fn setting((name, value): (&str, &str), session: &mut Session) -> Setting {
+    let place = session.text("<test>", value);
+    let value = document::parse(session.sources(), place.file).valid().expect("JSON").root;
     Setting { name: name.to_owned(), place: value.span, value }
 }
 

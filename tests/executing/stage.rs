@@ -297,7 +297,7 @@ pub(crate) fn try_plan_with(text: String, side: u32, features: wgpu::Features) -
     };
     let checked = umbragraph::check(file, &options, &sources, &mut diagnostics);
     match checked.plan {
-        Some(plan) if !diagnostics.has_errors() => Ok(Arc::new(plan)),
+        Some(plan) if !diagnostics.has_errors() => Ok(plan),
         _ => Err(render::human_all(&diagnostics, &sources)),
     }
 }

@@ -97,7 +97,7 @@ fn what_wgpu_rejects_of_random_pipelines_check_rejects() {
         let is_whole = |pipeline: &Arc<Pipeline>| pipeline.gaps.is_empty() && pipeline.rejected.is_empty();
         let pipeline = outcome.checked.pipeline.filter(is_whole);
         let Some(plan) = outcome.checked.plan.filter(|_| pipeline.is_some()) else { continue };
-        let said = pollster::block_on(dry_run.run(&Arc::new(plan)));
+        let said = pollster::block_on(dry_run.run(&plan));
         match (is_sound, said.has_errors()) {
             (true, true) => wrong.push(format!("{:?}\n{}", said, describe(&drawn))),
             (false, false) => {

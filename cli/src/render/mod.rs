@@ -190,13 +190,13 @@ impl<'a> Drawing<'a> {
         let draws = SceneResources::new(&graphics.device, &graphics.queue, scene, &pose)?;
         let picture = target::picture_of(&plan, &captures)?;
         let imports = target::imports(graphics, &plan, &picture);
-        let executor = Executor::new(&graphics.device, &graphics.queue, Arc::new(plan), Some(&draws))?;
+        let executor = Executor::new(&graphics.device, &graphics.queue, plan, Some(&draws))?;
         Ok(Self {
             graphics,
             scene,
             checked,
             options,
-            sources: session.sources.clone(),
+            sources: session.sources().clone(),
             toggles: &[],
             picture,
             captures,
@@ -296,10 +296,10 @@ impl<'a> Drawing<'a> {
     /// Goes on with what was checked with other settings.
     pub(crate) fn set_plan(&mut self, checked: CheckReport, session: &Session) -> Result<(), Diagnostics> {
         let Some(plan) = checked.plan.clone() else { return Err(Diagnostics::new()) };
-        (self.checked, self.sources) = (checked, session.sources.clone());
+        (self.checked, self.sources) = (checked, session.sources().clone());
         self.options.data_sizes.clear();
         self.imports = target::imports(self.graphics, &plan, &self.picture);
-        Ok(self.executor.set_plan(Arc::new(plan), Some(&self.draws))?)
+        Ok(self.executor.set_plan(plan, Some(&self.draws))?)
     }
 
     /// What CPU passes had to say of the last frame, and the lights that no pass read.

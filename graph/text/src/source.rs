@@ -36,6 +36,16 @@ impl Span {
         Self { file, start: cut(range.start), end: cut(range.end) }
     }
 
+    /// A place outside of all texts, which a host knows by a number: that of a value which it gives.
+    pub fn of_host(number: u32) -> Self {
+        Self { file: FileId(u32::MAX), start: number, end: number }
+    }
+
+    /// The number of a place that a host knows.
+    pub fn host_number(self) -> Option<u32> {
+        (self.file == FileId(u32::MAX)).then_some(self.start)
+    }
+
     /// The bytes `range` counted from the start of this span, kept inside it.
     pub fn inside(self, range: Range<usize>) -> Self {
         let at = |offset: usize| {
@@ -74,6 +84,12 @@ pub struct SourceFile {
 }
 
 impl SourceFile {
+    fn new(name: String, text: Arc<str>) -> Self {
+        let mut line_starts = vec![0];
+        line_starts.extend(text.match_indices('\n').map(|(at, _)| at as u32 + 1));
+        Self { name, text, line_starts }
+    }
+
     /// The name under which diagnostics show the file: a path as the user wrote it, or `<command line>`.
     pub fn name(&self) -> &str {
         &self.name
@@ -124,11 +140,15 @@ impl Sources {
 
     /// Registers a text. The same name may be registered again (a file that changed on disk): both stay.
     pub fn add(&mut self, name: impl Into<String>, text: impl Into<Arc<str>>) -> FileId {
-        let text = text.into();
-        let mut line_starts = vec![0];
-        line_starts.extend(text.match_indices('\n').map(|(at, _)| at as u32 + 1));
-        self.files.push(Arc::new(SourceFile { name: name.into(), text, line_starts }));
+        self.files.push(Arc::new(SourceFile::new(name.into(), text.into())));
         FileId(self.files.len() as u32 - 1)
+    }
+
+    /// Exchanges the text of a registered file. Spans into the text before mean nothing then; clones made before keep it.
+    pub fn replace(&mut self, file: FileId, text: impl Into<Arc<str>>) {
+        if let Some(known) = self.files.get_mut(file.0 as usize) {
+            *known = Arc::new(SourceFile::new(known.name.clone(), text.into()));
+        }
     }
 
     /// A registered text, or `None` for an id of another `Sources`.

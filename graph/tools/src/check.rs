@@ -18,9 +18,9 @@ pub struct CheckReport {
     /// The pipeline.
     pub pipeline: Option<Arc<Pipeline>>,
     /// The graph.
-    pub graph: Option<Graph>,
+    pub graph: Option<Arc<Graph>>,
     /// The plan.
-    pub plan: Option<Plan>,
+    pub plan: Option<Arc<Plan>>,
 }
 
 impl CheckReport {
@@ -112,5 +112,6 @@ pub(crate) fn compiled(
     let pipeline = Arc::new(pipeline);
     let graph = compiler::build(&pipeline, diagnostics);
     let plan = |graph| compiler::plan(&pipeline, graph, options, sources, diagnostics);
-    CheckReport { plan: graph.as_ref().and_then(plan), graph, pipeline: Some(pipeline.clone()) }
+    let plan = graph.as_ref().and_then(plan).map(Arc::new);
+    CheckReport { plan, graph: graph.map(Arc::new), pipeline: Some(pipeline) }
 }

@@ -20,6 +20,7 @@
 //! through anyway.
 
 use std::collections::{BTreeSet, HashSet};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::check::CheckOptions;
 use crate::cover::{Cover, MAX_PAIRED, Rules, picks};
@@ -145,20 +146,23 @@ impl Configurations {
         matches!(self.cover, Cover::Pairs | Cover::Some)
     }
 
-    /// Loads one after the other, with the shader modules of those before.
+    /// Loads one after the other, with the shader modules of those before, until that is cancelled.
     ///
     /// # Errors
     /// What is wrong with a document that is too broken to have passes at all, whatever the configuration.
     pub(super) fn load(
         &self,
         document: &Document,
-        options: &CheckOptions<'_>,
+        (options, cancelled): (&CheckOptions<'_>, &AtomicBool),
         sources: &Sources,
         modules: &mut Modules,
         mut each: impl FnMut(usize, &Overrides, Pipeline, Diagnostics, &mut Modules),
     ) -> Result<(), Diagnostics> {
         let CheckOptions { registry, templates, profile, .. } = options;
         for (at, Configuration { overrides, .. }) in self.list.iter().enumerate() {
+            if cancelled.load(Ordering::Relaxed) {
+                break;
+            }
             let mut own = Diagnostics::new();
             let load = LoadOptions { registry, templates, profile, overrides };
             match pipeline::load(document, &load, sources, &mut own, modules) {

@@ -5,6 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use crate::check::{CheckOptions, CheckReport, compiled};
 use crate::compiler::{Plan, PlanOptions};
@@ -36,47 +37,63 @@ pub struct Coverage {
 pub type Judge<'a> = &'a mut dyn FnMut(&Arc<Plan>) -> Diagnostics;
 
 /// A second opinion on a plan: violations in words.
-pub type Verify<'a> = &'a dyn Fn(&Plan, &PlanOptions) -> Vec<String>;
+pub type Verify = fn(&Plan, &PlanOptions) -> Vec<String>;
+
+/// What configurations are checked for.
+pub struct Examination<'a> {
+    /// The configurations.
+    pub configurations: &'a Configurations,
+    /// A second algorithm that checks each plan.
+    pub verify: Option<Verify>,
+    /// What is added to the diagnostics of a plan: those of a dry run, for one.
+    pub judge: Judge<'a>,
+    /// Ends the examination before the next configuration, once it is set.
+    pub cancelled: &'a AtomicBool,
+}
 
 /// Takes a document all the way to a plan in each configuration. Every diagnostic goes to `diagnostics`, once. The
-/// values are those of the configurations; `check_options.overrides` is not looked at. `verify` checks each plan by a
-/// second algorithm. What `judge` says of a plan is added: a dry run's diagnostics, for one.
+/// values are those of the configurations; `check_options.overrides` is not looked at.
 pub fn check_configurations(
     document: &Document,
     check_options: &CheckOptions<'_>,
-    (configurations, verify, judge): (&Configurations, Option<Verify<'_>>, Judge<'_>),
+    examination: Examination<'_>,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Coverage {
     let CheckOptions { templates, plan: options, .. } = check_options;
+    let Examination { configurations, verify, judge, cancelled } = examination;
     let mut coverage = Coverage::default();
     let mut modules = Modules::default();
     let mut found = Found::default();
     let mut violations: BTreeMap<String, Vec<usize>> = BTreeMap::new();
-    let checked =
-        configurations.load(document, check_options, sources, &mut modules, |at, _, pipeline, mut own, _| {
+    let checked = configurations.load(
+        document,
+        (check_options, cancelled),
+        sources,
+        &mut modules,
+        |at, _, pipeline, mut own, _| {
             for program in &pipeline.programs {
                 let variants = program.variants.iter();
                 coverage
                     .variants
                     .extend(variants.map(|variant| (program.template.clone(), variant.module.axes.clone())));
             }
-            let mut report = compiled(pipeline, options, sources, &mut own);
+            let report = compiled(pipeline, options, sources, &mut own);
             // A plan that is made in spite of errors shows what else is wrong; it promises nothing that could be verified.
             if let Some((verify, plan)) = verify.zip(report.plan.as_ref()).filter(|_| !own.has_errors()) {
                 for violation in verify(plan, options) {
                     violations.entry(violation).or_default().push(at);
                 }
             }
-            let plan = report.plan.take().map(Arc::new);
-            if let Some(plan) = plan.as_ref().filter(|_| !own.has_errors()) {
+            if let Some(plan) = report.plan.as_ref().filter(|_| !own.has_errors()) {
                 own.extend(judge(plan));
             }
             found.add(as_written(document, with_users(document, own)), at);
             if at == 0 {
-                coverage.first = CheckReport { plan: plan.map(Arc::unwrap_or_clone), ..report };
+                coverage.first = report;
             }
-        });
+        },
+    );
     if let Err(own_diagnostics) = checked {
         diagnostics.extend(as_written(document, with_users(document, own_diagnostics)));
         return coverage;

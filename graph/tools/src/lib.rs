@@ -30,6 +30,6 @@ mod witness;
 pub use check::{CheckOptions, CheckReport, check, check_document, check_sharing};
 pub use configurations::{Configuration, Configurations, MAX as MAX_CONFIGURATIONS};
 pub use cover::Cover;
-pub use coverage::{Coverage, Judge, Verify, check_configurations};
+pub use coverage::{Coverage, Examination, Judge, Verify, check_configurations};
 pub use reach::{AxisProduct, Reached, ReachedProgram, reach};
 pub use remarks::Remarks;

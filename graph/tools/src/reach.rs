@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
-use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use super::configurations::{Configurations, FreeAxis, cannot_hold};
 use crate::check::{CheckOptions, compiled};
@@ -81,7 +81,7 @@ pub fn reach(
     let mut realized = Realized { judge, works: HashSet::new() };
     let loaded = configurations.load(
         document,
-        options,
+        (options, &AtomicBool::new(false)),
         sources,
         &mut modules,
         |at, overrides, pipeline, mut own, modules| {
@@ -152,7 +152,7 @@ impl Realized<'_> {
         let plan = compiled(pipeline, options.plan, sources, &mut own).plan;
         // Values of parameters may ask for what no device has: whoever gives them is told so then.
         let plan = plan.filter(|_| !own.has_errors());
-        plan.map(|plan| (self.judge)(&Arc::new(plan))).unwrap_or_default()
+        plan.map(|plan| (self.judge)(&plan)).unwrap_or_default()
     }
 }
 

@@ -8,7 +8,8 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use super::roots::{Roots, Unreachable};
-use crate::diagnostic::{DID_YOU_MEAN, Diagnostic, codes, suggested_name};
+use crate::diagnostic::{DID_YOU_MEAN, Diagnostic, Diagnostics, codes, suggested_name};
+use crate::document::{self, Document};
 use crate::source::{FileId, MAX_FILE_BYTES, Sources, Span};
 
 /// Finds the texts that a document names.
@@ -18,6 +19,14 @@ pub trait Files {
     /// # Errors
     /// A diagnostic without a place worth naming; the caller adds where the path is named.
     fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic>;
+
+    /// The document of a registered text.
+    ///
+    /// # Errors
+    /// Diagnostics of a text that is no document.
+    fn parse(&mut self, file: FileId, sources: &Sources) -> Result<Document, Diagnostics> {
+        document::parse(sources, file).valid()
+    }
 
     /// Whether names that begin with a word and `:` are no paths of folders, but names of this.
     fn has_scheme(&self, _scheme: &str) -> bool {
@@ -166,13 +175,20 @@ pub fn read_source(path: &Path, sources: &mut Sources) -> Result<FileId, Diagnos
 fn read_as(path: &Path, name: String, sources: &mut Sources) -> Result<FileId, Diagnostic> {
     let bytes = match read_bytes(path, MAX_FILE_BYTES as u64) {
         Ok(Some(bytes)) => bytes,
-        Ok(None) => {
-            let message = format!("the file \"{name}\" has more than {MAX_FILE_BYTES} bytes");
-            return Err(Diagnostic::in_file(codes::FILE_TOO_LARGE, &name, "", message)
-                .help(format!("texts have at most {MAX_FILE_BYTES} bytes")));
-        }
+        Ok(None) => return Err(too_large(&name)),
         Err(error) => return Err(unreadable(&name, &error)),
     };
+    add_bytes(bytes, name, sources)
+}
+
+/// Registers the bytes of a text under a name.
+///
+/// # Errors
+/// Bytes that are not UTF-8; they are registered as far as they can be shown. More bytes than texts have.
+pub fn add_bytes(bytes: Vec<u8>, name: String, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+    if bytes.len() > MAX_FILE_BYTES {
+        return Err(too_large(&name));
+    }
     match String::from_utf8(bytes) {
         // Some editors begin UTF-8 with a byte-order mark; it is no part of the text.
         Ok(text) => Ok(sources.add(name, text.strip_prefix('\u{feff}').unwrap_or(&text))),
@@ -190,22 +206,41 @@ fn read_as(path: &Path, name: String, sources: &mut Sources) -> Result<FileId, D
 /// The bytes of a regular file; `None` where there are more than `max`.
 ///
 /// # Errors
-/// What is no regular file, and what the system rejects.
+/// What is no regular file, what the system rejects, and a file that changed while it was read: its beginning and its end
+/// may be of two texts.
 pub fn read_bytes(path: &Path, max: u64) -> std::io::Result<Option<Vec<u8>>> {
     let check = |metadata: &std::fs::Metadata| match (metadata.is_file(), metadata.is_dir()) {
-        (true, _) => Ok(metadata.len()),
+        (true, _) => Ok((metadata.len(), metadata.modified().ok())),
         (_, true) => Err(std::io::Error::other("it is a folder")),
         _ => Err(std::io::Error::other("it is no regular file")),
     };
     // To open a pipe is to wait for who writes it.
-    if check(&std::fs::metadata(path)?)? > max {
+    if check(&std::fs::metadata(path)?)?.0 > max {
         return Ok(None);
     }
     let file = std::fs::File::open(path)?;
-    check(&file.metadata()?)?;
+    read_unchanged(&file, || check(&file.metadata()?), max)
+}
+
+/// Reads to the end, if the state of what is read (its length and when it was written) is the same before and after.
+fn read_unchanged<S: PartialEq>(
+    file: impl std::io::Read,
+    state: impl Fn() -> std::io::Result<S>,
+    max: u64,
+) -> std::io::Result<Option<Vec<u8>>> {
+    let before = state()?;
     let mut bytes = Vec::new();
     file.take(max.saturating_add(1)).read_to_end(&mut bytes)?;
+    if state()? != before {
+        return Err(std::io::Error::other("it changed while it was read"));
+    }
     Ok((bytes.len() as u64 <= max).then_some(bytes))
+}
+
+fn too_large(name: &str) -> Diagnostic {
+    let message = format!("the file \"{name}\" has more than {MAX_FILE_BYTES} bytes");
+    Diagnostic::in_file(codes::FILE_TOO_LARGE, name, "", message)
+        .help(format!("texts have at most {MAX_FILE_BYTES} bytes"))
 }
 
 fn unreadable(name: &str, error: &std::io::Error) -> Diagnostic {
@@ -217,4 +252,21 @@ fn unreadable(name: &str, error: &std::io::Error) -> Diagnostic {
     let message = format!("the file \"{name}\" cannot be read: {reason}");
     Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message)
         .help("paths are relative to the current folder")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    #[test]
+    fn file_that_changes_while_it_is_read_is_an_error() {
+        let looks = Cell::new(0);
+        let state = || Ok(looks.replace(looks.get() + 1));
+        let error = read_unchanged(&b"text"[..], state, 9).unwrap_err();
+        assert_eq!(error.to_string(), "it changed while it was read");
+        assert_eq!(read_unchanged(&b"text"[..], || Ok(0), 9).unwrap().unwrap(), b"text");
+        assert!(read_unchanged(&b"text"[..], || Ok(0), 3).unwrap().is_none());
+    }
 }

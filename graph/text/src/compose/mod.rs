@@ -23,7 +23,7 @@ mod roots;
 mod shared_settings;
 mod subgraphs;
 
-pub use files::{Disk, Files, Memory, Named, files_below, meant_beside, read_bytes, read_source};
+pub use files::{Disk, Files, Memory, Named, add_bytes, files_below, meant_beside, read_bytes, read_source};
 pub use insert::insert;
 pub use merge::SECTIONS;
 pub use roots::{Roots, Unreachable};
@@ -172,7 +172,7 @@ impl Composer<'_> {
     }
 
     fn parse(&mut self, file: FileId) -> Option<Value> {
-        let parsed = document::parse(self.sources, file).valid();
+        let parsed = self.files.parse(file, self.sources);
         parsed.map_err(|diagnostics| self.diagnostics.extend(diagnostics)).ok().map(|document| document.root)
     }
 
@@ -332,7 +332,7 @@ fn with_scheme(files: &dyn Files, name: &str) -> Option<PathBuf> {
 }
 
 /// A path without `.` and, where something stands before it, `..`.
-fn normalize(path: &Path) -> PathBuf {
+pub fn normalize(path: &Path) -> PathBuf {
     let mut clean = PathBuf::new();
     for component in path.components() {
         match component {

@@ -42,6 +42,14 @@ impl Roots {
         self
     }
 
+    /// These folders and others.
+    #[must_use]
+    pub fn with(mut self, others: &Self) -> Self {
+        let new = others.0.iter().filter(|folder| !self.0.contains(folder)).cloned().collect::<Vec<_>>();
+        self.0.extend(new);
+        self
+    }
+
     /// Where a path leads, if that is below a root.
     ///
     /// # Errors

@@ -19,6 +19,9 @@ crate::codes! {
     /// A file that a document names and may not read.
     FILE_OUTSIDE = "UG0010", "file outside of what may be read",
         "What a document names (files that it extends or includes, subgraphs, templates, buffers and images of a scene) lies below the working folder, below the folder of the pipeline or scene that is named on the command line, or below a folder given with `--root FOLDER`. Links are followed before that is looked at. A file elsewhere is not opened, and whether it exists is not said.";
+    /// A file that is named by two paths.
+    FILE_TWICE = "UG0011", "one file by two paths",
+        "Two paths lead to the same file, by a link or by the folder that they begin with. What it says counts twice, and an unsaved text over one of the paths is over the other too.";
     /// Files that lead back to themselves.
     FILE_CYCLE = "UG0007", "files in a cycle",
         "A file extends or includes another that, perhaps by a detour, extends or includes the first; or a pipeline is made of more files than allowed.";

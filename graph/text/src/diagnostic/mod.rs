@@ -21,7 +21,7 @@ pub use values::{AxisValue, AxisValues, describe, select_axes};
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::hash::{Hash as _, Hasher as _};
 
-use crate::source::Span;
+use crate::source::{FileId, Span};
 
 /// The severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
@@ -305,8 +305,19 @@ impl Diagnostics {
     /// Sorts by place (file, offset), then severity, code and message, so that output does not depend on the order
     /// of the checks.
     pub fn sort(&mut self) {
+        self.sort_files(|file| file);
+    }
+
+    /// The same, with files in the order of their ranks.
+    pub fn sort_files<R: Ord>(&mut self, rank: impl Fn(FileId) -> R) {
+        let file = |diagnostic: &Diagnostic| {
+            (diagnostic.span().is_none(), diagnostic.span().map(|span| rank(span.file)))
+        };
         self.list.sort_by(|a, b| {
-            (&a.place, a.severity, a.code.id, &a.message).cmp(&(&b.place, b.severity, b.code.id, &b.message))
+            file(a).cmp(&file(b)).then_with(|| {
+                (&a.place, a.severity, a.code.id, &a.message)
+                    .cmp(&(&b.place, b.severity, b.code.id, &b.message))
+            })
         });
     }
 }

@@ -195,6 +195,26 @@ impl Value {
         value
     }
 
+    /// A value that all stands at one place.
+    pub fn from_json(value: serde_json::Value, span: Span) -> Self {
+        let kind = match value {
+            serde_json::Value::Null => Kind::Null,
+            serde_json::Value::Bool(value) => Kind::Bool(value),
+            serde_json::Value::Number(number) => Kind::Number(number),
+            serde_json::Value::String(text) => Kind::Text(text),
+            serde_json::Value::Array(elements) => {
+                Kind::Array(elements.into_iter().map(|element| Self::from_json(element, span)).collect())
+            }
+            serde_json::Value::Object(members) => Kind::Object(
+                members
+                    .into_iter()
+                    .map(|(key, value)| Entry { key, key_span: span, value: Self::from_json(value, span) })
+                    .collect(),
+            ),
+        };
+        Self { span, kind }
+    }
+
     /// The same value without its places.
     pub fn to_json(&self) -> serde_json::Value {
         match &self.kind {

@@ -1,0 +1,101 @@
+//! [`Target`] and [`Choice`]: what a session is asked about.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use crate::graph::compiler::PlanOptions;
+use crate::graph::pipeline::{Overrides, Setting};
+use crate::graph::shader::TargetProfile;
+
+/// A pipeline: its file, with the extensions that are put into it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub struct Target {
+    /// The file.
+    pub path: PathBuf,
+    /// The files of extensions, in the order in which they are put in.
+    pub extensions: Vec<PathBuf>,
+    /// A document that is included after the extensions, as its name and text.
+    pub included: Option<(String, String)>,
+}
+
+impl Target {
+    /// The pipeline of a file.
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        Self { path: path.into(), ..Self::default() }
+    }
+
+    /// With extensions.
+    #[must_use]
+    pub fn extensions(self, extensions: impl IntoIterator<Item = PathBuf>) -> Self {
+        Self { extensions: extensions.into_iter().collect(), ..self }
+    }
+
+    /// With a document that is included besides.
+    #[must_use]
+    pub fn include(self, name: impl Into<String>, text: impl Into<String>) -> Self {
+        Self { included: Some((name.into(), text.into())), ..self }
+    }
+}
+
+/// One configuration of a pipeline, and what its plan is made for.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Choice {
+    /// The target profile.
+    pub profile: TargetProfile,
+    /// Values of parameters and features, the last over the first.
+    pub overrides: Overrides,
+    /// What the plan is made for.
+    pub plan: PlanOptions,
+    /// Resources that the host looks at between frames, as if the pipeline said that they are `exposed`.
+    pub exposed: BTreeSet<String>,
+}
+
+impl Choice {
+    /// The values that the pipeline says, for a profile.
+    pub fn new(profile: TargetProfile, plan: PlanOptions) -> Self {
+        Self { profile, overrides: Overrides::default(), plan, exposed: BTreeSet::new() }
+    }
+
+    /// With values of parameters and features.
+    #[must_use]
+    pub fn overrides(self, overrides: Overrides) -> Self {
+        Self { overrides, ..self }
+    }
+
+    /// With resources that the host looks at.
+    #[must_use]
+    pub fn exposed(self, exposed: BTreeSet<String>) -> Self {
+        Self { exposed, ..self }
+    }
+
+    /// What a load depends on, besides the document and the templates.
+    pub(crate) fn configuration(&self) -> Configuration {
+        Configuration {
+            profile: self.profile.clone(),
+            overrides: written(&self.overrides),
+            exposed: self.exposed.clone(),
+        }
+    }
+}
+
+/// What a load depends on, besides the document and the templates.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Configuration {
+    profile: TargetProfile,
+    overrides: String,
+    exposed: BTreeSet<String>,
+}
+
+/// Overrides as a text that is the same where they are, places included.
+pub(crate) fn written(overrides: &Overrides) -> String {
+    let mut text = String::new();
+    let mut write = |kind: char, Setting { name, value, place }: &Setting| {
+        let _ = writeln!(text, "{kind}{name:?}{place:?}{:?}{}", value.span, value.to_json());
+    };
+    overrides.parameters.iter().for_each(|one| write('p', one));
+    overrides.features.iter().for_each(|one| write('f', one));
+    text
+}

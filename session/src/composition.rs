@@ -1,0 +1,132 @@
+//! A document composed of its files, and the files on which that depends.
+
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+use crate::cancel::{Cancel, Cancelled};
+use crate::choice::Target;
+use crate::done::Done;
+use crate::files::{FileTable, Read, Role};
+use crate::graph::compose::{self, Composed, Roots};
+use crate::graph::diagnostic::{Diagnostic, Diagnostics};
+use crate::graph::document::Document;
+use crate::graph::source::{FileId, Sources};
+
+/// A document composed of its files.
+#[derive(Debug)]
+pub(crate) struct Composition {
+    /// Nothing where the files are too broken.
+    pub(crate) composed: Option<Arc<Composed>>,
+    pub(crate) diagnostics: Diagnostics,
+    /// The files that were read or looked for, in their order.
+    pub(crate) reads: Vec<Read>,
+    pub(crate) files: Vec<FileId>,
+    /// The texts that places are in.
+    pub(crate) sources: Sources,
+    /// What the schema says of it, once that was asked.
+    pub(crate) schema: OnceLock<Diagnostics>,
+}
+
+impl Composition {
+    pub(crate) fn new(
+        target: &Target,
+        further: &Roots,
+        files: &mut FileTable,
+        (done, cancel): (&mut Done, &Cancel),
+    ) -> Result<Self, Cancelled> {
+        done.composed += 1;
+        let mut diagnostics = Diagnostics::new();
+        let mut reading = Vec::new();
+        let composed = files.with_sources(|files, sources| {
+            let reader = Reader { files, roots: None, reads: Vec::new(), read: Vec::new(), done, cancel };
+            let mut composing = Composing { reader, further, sources, diagnostics: &mut diagnostics };
+            let composed = composing.pipeline(target);
+            let Reader { reads, read, .. } = composing.reader;
+            reading = read;
+            cancel.check().map(|()| (composed, reads))
+        });
+        let (composed, reads) = composed?;
+        let sources = files.settled().clone();
+        let composed = composed.map(Arc::new);
+        Ok(Self { composed, diagnostics, reads, files: reading, sources, schema: OnceLock::new() })
+    }
+}
+
+struct Composing<'a> {
+    reader: Reader<'a>,
+    further: &'a Roots,
+    sources: &'a mut Sources,
+    diagnostics: &'a mut Diagnostics,
+}
+
+impl Composing<'_> {
+    fn pipeline(&mut self, target: &Target) -> Option<Composed> {
+        let mut composed = self.file(&target.path, None)?;
+        for extension in &target.extensions {
+            let extension = self.file(extension, None)?;
+            composed.insert(extension, self.diagnostics);
+        }
+        if let Some((name, text)) = &target.included {
+            let included = self.file(Path::new(name), Some(text))?;
+            composed.include(included, self.diagnostics);
+        }
+        Some(composed)
+    }
+
+    fn file(&mut self, path: &Path, text: Option<&str>) -> Option<Composed> {
+        // What the host names it may read, wherever it lies.
+        self.reader.roots = None;
+        let file = match text {
+            Some(text) => Ok(self.reader.text(path, text, self.sources)),
+            None => compose::Files::read(&mut self.reader, path, self.sources),
+        };
+        match file {
+            Ok(file) => {
+                self.reader.roots = Some(Roots::of(path).with(self.further));
+                compose::compose(file, path, &mut self.reader, self.sources, self.diagnostics)
+            }
+            Err(diagnostic) => {
+                self.diagnostics.push(diagnostic);
+                None
+            }
+        }
+    }
+}
+
+/// Reads for the composition, and writes down what.
+struct Reader<'a> {
+    files: &'a mut FileTable,
+    roots: Option<Roots>,
+    reads: Vec<Read>,
+    read: Vec<FileId>,
+    done: &'a mut Done,
+    cancel: &'a Cancel,
+}
+
+impl Reader<'_> {
+    fn text(&mut self, path: &Path, text: &str, sources: &mut Sources) -> FileId {
+        let file = self.files.text(&path.display().to_string(), text, sources);
+        self.read.push(file);
+        file
+    }
+}
+
+impl compose::Files for Reader<'_> {
+    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+        let result = self.files.read(path, self.roots.as_ref(), Role::Document, sources, self.done);
+        self.reads.push(Read { path: path.to_owned(), revision: self.files.revision(path) });
+        self.read.extend(&result);
+        result
+    }
+
+    fn parse(&mut self, file: FileId, sources: &Sources) -> Result<Document, Diagnostics> {
+        if self.cancel.check().is_err() {
+            return Err(Diagnostics::new());
+        }
+        self.files.document(file, sources, self.done)
+    }
+
+    fn has_scheme(&self, scheme: &str) -> bool {
+        self.files.has_scheme(scheme)
+    }
+}

@@ -1,0 +1,421 @@
+//! The files of a session: each read once, with unsaved texts over them.
+//!
+//! Each path has a slot: one [`FileId`] for as long as the session lives, so that what stays the same keeps its places.
+//! There are two texts per slot. The *settled* one is what documents and results were made of. The *current* one is what
+//! the file says now. They differ only in comments and layout: a text with other tokens is settled at once, and gives the
+//! file another revision, by which compositions see that they are out of date.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::done::Done;
+use crate::graph::compose::{Roots, add_bytes, normalize};
+use crate::graph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use crate::graph::document::{self, Document};
+use crate::graph::source::{FileId, Sources, Span};
+use crate::tokens::{Token, are_alike, moved, tokens};
+
+/// The place where a session's files are: a disk, a program, a page.
+pub trait Storage: Send {
+    /// Reads and registers the text at a path. A path that a document names has to lead below `roots`; one that the host
+    /// names comes without, and may be anywhere.
+    ///
+    /// # Errors
+    /// A file that is not there, may not be read, or is no text.
+    fn read(
+        &mut self,
+        path: &Path,
+        roots: Option<&Roots>,
+        sources: &mut Sources,
+    ) -> Result<FileId, Diagnostic>;
+
+    /// Whether a document may read a path.
+    fn may_read(&self, _path: &Path, _roots: &Roots) -> bool {
+        true
+    }
+
+    /// Whether names that begin with a word and `:` are names of this storage, and no paths of folders.
+    fn has_scheme(&self, _scheme: &str) -> bool {
+        false
+    }
+
+    /// The one path that all paths to a file share.
+    fn identity(&self, path: &Path) -> PathBuf {
+        normalize(path)
+    }
+}
+
+/// What a file is read as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// A document: comments and layout mean nothing.
+    Document,
+    /// A template: every character counts.
+    Template,
+}
+
+/// A file that was read or looked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Read {
+    pub(crate) path: PathBuf,
+    pub(crate) revision: u64,
+}
+
+pub(crate) struct FileTable {
+    storage: Box<dyn Storage>,
+    overlays: BTreeMap<PathBuf, Overlay>,
+    known: BTreeMap<PathBuf, Known>,
+    paths: HashMap<FileId, PathBuf>,
+    settled: Sources,
+    current: Sources,
+    /// Texts that are no files, by name.
+    texts: HashMap<String, Vec<FileId>>,
+    revision: u64,
+}
+
+/// An unsaved text.
+struct Overlay {
+    /// The path by which it was given.
+    path: PathBuf,
+    bytes: Arc<[u8]>,
+    /// A further path by which it was given.
+    again: Option<PathBuf>,
+}
+
+struct Known {
+    identity: PathBuf,
+    roots: Option<Roots>,
+    role: Role,
+    slot: Option<FileId>,
+    failure: Option<Diagnostic>,
+    revision: u64,
+    document: Option<Result<Document, Diagnostics>>,
+    /// The tokens of the settled text, once they were asked for.
+    tokens: Option<Vec<Token>>,
+    /// The tokens of the current text, where that is another.
+    moved: Option<Vec<Token>>,
+}
+
+impl Known {
+    fn answer(&self) -> Result<FileId, Diagnostic> {
+        match (&self.failure, self.slot) {
+            (None, Some(slot)) => Ok(slot),
+            (Some(failure), _) => Err(failure.clone()),
+            (None, None) => {
+                Err(Diagnostic::error(codes::FILE_UNREADABLE, Place::Nowhere, "no text was read"))
+            }
+        }
+    }
+}
+
+impl FileTable {
+    pub(crate) fn new(storage: Box<dyn Storage>) -> Self {
+        Self {
+            storage,
+            overlays: BTreeMap::new(),
+            known: BTreeMap::new(),
+            paths: HashMap::new(),
+            settled: Sources::new(),
+            current: Sources::new(),
+            texts: HashMap::new(),
+            revision: 0,
+        }
+    }
+
+    /// The texts that documents and results were made of.
+    pub(crate) fn settled(&self) -> &Sources {
+        &self.settled
+    }
+
+    /// The texts as they are.
+    pub(crate) fn current(&self) -> &Sources {
+        &self.current
+    }
+
+    /// Lets something add texts to the settled ones, and this table with them.
+    pub(crate) fn with_sources<T>(&mut self, work: impl FnOnce(&mut Self, &mut Sources) -> T) -> T {
+        let mut sources = std::mem::take(&mut self.settled);
+        let result = work(self, &mut sources);
+        self.settled = sources;
+        add_new(&mut self.current, &self.settled);
+        result
+    }
+
+    pub(crate) fn has_scheme(&self, scheme: &str) -> bool {
+        self.storage.has_scheme(scheme)
+    }
+
+    /// Registers a text that is no file; the same one is registered once.
+    pub(crate) fn text(&mut self, name: &str, text: &str, sources: &mut Sources) -> FileId {
+        let known = self.texts.entry(name.to_owned()).or_default();
+        let is_it = |file: &&FileId| sources.get(**file).is_some_and(|file| **file.text() == *text);
+        if let Some(file) = known.iter().find(is_it) {
+            return *file;
+        }
+        let file = sources.add(name, text);
+        known.push(file);
+        file
+    }
+
+    /// Reads a path, unless it is known.
+    pub(crate) fn read(
+        &mut self,
+        path: &Path,
+        roots: Option<&Roots>,
+        role: Role,
+        sources: &mut Sources,
+        done: &mut Done,
+    ) -> Result<FileId, Diagnostic> {
+        if let Some(known) = self.known.get_mut(path) {
+            if role == Role::Template {
+                known.role = role;
+            }
+            if known.roots.as_ref() == roots {
+                return known.answer();
+            }
+            if known.failure.is_none() {
+                if roots.is_none_or(|roots| self.storage.may_read(path, roots)) {
+                    return known.answer();
+                }
+                // Who may not read it is told so, and the others keep it.
+                let rejected = self.storage.read(path, roots, &mut Sources::new());
+                return rejected.and_then(|_| known.answer());
+            }
+        }
+        let identity = self.storage.identity(path);
+        self.fetch(path, identity, roots.cloned(), role, sources, done)
+    }
+
+    pub(crate) fn has_read(&self, path: &Path) -> bool {
+        self.known.get(path).is_some_and(|known| known.failure.is_none())
+    }
+
+    /// The number of the text of a path; it is the same for as long as the path says the same.
+    pub(crate) fn revision(&self, path: &Path) -> u64 {
+        self.known.get(path).map_or(0, |known| known.revision)
+    }
+
+    /// Whether files say what they said when they were read.
+    pub(crate) fn are_unchanged(&self, reads: &[Read]) -> bool {
+        reads.iter().all(|read| self.revision(&read.path) == read.revision)
+    }
+
+    /// The document of a slot's settled text.
+    pub(crate) fn document(
+        &mut self,
+        file: FileId,
+        sources: &Sources,
+        done: &mut Done,
+    ) -> Result<Document, Diagnostics> {
+        let Some(known) = self.paths.get(&file).and_then(|path| self.known.get_mut(path)) else {
+            done.parsed += 1;
+            return document::parse(sources, file).valid();
+        };
+        let parse = || {
+            done.parsed += 1;
+            document::parse(sources, file).valid()
+        };
+        known.document.get_or_insert_with(parse).clone()
+    }
+
+    /// Lays an unsaved text over a path; `None` takes it away.
+    pub(crate) fn overlay(&mut self, path: &Path, bytes: Option<Arc<[u8]>>, done: &mut Done) {
+        let identity = self.storage.identity(path);
+        match bytes {
+            Some(bytes) => {
+                let before = self.overlays.remove(&identity);
+                let again = before.and_then(|before| match before.path == path {
+                    true => before.again,
+                    false => Some(before.path),
+                });
+                self.overlays.insert(identity.clone(), Overlay { path: path.to_owned(), bytes, again });
+            }
+            None => {
+                self.overlays.remove(&identity);
+            }
+        }
+        self.changed(&identity, done);
+    }
+
+    /// Reads the paths to a file again.
+    pub(crate) fn changed(&mut self, path: &Path, done: &mut Done) {
+        let identity = self.storage.identity(path);
+        let is_it = |known: &Known| known.identity == identity;
+        let paths: Vec<PathBuf> =
+            self.known.iter().filter(|(_, known)| is_it(known)).map(|(path, _)| path.clone()).collect();
+        paths.iter().for_each(|path| self.again(path, done));
+    }
+
+    /// Reads everything again.
+    pub(crate) fn refresh(&mut self, done: &mut Done) {
+        let paths: Vec<PathBuf> = self.known.keys().cloned().collect();
+        paths.iter().for_each(|path| self.again(path, done));
+    }
+
+    fn again(&mut self, path: &Path, done: &mut Done) {
+        let Some(known) = self.known.get(path) else { return };
+        let (roots, role) = (known.roots.clone(), known.role);
+        // A link may lead elsewhere by now.
+        let identity = self.storage.identity(path);
+        self.with_sources(|files, sources| {
+            let _ = files.fetch(path, identity, roots, role, sources, done);
+        });
+    }
+
+    fn fetch(
+        &mut self,
+        path: &Path,
+        identity: PathBuf,
+        roots: Option<Roots>,
+        role: Role,
+        sources: &mut Sources,
+        done: &mut Done,
+    ) -> Result<FileId, Diagnostic> {
+        done.read += 1;
+        let mut scratch = Sources::new();
+        let may_read = roots.as_ref().is_none_or(|roots| self.storage.may_read(path, roots));
+        let read = match self.overlays.get(&identity).filter(|_| may_read) {
+            Some(overlay) => add_bytes(overlay.bytes.to_vec(), path.display().to_string(), &mut scratch),
+            None => self.storage.read(path, roots.as_ref(), &mut scratch),
+        };
+        let (file, failure) = match read {
+            Ok(file) => (Some(file), None),
+            Err(diagnostic) => (diagnostic.span().map(|span| span.file), Some(diagnostic)),
+        };
+        let read = file.and_then(|file| scratch.get(file)).cloned();
+        let revision = self.revision + 1;
+        let known = self.known.entry(path.to_owned()).or_insert_with(|| Known {
+            identity: identity.clone(),
+            roots: roots.clone(),
+            role,
+            slot: None,
+            failure: None,
+            revision: 0,
+            document: None,
+            tokens: None,
+            moved: None,
+        });
+        (known.identity, known.roots) = (identity, roots);
+        let is_new = known.slot.is_none();
+        if let (None, Some(file)) = (known.slot, &read) {
+            let slot = sources.add(file.name(), file.text().clone());
+            add_new(&mut self.current, sources);
+            known.slot = Some(slot);
+            self.paths.insert(slot, path.to_owned());
+        }
+        let failure = failure.map(|failure| match (failure.place.clone(), known.slot) {
+            (Place::Span(span), Some(slot)) => {
+                let mut failure = failure;
+                failure.place = Span { file: slot, ..span }.into();
+                failure
+            }
+            _ => failure,
+        });
+        let text_of = |sources: &Sources| {
+            let file = known.slot.and_then(|slot| sources.get(slot));
+            file.map(|file| file.text().clone())
+        };
+        let text = read.map(|file| file.text().clone());
+        let is_same = !is_new && known.revision > 0 && failure == known.failure;
+        if is_same && (text.is_none() || text == text_of(&self.current)) {
+            return known.answer();
+        }
+        if let (Some(slot), Some(text)) = (known.slot, &text) {
+            self.current.replace(slot, text.clone());
+        }
+        // The same tokens, of a text that was a document.
+        if let (true, None, Role::Document, Some(Ok(_)), Some(text), Some(old)) =
+            (is_same, &failure, known.role, &known.document, &text, text_of(sources))
+            && let Some(new) = tokens(text)
+        {
+            done.compared += 1;
+            if known.tokens.is_none() {
+                known.tokens = tokens(&old);
+            }
+            if known.tokens.as_ref().is_some_and(|before| are_alike((before, &old), (&new, text))) {
+                known.moved = (**text != *old).then_some(new);
+                return known.answer();
+            }
+        }
+        if let (Some(slot), Some(text)) = (known.slot, text) {
+            sources.replace(slot, text);
+        }
+        self.revision = revision;
+        *known = Known {
+            failure,
+            revision,
+            document: None,
+            tokens: None,
+            moved: None,
+            identity: std::mem::take(&mut known.identity),
+            roots: known.roots.take(),
+            ..*known
+        };
+        known.answer()
+    }
+
+    /// Where a place of settled texts is in the current ones; `None` where it has no counterpart.
+    pub(crate) fn place(&self, span: Span) -> Option<Span> {
+        let known = self.paths.get(&span.file).and_then(|path| self.known.get(path));
+        match known.and_then(|known| Some((known.tokens.as_ref()?, known.moved.as_ref()?))) {
+            Some((from, to)) => moved(span, from, to),
+            None => Some(span),
+        }
+    }
+
+    /// Settles the current texts of files, so that everything made of them is made again.
+    pub(crate) fn settle(&mut self, reads: &[Read]) {
+        for Read { path, .. } in reads {
+            let Some(known) = self.known.get_mut(path) else { continue };
+            let (Some(moved), Some(slot)) = (known.moved.take(), known.slot) else { continue };
+            if let Some(file) = self.current.get(slot) {
+                self.settled.replace(slot, file.text().clone());
+            }
+            self.revision += 1;
+            (known.revision, known.document, known.tokens) = (self.revision, None, Some(moved));
+        }
+    }
+
+    /// Diagnostics about unsaved texts that are given twice, and about files that were read by two paths.
+    pub(crate) fn twins(&self, reads: &[Read]) -> Diagnostics {
+        let mut first: BTreeMap<&Path, &Path> = BTreeMap::new();
+        let mut diagnostics = Diagnostics::new();
+        for path in reads.iter().map(|read| read.path.as_path()) {
+            let Some(known) = self.known.get(path).filter(|known| known.failure.is_none()) else { continue };
+            let other = *first.entry(&known.identity).or_insert(path);
+            let again = self.overlays.get(&known.identity).and_then(|overlay| overlay.again.as_deref());
+            let names = [other, path].map(|path| path.display().to_string());
+            if other != path {
+                let message = format!("\"{}\" and \"{}\" are the same file", names[0], names[1]);
+                let diagnostic = Diagnostic::in_file(codes::FILE_TWICE, &names[1], "", message);
+                diagnostics.push(
+                    diagnostic
+                        .severity(crate::graph::diagnostic::Severity::Warning)
+                        .help("name it by the same path everywhere"),
+                );
+            }
+            if let (Some(again), Some(overlay)) = (again, self.overlays.get(&known.identity)) {
+                let (first, last) = (again.display().to_string(), overlay.path.display().to_string());
+                let message = format!(
+                    "unsaved texts are given for \"{first}\" and for \"{last}\", which are the same file"
+                );
+                let diagnostic = Diagnostic::in_file(codes::FILE_TWICE, last, "", message);
+                diagnostics.push(
+                    diagnostic
+                        .severity(crate::graph::diagnostic::Severity::Warning)
+                        .help("the last text is used; close the other"),
+                );
+            }
+        }
+        diagnostics
+    }
+}
+
+/// Adds what others have more.
+fn add_new(sources: &mut Sources, others: &Sources) {
+    let known = sources.iter().count();
+    for (_, file) in others.iter().skip(known) {
+        sources.add(file.name(), file.text().clone());
+    }
+}

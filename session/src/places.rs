@@ -1,0 +1,35 @@
+//! Diagnostics with the places that they have in the current texts, in the order of the files.
+
+use std::collections::HashMap;
+
+use crate::files::FileTable;
+use crate::graph::diagnostic::{Diagnostic, Diagnostics, Place};
+use crate::graph::source::FileId;
+
+/// Moves the places of diagnostics to the current texts; `None` where one has no counterpart there.
+pub(crate) fn moved(diagnostics: &Diagnostics, files: &FileTable) -> Option<Diagnostics> {
+    diagnostics.iter().map(|diagnostic| moved_one(diagnostic.clone(), files)).collect()
+}
+
+fn moved_one(mut diagnostic: Diagnostic, files: &FileTable) -> Option<Diagnostic> {
+    let related = diagnostic.related.iter_mut().map(|related| &mut related.place);
+    for place in std::iter::once(&mut diagnostic.place).chain(related) {
+        if let Place::Span(span) = place {
+            *span = files.place(*span)?;
+        }
+    }
+    for edit in diagnostic.fix.iter_mut().flat_map(|fix| &mut fix.edits) {
+        edit.span = files.place(edit.span)?;
+    }
+    Some(diagnostic)
+}
+
+/// Sorts by place as if the files had been read in this order, whatever was read before them in a session.
+pub(crate) fn sort(diagnostics: &mut Diagnostics, files: impl Iterator<Item = FileId>) {
+    let mut ranks: HashMap<FileId, usize> = HashMap::new();
+    for file in files {
+        let rank = ranks.len();
+        ranks.entry(file).or_insert(rank);
+    }
+    diagnostics.sort_files(|file| ranks.get(&file).copied().unwrap_or(usize::MAX));
+}

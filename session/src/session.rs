@@ -1,0 +1,311 @@
+//! [`Session`]: files, caches, and the answers to what is asked of a pipeline.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::cancel::{Cancel, Cancelled};
+use crate::choice::{Choice, Target};
+use crate::composition::Composition;
+use crate::done::Done;
+use crate::files::{FileTable, Read, Role, Storage};
+use crate::graph::compose::Roots;
+use crate::graph::diagnostic::{Diagnostic, Diagnostics};
+use crate::graph::document::Document;
+use crate::graph::node::Registry;
+use crate::graph::shader::TemplateSet;
+use crate::graph::source::{FileId, Sources, Span};
+use crate::graph::why::{Subject, Thing, why};
+use crate::loaded::{Loaded, Planned};
+use crate::places;
+use crate::survey::{Judges, Survey, Surveyed, survey};
+use crate::templates::{Template, Templates};
+
+/// Files, caches, and the answers to what is asked of a pipeline. See the [crate](crate).
+pub struct Session {
+    files: FileTable,
+    registry: Arc<Registry>,
+    roots: Roots,
+    list: Vec<Template>,
+    /// What is to be said of the host's own mistakes, such as a folder that is not there.
+    always: Diagnostics,
+    templates: Option<Arc<Templates>>,
+    loads: BTreeMap<Target, Loaded>,
+    surveys: BTreeMap<Target, (Loaded, String, Option<Surveyed>)>,
+    done: Done,
+    cancel: Cancel,
+}
+
+impl std::fmt::Debug for Session {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Session").field("loads", &self.loads.keys()).finish_non_exhaustive()
+    }
+}
+
+/// Pipelines of which the last load is kept.
+const KEPT: usize = 64;
+
+impl Session {
+    /// A session over files, with the node kinds and the templates of its pipelines.
+    pub fn new(storage: impl Storage + 'static, registry: Registry, templates: Vec<Template>) -> Self {
+        Self {
+            files: FileTable::new(Box::new(storage)),
+            registry: Arc::new(registry),
+            roots: Roots::default(),
+            list: templates,
+            always: Diagnostics::new(),
+            templates: None,
+            loads: BTreeMap::new(),
+            surveys: BTreeMap::new(),
+            done: Done::default(),
+            cancel: Cancel::default(),
+        }
+    }
+
+    /// Folders below which documents may name files, besides the working folder and their own.
+    pub fn set_roots(&mut self, folders: &[PathBuf]) {
+        self.roots = folders.iter().fold(Roots::default(), |roots, folder| roots.and(folder));
+        self.loads.clear();
+    }
+
+    /// Adds diagnostics to those of every pipeline: that a folder is not there, for one.
+    pub fn report_always(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
+        self.always.extend(diagnostics);
+    }
+
+    /// Lays an unsaved text over a path, whether or not a file is there.
+    pub fn overlay(&mut self, path: impl AsRef<Path>, text: impl Into<Arc<[u8]>>) {
+        self.files.overlay(path.as_ref(), Some(text.into()), &mut self.done);
+    }
+
+    /// Takes the unsaved text of a path away.
+    pub fn close(&mut self, path: impl AsRef<Path>) {
+        self.files.overlay(path.as_ref(), None, &mut self.done);
+    }
+
+    /// Reads a file again, if an answer needed it.
+    pub fn changed(&mut self, path: impl AsRef<Path>) {
+        self.files.changed(path.as_ref(), &mut self.done);
+    }
+
+    /// Reads the files of one pipeline again.
+    pub fn refresh_target(&mut self, target: &Target) {
+        let reads = self.loads.get(target).map(|loaded| loaded.composition().reads.clone());
+        for Read { path, .. } in reads.into_iter().flatten() {
+            self.files.changed(&path, &mut self.done);
+        }
+    }
+
+    /// Reads all files again that answers needed, and looks again for those that were not there.
+    pub fn refresh(&mut self) {
+        self.files.refresh(&mut self.done);
+    }
+
+    /// The switch that ends an answer.
+    pub fn cancel(&self) -> Cancel {
+        self.cancel.clone()
+    }
+
+    /// What was done since this was asked last.
+    pub fn take_done(&mut self) -> Done {
+        std::mem::take(&mut self.done)
+    }
+
+    /// The node kinds.
+    pub fn registry(&self) -> &Registry {
+        &self.registry
+    }
+
+    /// The texts as they are: the places of diagnostics are in these.
+    pub fn sources(&self) -> &Sources {
+        self.files.current()
+    }
+
+    /// Registers a text that is no file, such as one of the command line; the same one is registered once.
+    pub fn text(&mut self, name: &str, text: &str) -> Span {
+        let file = self.files.with_sources(|files, sources| files.text(name, text, sources));
+        Span::new(file, 0..text.len())
+    }
+
+    /// The document of one file, as it is written.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no document.
+    pub fn document(&mut self, path: &Path) -> Result<Document, Diagnostics> {
+        self.files.settle(&[Read { path: path.to_owned(), revision: 0 }]);
+        let done = &mut self.done;
+        self.files.with_sources(|files, sources| {
+            let file = files.read(path, None, Role::Document, sources, done)?;
+            files.document(file, sources, done)
+        })
+    }
+
+    /// Whether an answer read a file.
+    pub fn has_read(&self, path: &Path) -> bool {
+        self.files.has_read(path)
+    }
+
+    /// The templates.
+    pub fn templates(&mut self) -> Arc<TemplateSet> {
+        self.read_templates().set.clone()
+    }
+
+    /// What is to be said of the templates.
+    pub fn template_diagnostics(&mut self) -> Diagnostics {
+        self.read_templates().diagnostics.clone()
+    }
+
+    /// The files of the templates that are in no library.
+    pub fn own_templates(&mut self) -> std::collections::BTreeSet<FileId> {
+        self.read_templates().own.clone()
+    }
+
+    fn read_templates(&mut self) -> Arc<Templates> {
+        match &self.templates {
+            Some(known) if known.is_current(&self.files) => known.clone(),
+            _ => {
+                let templates = Arc::new(Templates::read(&self.list, &mut self.files, &mut self.done));
+                self.templates = Some(templates.clone());
+                templates
+            }
+        }
+    }
+
+    /// Reads and composes the files of a pipeline, if one of them changed. Comments may have: places in what is loaded are
+    /// in [`Loaded::sources`].
+    ///
+    /// # Errors
+    /// [`Cancel::set`].
+    pub fn load(&mut self, target: &Target) -> Result<Loaded, Cancelled> {
+        self.cancel.check()?;
+        let templates = self.read_templates();
+        let known = self.loads.get(target).filter(|known| {
+            let Composition { reads, .. } = &**known.composition();
+            self.files.are_unchanged(reads)
+        });
+        let composition = match known {
+            Some(known) if Arc::ptr_eq(known.kept_templates(), &templates) => return Ok(known.clone()),
+            Some(known) => known.composition().clone(),
+            None => {
+                let Self { files, roots, done, cancel, .. } = self;
+                Arc::new(Composition::new(target, roots, files, (done, cancel))?)
+            }
+        };
+        let loaded = Loaded::new(composition, templates, self.registry.clone());
+        if self.loads.len() >= KEPT {
+            self.loads.clear();
+            self.surveys.clear();
+        }
+        self.loads.insert(target.clone(), loaded.clone());
+        Ok(loaded)
+    }
+
+    /// Like [`Session::load`], with places in the texts as they are.
+    ///
+    /// # Errors
+    /// [`Cancel::set`].
+    pub fn load_exactly(&mut self, target: &Target) -> Result<Loaded, Cancelled> {
+        let loaded = self.load(target)?;
+        self.files.settle(&loaded.composition().reads);
+        self.load(target)
+    }
+
+    /// What is to be said of the files of a pipeline and of the templates, placed in the texts as they are.
+    ///
+    /// # Errors
+    /// [`Cancel::set`].
+    pub fn diagnose(&mut self, target: &Target) -> Result<Diagnostics, Cancelled> {
+        self.placed(target, |_, _| Ok(((), Diagnostics::new()))).map(|((), _, diagnostics)| diagnostics)
+    }
+
+    /// Takes one configuration of a pipeline to its plan, with all diagnostics, placed in the texts as they are.
+    ///
+    /// # Errors
+    /// [`Cancel::set`].
+    pub fn plan(&mut self, target: &Target, choice: &Choice) -> Result<(Planned, Diagnostics), Cancelled> {
+        let (planned, _, diagnostics) = self.placed(target, |session, loaded| {
+            let planned = loaded.plan_with(choice, session.files.settled(), &mut session.done);
+            session.cancel.check()?;
+            let diagnostics = planned.diagnostics.clone();
+            Ok((planned, diagnostics))
+        })?;
+        Ok((planned, diagnostics))
+    }
+
+    /// Takes all configurations of a pipeline to their plans and proves their shaders, with all diagnostics, placed in the
+    /// texts as they are; `None` for files that are no document, and without profiles.
+    ///
+    /// # Errors
+    /// [`Cancel::set`].
+    pub fn check(
+        &mut self,
+        target: &Target,
+        asked: &Survey,
+        judges: Judges<'_>,
+    ) -> Result<(Option<Surveyed>, Diagnostics), Cancelled> {
+        let key = asked.key();
+        let (surveyed, _, diagnostics) = self.placed(target, |session, loaded| {
+            let known = session.surveys.get(target);
+            let surveyed = match known.filter(|(of, known, _)| of == loaded && *known == key) {
+                Some((_, _, surveyed)) => surveyed.clone(),
+                None => {
+                    let Self { files, done, cancel, .. } = session;
+                    let surveyed = survey(loaded, asked, &mut *judges, files.settled(), (done, cancel))?;
+                    let kept = (loaded.clone(), key.clone(), surveyed.clone());
+                    session.surveys.insert(target.clone(), kept);
+                    surveyed
+                }
+            };
+            let diagnostics = surveyed.as_ref().map(|found| found.diagnostics.clone());
+            Ok((surveyed, diagnostics.unwrap_or_default()))
+        })?;
+        Ok((surveyed, diagnostics))
+    }
+
+    /// The reasons for what has a name, as the texts say it now. `place` is where the name is asked for.
+    ///
+    /// # Errors
+    /// [`Cancel::set`]. Within the answer: a name that nothing has; nothing but the diagnostics of [`Session::plan`] where
+    /// the files are no document.
+    pub fn why(
+        &mut self,
+        target: &Target,
+        choice: &Choice,
+        (name, place): (&str, Span),
+    ) -> Result<Result<Vec<Thing>, Diagnostics>, Cancelled> {
+        let loaded = self.load_exactly(target)?;
+        let (planned, found) = self.plan(target, choice)?;
+        let Some(composed) = loaded.composed() else { return Ok(Err(found)) };
+        let (overrides, checked, sources) = (&choice.overrides, &planned.report, self.files.settled());
+        let subject = Subject { composed, overrides, checked, sources };
+        Ok(why(&subject, name, place).map_err(|diagnostic| Diagnostics::from(*diagnostic)))
+    }
+
+    /// Loads, does something with it, and places all diagnostics in the texts as they are. Where one has no place there,
+    /// all is done again with those texts.
+    fn placed<T>(
+        &mut self,
+        target: &Target,
+        mut work: impl FnMut(&mut Self, &Loaded) -> Result<(T, Diagnostics), Cancelled>,
+    ) -> Result<(T, Loaded, Diagnostics), Cancelled> {
+        let mut loaded = self.load(target)?;
+        let (mut result, mut found) = work(self, &loaded)?;
+        let mut all = self.all(&loaded, found);
+        if places::moved(&all, &self.files).is_none() {
+            loaded = self.load_exactly(target)?;
+            (result, found) = work(self, &loaded)?;
+            all = self.all(&loaded, found);
+        }
+        let mut placed = places::moved(&all, &self.files).unwrap_or(all);
+        places::sort(&mut placed, loaded.files());
+        Ok((result, loaded, placed))
+    }
+
+    fn all(&self, loaded: &Loaded, found: Diagnostics) -> Diagnostics {
+        let mut all = self.always.clone();
+        all.extend(loaded.diagnostics());
+        all.extend(self.files.twins(&loaded.composition().reads));
+        all.extend(found);
+        all
+    }
+}

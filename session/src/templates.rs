@@ -1,0 +1,118 @@
+//! The templates of a session, and what is kept of their shaders.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::done::Done;
+use crate::files::{FileTable, Read, Role};
+use crate::graph::compose::Roots;
+use crate::graph::diagnostic::Diagnostics;
+use crate::graph::pipeline::Modules;
+use crate::graph::shader::{AxisValues, TargetProfile, TemplateSet};
+use crate::graph::source::FileId;
+
+/// A template, or the axes beside one, and where its text is. Of one name the first counts.
+#[derive(Clone, Debug)]
+pub struct Template {
+    /// The name by which templates include one another.
+    pub name: String,
+    /// The text.
+    pub text: TemplateText,
+}
+
+/// Where the text of a template is.
+#[derive(Clone, Debug)]
+pub enum TemplateText {
+    /// In a file, below some roots.
+    File {
+        /// The path.
+        path: PathBuf,
+        /// The folders below which it has to be.
+        roots: Roots,
+    },
+    /// Here.
+    Text(Arc<str>),
+    /// In a library, whose bindings give way to those of the others; diagnostics show it below a folder.
+    Library {
+        /// The folder.
+        folder: &'static str,
+        /// The text.
+        text: &'static str,
+    },
+}
+
+/// Templates that were read, with the shader modules made of them.
+#[derive(Debug)]
+pub(crate) struct Templates {
+    pub(crate) set: Arc<TemplateSet>,
+    pub(crate) diagnostics: Diagnostics,
+    /// Their files, in the order in which they were read.
+    pub(crate) files: Vec<FileId>,
+    /// The files of those that are in no library.
+    pub(crate) own: BTreeSet<FileId>,
+    reads: Vec<Read>,
+    modules: Mutex<Vec<(TargetProfile, Modules)>>,
+    pub(crate) proofs: Mutex<Vec<Proof>>,
+}
+
+/// Shader variants that were proven for some profiles, and the diagnostics.
+#[derive(Clone, Debug)]
+pub(crate) struct Proof {
+    pub(crate) variants: BTreeSet<(String, AxisValues)>,
+    pub(crate) profiles: Vec<TargetProfile>,
+    pub(crate) diagnostics: Diagnostics,
+}
+
+impl Templates {
+    pub(crate) fn read(list: &[Template], files: &mut FileTable, done: &mut Done) -> Self {
+        let (mut set, mut diagnostics) = (TemplateSet::new(), Diagnostics::new());
+        let (mut slots, mut own, mut reads) = (Vec::new(), BTreeSet::new(), Vec::new());
+        let mut names = BTreeSet::new();
+        files.with_sources(|files, sources| {
+            for Template { name, text } in list.iter().filter(|one| names.insert(&one.name)) {
+                done.templates += 1;
+                let file = match text {
+                    TemplateText::File { path, roots } => {
+                        let read = files.read(path, Some(roots), Role::Template, sources, done);
+                        reads.push(Read { path: path.clone(), revision: files.revision(path) });
+                        match read {
+                            Ok(file) => file,
+                            Err(diagnostic) => {
+                                set.add_unreadable(sources, name, diagnostic, &mut diagnostics);
+                                continue;
+                            }
+                        }
+                    }
+                    TemplateText::Text(text) => files.text(name, text, sources),
+                    TemplateText::Library { folder, text } => {
+                        let file = files.text(&format!("{folder}/{name}"), text, sources);
+                        slots.push(file);
+                        set.add_library_file(sources, file, name, &mut diagnostics);
+                        continue;
+                    }
+                };
+                slots.push(file);
+                own.insert(file);
+                set.add_file(sources, file, name, &mut diagnostics);
+            }
+        });
+        set.check(&mut diagnostics);
+        let (set, files) = (Arc::new(set), slots);
+        Self { set, diagnostics, files, own, reads, modules: Mutex::default(), proofs: Mutex::default() }
+    }
+
+    pub(crate) fn is_current(&self, files: &FileTable) -> bool {
+        files.are_unchanged(&self.reads)
+    }
+
+    /// Lends the modules of a profile to a load.
+    pub(crate) fn with_modules<T>(&self, profile: &TargetProfile, work: impl FnOnce(&mut Modules) -> T) -> T {
+        let mut all = self.modules.lock().unwrap_or_else(PoisonError::into_inner);
+        let at = all.iter().position(|(known, _)| known == profile).unwrap_or_else(|| {
+            all.push((profile.clone(), Modules::default()));
+            all.len() - 1
+        });
+        work(&mut all[at].1)
+    }
+}
