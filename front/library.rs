@@ -174,6 +174,7 @@ impl Library {
         // Of one name the last.
         own.reverse();
         own.sort_by(|a, b| a.0.cmp(&b.0));
+        own.dedup_by(|a, b| a.0 == b.0);
         let own = own.into_iter().map(|(name, text)| Template { name, text });
         let mut session = Session::new(DiskStorage, self.registry.clone(), with_templates(own));
         session.set_roots(&self.roots);

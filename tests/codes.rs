@@ -49,6 +49,7 @@ const ELSEWHERE: &[(&str, &[&str])] = &[
     ("tests/lights.rs", &["UG0620", "UG0621", "UG0622"]),
     ("tests/language.rs", &["UG0210"]),
     ("tests/systems.rs", &["UG0213"]),
+    ("tests/session/bad_input.rs", &["UG0011"]),
     ("tests/hopeless.rs", &["UG0002", "UG0003"]),
     ("tests/codes.rs", &["UG0507", "UG0524", "UG0606"]),
 ];

@@ -78,7 +78,7 @@ fn said(dry_run: &mut DryRun, path: &str, text: &str) -> Option<String> {
     if outcome.diagnostics.has_errors() {
         return None;
     }
-    let mut plan = outcome.checked.plan?;
+    let mut plan = Arc::unwrap_or_clone(outcome.checked.plan?);
     Arc::make_mut(&mut plan.pipeline)
         .hosts
         .insert(interface::GEOMETRY.into(), interface::any_scene().filters(&[]));

@@ -72,7 +72,10 @@ fn an_error_shows_every_finding_with_its_lines_and_gives_them_as_data() {
     assert!(shown(&error).contains("no such folder"), "{error}");
     let pipeline = library().load_text("small.json", TEXT).unwrap();
     let error = pipeline.plan(&Options::new(16, 16).set("red", 7)).unwrap_err();
-    assert!(shown(&error).contains("<options>:1:1") && shown(&error).contains("0 to 1"), "{error}");
+    assert!(
+        shown(&error).contains("tests/front_door.rs at line") && shown(&error).contains("0 to 1"),
+        "{error}"
+    );
     let error = pipeline.plan(&Options::new(16, 16).preset("brihgt")).unwrap_err();
     assert!(shown(&error).contains("bright"), "{error}");
     // Neither of them has spoilt the pipeline.

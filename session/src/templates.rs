@@ -12,7 +12,8 @@ use crate::graph::pipeline::Modules;
 use crate::graph::shader::{AxisValues, TargetProfile, TemplateSet};
 use crate::graph::source::FileId;
 
-/// A template, or the axes beside one, and where its text is. Of one name the first counts.
+/// A template, or the axes beside one, and where its text is. One that is in no library takes the place of one of its name
+/// that is; otherwise a name that is given twice is a diagnostic.
 #[derive(Clone, Debug)]
 pub struct Template {
     /// The name by which templates include one another.
@@ -68,9 +69,12 @@ impl Templates {
     pub(crate) fn read(list: &[Template], files: &mut FileTable, done: &mut Done) -> Self {
         let (mut set, mut diagnostics) = (TemplateSet::new(), Diagnostics::new());
         let (mut slots, mut own, mut reads) = (Vec::new(), BTreeSet::new(), Vec::new());
-        let mut names = BTreeSet::new();
+        let is_own = |one: &&Template| !matches!(one.text, TemplateText::Library { .. });
+        let taken: BTreeSet<&str> = list.iter().filter(is_own).map(|one| one.name.as_str()).collect();
         files.with_sources(|files, sources| {
-            for Template { name, text } in list.iter().filter(|one| names.insert(&one.name)) {
+            for Template { name, text } in
+                list.iter().filter(|one| is_own(one) || !taken.contains(one.name.as_str()))
+            {
                 done.templates += 1;
                 let file = match text {
                     TemplateText::File { path, roots } => {
