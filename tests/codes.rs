@@ -25,7 +25,7 @@ const ELSEWHERE: &[(&str, &[&str])] = &[
     ("cli/tests/why.rs", &["UG0008"]),
     ("graph/shaders/src/tests/compiling.rs", &["UG0513"]),
     ("tests/learn.rs", &["UG0219", "UG0609"]),
-    ("graph/shaders/src/wgsl.rs", &["UG0523"]),
+    ("graph/shaders/src/module/wgsl.rs", &["UG0523"]),
     ("graph/shaders/src/tests/exploring.rs", &["UG0511"]),
     (
         "scene/tests/scenes/bad_input.rs",

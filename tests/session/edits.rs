@@ -227,7 +227,7 @@ fn random_edits_are_checked_as_by_a_fresh_session() {
         let mut random = Random(property::seed().wrapping_mul(2_000).wrapping_add(number as u64));
         let edits: Vec<String> = (0..CHECKS).map(|_| edit(&text, &mut random)).collect();
         for edited in property::part(edits, 10) {
-            let mut check = |session: &mut Session| {
+            let check = |session: &mut Session| {
                 session.overlay(&path, edited.as_bytes());
                 let survey = Survey::new(vec![TargetProfile::webgpu()], PlanOptions::new(640, 480));
                 let mut judges = |_: &TargetProfile| -> Box<dyn FnMut(&Arc<_>) -> Diagnostics> {

@@ -45,7 +45,7 @@ fn second_check_of_nothing_changed_does_nothing() {
         };
         let (found, diagnostics) =
             session.check(&Target::new("whole.json"), &survey, &mut judges).expect("nothing cancels");
-        assert!(found.is_some() && diagnostics.is_empty());
+        assert!(found.is_some() && !diagnostics.has_errors());
         session.take_done()
     };
     assert!(check().loaded == 1 && check() == Done::default());
@@ -86,7 +86,7 @@ fn reasons_name_the_lines_that_comments_moved() {
     let place = session.text("<name>", "fill");
     let things = session.why(&Target::new("whole.json"), &choice(), ("fill", place));
     let things = things.expect("nothing cancels").expect("a pass of this name");
-    assert_eq!(things[0].at.line, 5);
+    assert_eq!(things[0].declared.line, 5);
 }
 
 #[test]
