@@ -1,7 +1,7 @@
 //! How many workgroups a compute pass runs.
 
 use super::resolved_resources::ResolvedResources;
-use crate::diagnostic::{Diagnostic, Place, codes};
+use crate::diagnostic::{Diagnostic, Place, codes, shorten};
 use crate::expression::Value;
 use crate::pipeline::{Located as _, whole_number};
 use crate::shader::Stage;
@@ -13,7 +13,7 @@ use crate::work::{ComputeWork, Dispatch, Live, PassHandle};
 /// No whole number, or one beyond the limit: a diagnostic without its place.
 pub(super) fn count(value: &Value, limit: u32) -> Result<u32, Diagnostic> {
     whole_number(value, 0..=limit).ok_or_else(|| {
-        let message = format!("{value} is not a workgroup count");
+        let message = format!("{} is not a workgroup count", shorten(&value.to_string()));
         Diagnostic::error(codes::DISPATCH, Place::Nowhere, message)
             .help(format!("whole numbers from 0 to {limit} are possible; ceil() rounds up"))
     })

@@ -466,4 +466,28 @@ mod tests {
             assert_eq!(run(&text).unwrap_err().kind, ErrorKind::Syntax);
         }
     }
+
+    #[test]
+    fn a_list_is_evaluated_in_the_memory_of_the_one_before() {
+        let memory = |value: &Value| match value {
+            Value::List(list) => list.as_ptr(),
+            _ => std::ptr::null(),
+        };
+        for text in ["[size, far[0], 2]", "[far, [1, size]]"] {
+            let expression = parse(text).unwrap();
+            let wanted = evaluate(&expression, &Names).unwrap();
+            let mut value = wanted.clone();
+            assert_eq!(evaluate_into(&expression, &Names, &mut value), Ok(false), "{text}");
+            let Value::List(list) = &mut value else { panic!("{text}") };
+            list[0] = Value::Number(-1.0);
+            let before = memory(&value);
+            assert_eq!(evaluate_into(&expression, &Names, &mut value), Ok(true), "{text}");
+            assert_eq!((&value, memory(&value)), (&wanted, before), "{text}");
+        }
+        let mut value = Value::Bool(false);
+        let doubled = parse("far * 2").unwrap();
+        assert_eq!(evaluate_into(&doubled, &Names, &mut value), Ok(true));
+        assert_eq!(evaluate_into(&doubled, &Names, &mut value), Ok(false));
+        assert!(evaluate_into(&parse("[1, 1 / 0]").unwrap(), &Names, &mut value).is_err());
+    }
 }
