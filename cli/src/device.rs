@@ -45,12 +45,18 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
             } else {
                 format!("there are {}", list_of(names))
             };
-            return Err(Diagnostic::error(codes::NO_ADAPTER, Place::Nowhere, message).help(help));
+            return Err(Diagnostic::error(crate::codes::NO_ADAPTER, Place::Nowhere, message).help(help));
         }
     }
     let Some(adapter) = adapters.first() else {
-        return Err(Diagnostic::error(codes::NO_ADAPTER, Place::Nowhere, "no graphics adapter was found")
-            .help("install a driver; on Debian and Ubuntu `apt install mesa-vulkan-drivers` gives one in software"));
+        return Err(Diagnostic::error(
+            crate::codes::NO_ADAPTER,
+            Place::Nowhere,
+            "no graphics adapter was found",
+        )
+        .help(
+            "install a driver; on Debian and Ubuntu `apt install mesa-vulkan-drivers` gives one in software",
+        ));
     };
     let name = name(adapter);
     let wanted = wgpu::Features::all_webgpu_mask() | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;

@@ -5,12 +5,13 @@
 
 use std::path::Path;
 
-use umbragraph::diagnostic::{Diagnostic, codes};
+use umbragraph::diagnostic::Diagnostic;
 use umbragraph::read_source;
 use umbragraph::report::{Report, diff};
 use umbragraph::source::Sources;
 
 use crate::arguments::{Choices, DiffArguments};
+use crate::codes;
 use crate::graph::report;
 use crate::session::Session;
 use crate::streams::print;

@@ -10,6 +10,7 @@ mod answer;
 mod arguments;
 mod axes;
 mod check;
+mod codes;
 #[cfg(feature = "gpu")]
 mod device;
 mod diff;

@@ -78,8 +78,11 @@ impl Session {
             (Some((name, value)), _) => (name, value),
             (None, Some(value)) => (text, value),
             (None, None) => {
-                let diagnostic =
-                    Diagnostic::error(codes::SETTING_FORM, whole, format!("\"{text}\" gives no value"));
+                let diagnostic = Diagnostic::error(
+                    crate::codes::SETTING_FORM,
+                    whole,
+                    format!("\"{text}\" gives no value"),
+                );
                 self.diagnostics.push(diagnostic.help("write NAME=VALUE, such as --set resolution=1024"));
                 return None;
             }

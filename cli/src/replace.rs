@@ -5,7 +5,8 @@ use std::fs::{File, Permissions};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use umbragraph::diagnostic::{Diagnostic, codes};
+use crate::codes;
+use umbragraph::diagnostic::Diagnostic;
 
 /// Writes a file: to a temporary one beside it, which is then renamed, so that no half file is ever left. A link stays
 /// one, and what it leads to is written; permissions stay as they are. What is no plain file, such as a device, is

@@ -3,10 +3,11 @@
 //! A pipeline shows it where its parameter `debug_view` is `shadow_term`: grey, 255 lit, with alpha 255 where there is
 //! geometry.
 
-use umbragraph::diagnostic::{Diagnostic, Place, codes};
+use umbragraph::diagnostic::{Diagnostic, Place};
 use umbragraph::document::Value;
 
 use crate::arguments::Choices;
+use crate::codes;
 
 /// The parameter.
 pub(crate) const PARAMETER: &str = "debug_view";

@@ -102,7 +102,10 @@ fn pages() -> Vec<Page> {
 }
 
 fn codes() -> Page {
-    let entries = umbragraph::codes().into_iter().map(|code| Entry {
+    let mut codes = umbragraph::codes();
+    codes.extend_from_slice(crate::codes::ALL);
+    codes.sort_unstable();
+    let entries = codes.into_iter().map(|code| Entry {
         name: code.id.to_owned(),
         summary: code.title.to_owned(),
         text: format!("{}\n\n{}", markdown::sentence(code.title), code.page),

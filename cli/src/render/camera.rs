@@ -18,9 +18,10 @@
 use std::f64::consts::FRAC_PI_4;
 use std::path::{Path, PathBuf};
 
+use crate::codes;
 use glam::{DMat3, DQuat, DVec3};
 use serde::Deserialize;
-use umbragraph::diagnostic::{Diagnostic, codes};
+use umbragraph::diagnostic::Diagnostic;
 use umbragraph::frame::{Bounds, Camera};
 
 /// What `--camera` asks for.

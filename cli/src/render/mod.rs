@@ -307,7 +307,7 @@ impl<'a> Drawing<'a> {
         let unread = self.unread_lights.as_deref().filter(|names| !names.is_empty()).map(|names| {
             let names = list_of(names.iter().map(String::as_str));
             let message = format!("no pass of the pipeline reads the lights {names}");
-            Diagnostic::warning(codes::UNREAD_LIGHTS, Place::Nowhere, message)
+            Diagnostic::warning(crate::codes::UNREAD_LIGHTS, Place::Nowhere, message)
                 .help("the picture is without them; pipelines/awsm.json takes every kind of light")
         });
         self.executor.notices().cloned().chain(unread).collect()

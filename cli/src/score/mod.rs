@@ -14,12 +14,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::json;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
 use umbragraph_score::{Counts, Limits, Rays, Scores, Seen};
 
 use self::view::View;
 use crate::answer::{Answer, answer};
 use crate::arguments::ScoreArguments;
+use crate::codes;
 use crate::device;
 use crate::progress::Progress;
 use crate::render::Drawing;

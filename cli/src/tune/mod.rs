@@ -23,7 +23,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use cmaes::{CMAESOptions, DVector};
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place};
 use umbragraph::expression::Value;
 use umbragraph_score::Rays;
 
@@ -32,6 +32,7 @@ use self::table::Found;
 use self::trial::{Outcome, REJECTED, Subject, Trials};
 use crate::answer::answer;
 use crate::arguments::TuneArguments;
+use crate::codes;
 use crate::device;
 use crate::progress::Progress;
 use crate::render::Drawing;

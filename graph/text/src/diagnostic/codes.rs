@@ -13,9 +13,6 @@ crate::codes! {
         "Pipelines, parameter files and templates are UTF-8 text. The diagnostic points to the first byte that is not.";
     /// A file over the size limit.
     FILE_TOO_LARGE = "UG0003", "file too large", "Pipelines, parameter files and templates are limited to 64 MiB of text and 1,500,000 values: what is larger was hardly written by a person, and is rejected before a tree is made of it.";
-    /// A file that cannot be written.
-    FILE_UNWRITABLE = "UG0004", "file cannot be written",
-        "The output could not be written. Nothing is left half: output goes to a temporary file first, which is renamed when it is whole.";
     /// A file that a document names and may not read.
     FILE_OUTSIDE = "UG0010", "file outside of what may be read",
         "What a document names (files that it extends or includes, subgraphs, templates, buffers and images of a scene) lies below the working folder, below the folder of the pipeline or scene that is named on the command line, or below a folder given with `--root FOLDER`. Links are followed before that is looked at. A file elsewhere is not opened, and whether it exists is not said.";
@@ -28,15 +25,9 @@ crate::codes! {
     /// A deletion of nothing.
     DELETES_NOTHING = "UG0109", "deletes nothing",
         "`null` deletes what the extended file has under that key. Here there is nothing to delete: the key is misspelt, or nothing is extended.";
-    /// A file that was to be compared and is neither a pipeline nor a report.
-    NOT_A_REPORT = "UG0009", "not a report",
-        "`umbragraph diff` compares pipelines and the reports that `umbragraph graph --format json` prints. This file has a list of passes, as a report has, but not the rest of one: it is another tool's, another version's, or the plan that `umbragraph plan` prints.";
     /// An extension point that does not exist.
     UNKNOWN_EXTENSION_POINT = "UG0210", "unknown extension point",
         "An extension puts passes at a point that the pipeline does not name under `extension_points`.";
-    /// A setting on the command line without a value.
-    SETTING_FORM = "UG0005", "not a setting",
-        "Settings on the command line are written NAME=VALUE; the value is JSON, a word of an enumeration, or `on` or `off` where a boolean is declared.";
     /// A target profile that does not exist.
     UNKNOWN_PROFILE = "UG0006", "unknown profile",
         "A target profile that does not exist is asked for, or claimed by a pipeline. The profiles are webgpu, webgpu-compat, vulkan, metal, dx12 and gles.";
@@ -244,9 +235,6 @@ crate::codes! {
     /// A host that stores things otherwise than a shader reads them.
     HOST_INTERFACE = "UG0608", "host interface",
         "The host's vertex attributes or blocks (names, types, offsets) do not fit a shader that draws its meshes.";
-    /// A machine without a usable adapter.
-    NO_ADAPTER = "UG0801", "no graphics adapter",
-        "No Vulkan, Metal, DX12 or GL adapter was found. On Debian and Ubuntu `apt install mesa-vulkan-drivers` gives a software one. Checking pipelines needs none.";
     /// An import that the host did not give, or not as planned.
     IMPORT = "UG0802", "import missing",
         "The host did not give a texture for an imported resource, or one of another format or size than planned.";
@@ -268,24 +256,9 @@ crate::codes! {
     /// A texture that cannot be captured.
     CAPTURE = "UG0809", "nothing to capture",
         "`umbragraph render --capture NAME[@PASS][:MIP,LAYER,FACE]=FILE` writes the contents of a texture, or of the version that one pass wrote. What does not exist, is culled, is a volume, has several samples a texel, or has a format without a picture cannot be captured.";
-    /// A camera path that no camera can follow.
-    CAMERA_PATH = "UG0810", "unusable camera path",
-        "The file of `umbragraph render --camera` has keys with a time, a position and a target, in strictly increasing order of their times; all numbers are finite, and no key looks straight up or down.";
     /// Frame input that no pass could use.
     FRAME_INPUT = "UG0806", "unusable frame input",
         "The camera or a light of a frame has a value that is not finite, a direction that is not of unit length, or an empty depth range. The frame is recorded without it.";
-    /// Lights that no pass reads.
-    UNREAD_LIGHTS = "UG0811", "lights without a part in the picture",
-        "The scene has lights that no pass of the pipeline reads, such as spots and point lights where the pipeline lights with one directional light alone. A pipeline with a `light_list` takes every kind.";
-    /// Shadows that cannot be held against rays.
-    SCORE = "UG0812", "nothing to score",
-        "`umbragraph score` asks a pipeline for its shadow term, a picture of how much of the lights arrives, white where all does, with alpha 1 where there is geometry: the picture that it makes where its parameter `debug_view` is `shadow_term`. So a pipeline declares `\"debug_view\": { \"type\": \"enum\", \"values\": [\"off\", \"shadow_term\"], \"default\": \"off\" }`, and its shaders write the visibility instead of the color then; what extends `umbragraph:base/forward.json` has the parameter, and the templates `forward`, `lit` and `deferred` have the axis `debug_mode` for it. The scene needs a light that casts shadows, and surfaces in view of its camera.";
-    /// Limits on scores that are not met, or cannot be.
-    SCORE_LIMITS = "UG0813", "limits of a score",
-        "The file of `umbragraph score --limits` is a JSON object with names of limits and numbers, such as `{ \"min_iou\": 0.99, \"max_leak_k2\": 0.001 }`; they are held to all lights together. A score that does not exist, such as the leak where nothing is shadowed, meets no limit.";
-    /// Parameters that cannot be tuned.
-    TUNE = "UG0814", "nothing to tune",
-        "`umbragraph tune --over NAME,…` searches the ranges of parameters: numbers, lists of them and booleans. A name that is no parameter, an enumeration, whose words have no order, a feature, a number without a range, and a parameter on which no pixel of the shadow term depends cannot be tuned.";
     /// A CPU pass that publishes what it did not declare.
     BLACKBOARD = "UG0807", "undeclared blackboard data",
         "A CPU pass sets a value that it did not declare, or more views or elements than declared. That is a defect of the node kind.";

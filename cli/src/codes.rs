@@ -1,0 +1,33 @@
+//! The codes of diagnostics that only commands have.
+
+#![allow(unreachable_pub)] // The macro serves libraries.
+
+umbragraph::codes! {
+    /// A file that cannot be written.
+    FILE_UNWRITABLE = "UG0004", "file cannot be written",
+        "The output could not be written. Nothing is left half: output goes to a temporary file first, which is renamed when it is whole.";
+    /// A file that was to be compared and is neither a pipeline nor a report.
+    NOT_A_REPORT = "UG0009", "not a report",
+        "`umbragraph diff` compares pipelines and the reports that `umbragraph graph --format json` prints. This file has a list of passes, as a report has, but not the rest of one: it is another tool's, another version's, or the plan that `umbragraph plan` prints.";
+    /// A setting on the command line without a value.
+    SETTING_FORM = "UG0005", "not a setting",
+        "Settings on the command line are written NAME=VALUE; the value is JSON, a word of an enumeration, or `on` or `off` where a boolean is declared.";
+    /// A machine without a usable adapter.
+    NO_ADAPTER = "UG0801", "no graphics adapter",
+        "No Vulkan, Metal, DX12 or GL adapter was found. On Debian and Ubuntu `apt install mesa-vulkan-drivers` gives a software one. Checking pipelines needs none.";
+    /// A camera path that no camera can follow.
+    CAMERA_PATH = "UG0810", "unusable camera path",
+        "The file of `umbragraph render --camera` has keys with a time, a position and a target, in strictly increasing order of their times; all numbers are finite, and no key looks straight up or down.";
+    /// Lights that no pass reads.
+    UNREAD_LIGHTS = "UG0811", "lights without a part in the picture",
+        "The scene has lights that no pass of the pipeline reads, such as spots and point lights where the pipeline lights with one directional light alone. A pipeline with a `light_list` takes every kind.";
+    /// Shadows that cannot be held against rays.
+    SCORE = "UG0812", "nothing to score",
+        "`umbragraph score` asks a pipeline for its shadow term, a picture of how much of the lights arrives, white where all does, with alpha 1 where there is geometry: the picture that it makes where its parameter `debug_view` is `shadow_term`. So a pipeline declares `\"debug_view\": { \"type\": \"enum\", \"values\": [\"off\", \"shadow_term\"], \"default\": \"off\" }`, and its shaders write the visibility instead of the color then; what extends `umbragraph:base/forward.json` has the parameter, and the templates `forward`, `lit` and `deferred` have the axis `debug_mode` for it. The scene needs a light that casts shadows, and surfaces in view of its camera.";
+    /// Limits on scores that are not met, or cannot be.
+    SCORE_LIMITS = "UG0813", "limits of a score",
+        "The file of `umbragraph score --limits` is a JSON object with names of limits and numbers, such as `{ \"min_iou\": 0.99, \"max_leak_k2\": 0.001 }`; they are held to all lights together. A score that does not exist, such as the leak where nothing is shadowed, meets no limit.";
+    /// Parameters that cannot be tuned.
+    TUNE = "UG0814", "nothing to tune",
+        "`umbragraph tune --over NAME,…` searches the ranges of parameters: numbers, lists of them and booleans. A name that is no parameter, an enumeration, whose words have no order, a feature, a number without a range, and a parameter on which no pixel of the shadow term depends cannot be tuned.";
+}
