@@ -24,8 +24,8 @@ pub use umbragraph_text::{Error, codes, compose, diagnostic, document, edit, exp
 pub use umbragraph_pipeline::{data, frame, glam, node, work};
 
 pub use umbragraph_tools::{
-    CheckOptions, CheckReport, Coverage, Examination, Verify, capture, check, check_configurations, check_document,
-    check_sharing, report, why,
+    CheckOptions, CheckReport, Coverage, Examination, Verify, capture, check, check_configurations,
+    check_document, check_sharing, report, why,
 };
 
 #[cfg(feature = "gpu")]

@@ -10,8 +10,8 @@
 //! Numbers are rounded to three digits, so that what is written is what was scored. Coordinates beyond the ends are
 //! mirrored at them.
 
-use umbragraph::diagnostic::{Diagnostic, list_of};
 use crate::codes;
+use umbragraph::diagnostic::{Diagnostic, list_of};
 use umbragraph::expression::Value;
 use umbragraph::language::{Order, ParameterDeclaration, ParameterType};
 use umbragraph::pipeline::Pipeline;

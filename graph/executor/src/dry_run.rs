@@ -14,14 +14,16 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use umbragraph_pipeline::draw::HostSlotKind;
 
-use super::creation::causes;
-use super::imports::imported_texture;
-use super::requirements::scenes;
-use super::{DrawPass, DrawSource, Executor, Frame};
-use crate::compiler::{Physical, Plan};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
-use crate::frame::{Bounds, Camera, FrameInput, Light, LightKind, Projection};
-use crate::shader::TargetProfile;
+use super::executor::Executor;
+use crate::binding::draw::{DrawPass, DrawSource};
+use crate::frame::input::Frame;
+use crate::instance::requirements::scenes;
+use crate::memory::imports::imported_texture;
+use crate::objects::creation::causes;
+use umbragraph_compiler::{Physical, Plan};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph_pipeline::frame::{Bounds, Camera, FrameInput, Light, LightKind, Projection};
+use umbragraph_pipeline::shader::TargetProfile;
 
 /// A device without a driver, for plans of one profile.
 pub struct DryRun {

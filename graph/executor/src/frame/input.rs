@@ -1,0 +1,45 @@
+//! The input of one frame.
+
+use umbragraph_pipeline::frame::FrameInput;
+
+use crate::binding::draw::DrawSource;
+
+/// The input of one frame.
+#[derive(Clone, Copy)]
+#[non_exhaustive]
+pub struct Frame<'a> {
+    /// Camera, lights and bounds.
+    pub input: &'a FrameInput,
+    /// The host's meshes, if the pipeline draws any: the same in each frame, or else of another generation.
+    pub draws: Option<&'a dyn DrawSource>,
+    /// The host's textures by the names of the resources that stand for them.
+    pub imports: &'a [(&'a str, &'a wgpu::Texture)],
+    /// The toggles that are switched otherwise than the pipeline says, by their names; the later of two counts. Nothing
+    /// is planned or compiled for it; bind groups of a state are made when it comes up for the first time.
+    pub toggles: &'a [(&'a str, bool)],
+}
+
+impl<'a> Frame<'a> {
+    /// A frame without meshes, textures of the host's, or toggles.
+    pub fn new(input: &'a FrameInput) -> Self {
+        Self { input, draws: None, imports: &[], toggles: &[] }
+    }
+
+    /// With the host's meshes.
+    #[must_use]
+    pub fn draws(self, draws: &'a dyn DrawSource) -> Self {
+        Self { draws: Some(draws), ..self }
+    }
+
+    /// With the host's textures.
+    #[must_use]
+    pub fn imports(self, imports: &'a [(&'a str, &'a wgpu::Texture)]) -> Self {
+        Self { imports, ..self }
+    }
+
+    /// With toggles that are switched otherwise.
+    #[must_use]
+    pub fn toggles(self, toggles: &'a [(&'a str, bool)]) -> Self {
+        Self { toggles, ..self }
+    }
+}

@@ -1,0 +1,6 @@
+//! Frames: what they bring, and their commands.
+
+pub(crate) mod input;
+pub(crate) mod inputs;
+pub(crate) mod record;
+pub(crate) mod scene;

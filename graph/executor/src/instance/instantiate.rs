@@ -1,0 +1,440 @@
+//! A plan, instantiated: everything that its passes need on the device.
+//!
+//! One walk over the passes in their order. What the plan before had, and caches still have, is taken over; nothing of
+//! that plan is changed, so that an attempt that fails leaves it as it was.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::pipelines::{Layouts, Pipelines};
+use crate::binding::blocks;
+use crate::binding::blocks::Blocks;
+use crate::binding::groups::{Bound, Group};
+use crate::binding::host_groups::{HostGroups, HostLayout};
+use crate::drawing::attachments::Attachments;
+use crate::drawing::buffer_draw::InstantiatedDraw;
+use crate::drawing::redraw;
+use crate::drawing::redraw::Kept;
+use crate::drawing::scroll::Scroll;
+use crate::memory::histories::Histories;
+use crate::memory::imports::Imports;
+use crate::memory::resources::{Fallbacks, Resources};
+use crate::memory::textures::Textures;
+use crate::memory::transfer::{Counts, Transfer};
+use crate::objects::creation::Creation;
+use crate::objects::shared::Objects;
+
+use umbragraph_compiler::{CpuPasses, Parameters, Plan, PlannedPass, Switches};
+use umbragraph_pipeline::data::View;
+use umbragraph_pipeline::diagnostic::Diagnostic;
+use umbragraph_pipeline::draw::{HostInterface, MATERIAL_GROUP, OBJECT_GROUP, PropertySet};
+use umbragraph_pipeline::expression::Value;
+use umbragraph_pipeline::pipeline::{IndexRange, Pass, Program};
+use umbragraph_pipeline::work::{
+    AttachmentTarget, Byte, Color, Depth, Dispatch, Draw, Live, ResourceHandle, SceneDraw, SlotSource,
+    TextureView, Work,
+};
+
+/// A plan with everything that it needs on the device.
+pub(crate) struct Instantiated {
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) resources: Resources,
+    pub(crate) blocks: Blocks,
+    pub(crate) passes: Vec<InstantiatedPass>,
+    /// The bind groups of the host's materials and objects.
+    pub(crate) host_groups: Vec<HostGroups>,
+    /// The host's interfaces, by the name of the geometry.
+    pub(crate) interfaces: BTreeMap<String, HostInterface>,
+    /// For each pass the views whose texels it keeps.
+    pub(crate) kept: Vec<Kept>,
+    /// For each pass those that keep views which are drawn with what it makes.
+    pub(crate) keepers: Vec<Vec<usize>>,
+    /// The CPU passes, with what they keep from frame to frame, and the toggles of the frame.
+    pub(crate) cpu_passes: CpuPasses,
+    /// The parameters of the frame.
+    pub(crate) parameters: Parameters,
+}
+
+/// A pass with everything that it needs on the device.
+pub(crate) struct InstantiatedPass {
+    pub(crate) work: InstantiatedWork,
+    pub(crate) groups: Vec<Group>,
+    /// How many passes, this one included, are recorded as one render pass; 0 for those that another begins.
+    pub(crate) merged: usize,
+    /// The label of its render pass.
+    pub(crate) label: String,
+    pub(crate) constants: Constants,
+}
+
+/// What a render pass sets beside pipelines and bind groups.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Constants {
+    /// What stencil is compared with, and what replaces it.
+    pub(crate) reference: Option<Live<Byte>>,
+    /// The constant of blend equations.
+    pub(crate) blend: Option<Live<Color>>,
+}
+
+impl Constants {
+    fn of(work: &Work) -> Self {
+        let Work::Render(render) = work else { return Self::default() };
+        let reference = render.stencil.as_ref().map(|stencil| stencil.reference);
+        Self { reference, blend: render.blend_constant }
+    }
+}
+
+pub(crate) enum InstantiatedWork {
+    Transfer(Transfer),
+    Compute {
+        pipeline: wgpu::ComputePipeline,
+        workgroups: [Live<u32>; 3],
+        indirect: Option<Counts>,
+    },
+    Fullscreen {
+        pipeline: wgpu::RenderPipeline,
+        attachments: Attachments,
+        /// Vertices from buffers; without it one triangle.
+        draw: Option<InstantiatedDraw>,
+    },
+    Scene {
+        scene: InstantiatedScene,
+        attachments: Attachments,
+    },
+    /// Nothing on the device: a CPU pass, or something that the device does not have, which is reported elsewhere.
+    Nothing,
+}
+
+/// Draws of the host's meshes.
+pub(crate) struct InstantiatedScene {
+    /// The data whose views are drawn.
+    pub(crate) views: ResourceHandle,
+    pub(crate) pipelines: Vec<(PropertySet, wgpu::RenderPipeline)>,
+    /// The position of the materials in [`Instantiated::host_groups`].
+    pub(crate) materials: Option<usize>,
+    /// The position of the objects there.
+    pub(crate) objects: Option<usize>,
+    /// The bind groups that the host fills itself.
+    pub(crate) own_groups: Vec<u32>,
+    /// What clears a view's texels, where views are kept.
+    pub(crate) clear: Option<wgpu::RenderPipeline>,
+    /// What moves what a view still shows, where that is wanted.
+    pub(crate) scroll: Option<Scroll>,
+    /// What brings the texels over which a view is drawn, and the position of the pass that keeps them, if one does.
+    pub(crate) over: Option<(Scroll, Option<usize>)>,
+    /// The depth that it is cleared to.
+    pub(crate) clear_depth: Live<Depth>,
+    /// Whether shaders ask for the matrix of the view; where they do not, it does not say which texels are drawn.
+    pub(crate) is_placed: bool,
+}
+
+/// Whether the shader of a scene draw has the matrix of the view in its block.
+fn is_placed(plan: &Plan, scene: &SceneDraw) -> bool {
+    let matrix = View::shape().values.iter().position(|value| value.name == "clip_from_world");
+    let program = plan.pipeline.program(scene.program);
+    let views = scene.bindings.iter().filter(|slot| matches!(slot.source, SlotSource::View));
+    let mut layouts = views.filter_map(|slot| plan.pipeline.block_layout(program, slot));
+    layouts.any(|layout| layout.runs.iter().any(|run| Some(run.value as usize) == matrix))
+}
+
+impl Instantiated {
+    /// Instantiates a plan.
+    ///
+    /// # Errors
+    /// More blocks than a buffer of the device can hold.
+    pub(crate) fn new(
+        creation: &mut Creation<'_>,
+        limits: &wgpu::Limits,
+        objects: &mut Objects,
+        plan: Arc<Plan>,
+        interfaces: BTreeMap<String, HostInterface>,
+        before: Option<&Self>,
+    ) -> Result<Self, Diagnostic> {
+        let blocks = Blocks::new(&plan, limits)?;
+        let old = before.map(|before| (&*before.plan, &before.resources.textures));
+        let textures = Textures::new(creation, &plan, old);
+        let old = before.map(|before| (&before.resources.histories, &before.resources.textures));
+        let histories = Histories::new(&plan, &textures, old);
+        let resources = Resources { textures, imports: Imports::new(&plan), histories };
+        let mut instantiated = Self {
+            resources,
+            blocks,
+            passes: Vec::with_capacity(plan.passes.len()),
+            host_groups: Vec::new(),
+            interfaces,
+            kept: plan.passes.iter().map(|_| Kept::default()).collect(),
+            keepers: redraw::keepers(&plan),
+            cpu_passes: CpuPasses::new(plan.clone()),
+            parameters: Parameters::new(plan.clone()),
+            plan: plan.clone(),
+        };
+        for (at, planned) in plan.passes.iter().enumerate() {
+            let pass = instantiated.pass(creation, objects, at, planned);
+            instantiated.passes.push(pass);
+        }
+        instantiated.merge();
+        Ok(instantiated)
+    }
+
+    /// The state of the toggles in the frame.
+    pub(crate) fn switches(&self) -> &Switches {
+        self.cpu_passes.switches()
+    }
+
+    fn pass(
+        &mut self,
+        creation: &mut Creation<'_>,
+        objects: &mut Objects,
+        at: usize,
+        planned: &PlannedPass,
+    ) -> InstantiatedPass {
+        let plan = self.plan.clone();
+        let pass = plan.pipeline.pass(planned.handle);
+        creation.begin_pass(pass);
+        let instantiated = match (pass.work(), pass.work().program()) {
+            (Work::Transfer(work), _) => {
+                let transfer = Transfer::new(&self.resources, &plan, planned, work);
+                transfer.map(|transfer| (InstantiatedWork::Transfer(transfer), Vec::new()))
+            }
+            (work, Some(program)) => {
+                let program = plan.pipeline.program(program);
+                let mut pipelines =
+                    Pipelines { creation: &mut *creation, objects, plan: &plan, name: &pass.name, program };
+                let host = work.scene().and_then(|scene| self.interfaces.get(&scene.geometry));
+                let layouts = pipelines.layouts(work, host);
+                let work = self.program_work(&mut pipelines, planned, pass, &layouts);
+                let groups = self.groups(creation, objects, at, pass, program, &layouts);
+                work.map(|work| (work, groups))
+            }
+            _ => None,
+        };
+        let (work, groups) = instantiated.unwrap_or((InstantiatedWork::Nothing, Vec::new()));
+        let constants = Constants::of(pass.work());
+        InstantiatedPass { work, groups, merged: 1, label: pass.name.clone(), constants }
+    }
+
+    fn program_work(
+        &mut self,
+        pipelines: &mut Pipelines<'_, '_>,
+        planned: &PlannedPass,
+        pass: &Pass,
+        layouts: &Layouts,
+    ) -> Option<InstantiatedWork> {
+        let plan = self.plan.clone();
+        match pass.work() {
+            Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => None,
+            Work::Compute(compute) => {
+                let mut workgroups = planned.workgroups.unwrap_or_default().map(Live::from);
+                let mut indirect = None;
+                match &compute.dispatch {
+                    Dispatch::Indirect(counts) => {
+                        indirect = Some(Counts::new(&self.resources, &plan, counts));
+                    }
+                    Dispatch::Workgroups(counts) => {
+                        workgroups.iter_mut().zip(counts).for_each(|(to, from)| to.setting = from.setting);
+                    }
+                    Dispatch::Over { .. } => {}
+                }
+                Some(InstantiatedWork::Compute {
+                    pipeline: pipelines.compute(layouts)?,
+                    workgroups,
+                    indirect,
+                })
+            }
+            Work::Render(render) => {
+                let attachments =
+                    Attachments::new(pipelines.creation, &mut self.resources, &plan, planned, render)?;
+                match &render.draw {
+                    Draw::Fullscreen { .. } => {
+                        let pipeline = pipelines.fullscreen(render, layouts)?;
+                        Some(InstantiatedWork::Fullscreen { pipeline, attachments, draw: None })
+                    }
+                    Draw::Buffers(draw) => {
+                        let pipeline = pipelines.buffers(render, draw, layouts)?;
+                        let draw = Some(InstantiatedDraw::new(&self.resources, &plan, draw));
+                        Some(InstantiatedWork::Fullscreen { pipeline, attachments, draw })
+                    }
+                    Draw::Scene(scene) => {
+                        let interface = self.interfaces.get(&scene.geometry)?;
+                        let made = pipelines.scene(render, scene, layouts, interface);
+                        let fills = |index: &u32| interface.own_layout(*index).is_some();
+                        let is_used = |index: &u32| layouts.group(*index).is_some();
+                        let own_groups = [MATERIAL_GROUP, OBJECT_GROUP].into_iter();
+                        let own_groups = own_groups.filter(|index| fills(index) && is_used(index)).collect();
+                        let host = |index| {
+                            let layout = host_layout(pipelines.program, layouts, index);
+                            layout.filter(|_| !fills(&index))
+                        };
+                        let materials = host(MATERIAL_GROUP).map(HostGroups::materials);
+                        let objects = host(OBJECT_GROUP).map(|layout| HostGroups::objects(layout, interface));
+                        let mut place = |groups| position(&mut self.host_groups, groups);
+                        let (materials, objects) = (materials.map(&mut place), objects.map(&mut place));
+                        let attached = render.depth.as_ref().map(|depth| depth.to.target());
+                        let mut bring = |from: AttachmentTarget| {
+                            let (creation, objects) = (&mut *pipelines.creation, &mut *pipelines.objects);
+                            Scroll::new(creation, objects, &self.resources, &plan, attached?, from)
+                        };
+                        let redraw = scene.redraw.as_ref();
+                        let scrolls = redraw.is_some_and(|redraw| redraw.scroll);
+                        let scroll = attached.filter(|_| scrolls).and_then(&mut bring);
+                        let over = redraw
+                            .and_then(|redraw| redraw.base.as_ref())
+                            .and_then(|over| Some((bring(over.target())?, keeper(&plan, over.resource))));
+                        let scene = InstantiatedScene {
+                            views: scene.views.resource,
+                            pipelines: made,
+                            materials,
+                            objects,
+                            own_groups,
+                            clear: pipelines.clear(render, scene),
+                            scroll,
+                            over,
+                            clear_depth: scene
+                                .redraw
+                                .as_ref()
+                                .map_or(Depth(0.0).into(), |redraw| redraw.clear),
+                            is_placed: is_placed(&plan, scene),
+                        };
+                        Some(InstantiatedWork::Scene { scene, attachments })
+                    }
+                }
+            }
+        }
+    }
+
+    /// The bind groups that the module fills.
+    fn groups(
+        &mut self,
+        creation: &mut Creation<'_>,
+        objects: &mut Objects,
+        at: usize,
+        pass: &Pass,
+        program: &Program,
+        layouts: &Layouts,
+    ) -> Vec<Group> {
+        let plan = self.plan.clone();
+        let is_host = |index: u32| pass.work().scene().is_some() && index >= MATERIAL_GROUP;
+        let mut groups = Vec::new();
+        for (index, layout) in (0..).zip(&layouts.groups) {
+            let Some(layout) = layout.as_ref().filter(|_| !is_host(index)) else { continue };
+            let mut entries = Vec::new();
+            for (position, slot) in blocks::slots(pass.work()).iter().enumerate() {
+                if slot.group != index || program.binding_at(slot.group, slot.binding).is_none() {
+                    continue;
+                }
+                let place = self.blocks.places(at).get(position).copied().flatten();
+                let bound = match &slot.source {
+                    SlotSource::Texture(texture) => {
+                        let view = texture.view();
+                        Bound::switched(Fallbacks::new(&plan, view.resource, |resource| {
+                            let view = TextureView { resource, ..view };
+                            self.resources.view(creation, &plan, view).map(Bound::View)
+                        }))
+                    }
+                    SlotSource::Sampler(sampler) => {
+                        Some(Bound::Sampler(objects.sampler(creation, &slot.name, *sampler)))
+                    }
+                    SlotSource::Buffer { buffer: named, .. } => {
+                        Bound::switched(Fallbacks::new(&plan, named.resource, |resource| {
+                            let buffer = self.resources.buffer(&plan, resource)?;
+                            // What stands for it may be larger, and shaders can ask for the length.
+                            let all = IndexRange { first: 0, count: plan.resource(resource)?.bytes };
+                            Some(Bound::Buffer(buffer, named.range.bytes.unwrap_or(all)))
+                        }))
+                    }
+                    SlotSource::View => place.map(Bound::ViewBlock),
+                    SlotSource::Data { .. } | SlotSource::Values(_) => place.map(Bound::Block),
+                };
+                entries.extend(bound.map(|bound| (slot.binding, bound)));
+            }
+            groups.push(Group::new(index, layout.clone(), entries));
+        }
+        groups
+    }
+
+    /// Joins neighbouring passes that the plan groups into one render pass.
+    fn merge(&mut self) {
+        let mut passes = self.passes.as_mut_slice();
+        for run in self.plan.passes.chunk_by(|a, b| a.group == b.group) {
+            let (run, rest) = passes.split_at_mut(run.len().min(passes.len()));
+            passes = rest;
+            if let Some((leader, followers)) =
+                run.split_first_mut().filter(|(_, followers)| !followers.is_empty())
+            {
+                join(leader, followers);
+            }
+        }
+    }
+}
+
+impl InstantiatedPass {
+    /// Takes over the values of the live settings.
+    pub(crate) fn update(&mut self, values: &[Value]) {
+        self.constants.reference.iter_mut().for_each(|reference| reference.update(values));
+        self.constants.blend.iter_mut().for_each(|blend| blend.update(values));
+        match &mut self.work {
+            InstantiatedWork::Compute { workgroups, .. } => {
+                workgroups.iter_mut().for_each(|count| count.update(values));
+            }
+            InstantiatedWork::Fullscreen { attachments, draw, .. } => {
+                attachments.update(values);
+                draw.iter_mut().for_each(|draw| draw.update(values));
+            }
+            InstantiatedWork::Scene { attachments, scene } => {
+                attachments.update(values);
+                scene.clear_depth.update(values);
+            }
+            InstantiatedWork::Transfer(_) | InstantiatedWork::Nothing => {}
+        }
+    }
+}
+
+impl InstantiatedWork {
+    /// The attachments of a pass that takes one render pass.
+    fn flat_attachments(&mut self) -> Option<&mut Attachments> {
+        match self {
+            InstantiatedWork::Fullscreen { attachments, .. }
+            | InstantiatedWork::Scene { attachments, .. } => {
+                Some(attachments).filter(|attachments| attachments.is_flat())
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Lets passes be recorded into the render pass of the first.
+fn join(leader: &mut InstantiatedPass, followers: &mut [InstantiatedPass]) {
+    let Some(attachments) = leader.work.flat_attachments() else { return };
+    if followers.iter_mut().any(|follower| follower.work.flat_attachments().is_none()) {
+        return;
+    }
+    for follower in followers.iter_mut() {
+        if let Some(own) = follower.work.flat_attachments() {
+            attachments.end_like(own);
+        }
+        follower.merged = 0;
+        leader.label.push_str(" + ");
+        leader.label.push_str(&follower.label);
+    }
+    leader.merged = 1 + followers.len();
+}
+
+/// The position of the pass that keeps what it draws into a texture.
+fn keeper(plan: &Plan, texture: ResourceHandle) -> Option<usize> {
+    let mut works = plan.passes.iter().map(|planned| plan.pipeline.pass(planned.handle).work());
+    works.position(|work| redraw::kept(work).is_some_and(|(.., depth)| depth == texture))
+}
+
+/// The position of bind groups that are alike, added if there are none.
+fn position(list: &mut Vec<HostGroups>, new: HostGroups) -> usize {
+    list.iter().position(|known| known.is_alike(&new)).unwrap_or_else(|| {
+        list.push(new);
+        list.len() - 1
+    })
+}
+
+/// A bind group of the host's as a program sees it, if it has bindings there.
+fn host_layout(program: &Program, layouts: &Layouts, index: u32) -> Option<HostLayout> {
+    let bindings = program.bindings.iter().filter(|binding| binding.group == index);
+    let bindings = bindings.map(|binding| (binding.entry.binding, binding.name.clone())).collect();
+    Some(HostLayout { layout: layouts.group(index)?.clone(), bindings })
+}

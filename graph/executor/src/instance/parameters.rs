@@ -1,0 +1,151 @@
+//! Live parameters by typed handle, and what they set of the objects of a plan.
+
+use std::marker::PhantomData;
+
+use super::instantiate::Instantiated;
+use umbragraph_compiler::{PackedBlock, Parameters};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph_pipeline::expression::Value;
+
+/// A live parameter of an executor's plan, of a type; [`crate::Executor::parameter`] gives it.
+#[derive(Debug)]
+pub struct Parameter<T> {
+    pub(crate) at: usize,
+    /// The parameters that it is one of.
+    pub(crate) of: u64,
+    value_type: PhantomData<fn() -> T>,
+}
+
+impl<T> Clone for Parameter<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for Parameter<T> {}
+
+/// A type that values of parameters have in Rust.
+pub trait ParameterValue {
+    /// Makes a value this one, in its memory where it has some.
+    fn assign(&self, to: &mut Value);
+    /// Whether a parameter that has a value is of this type.
+    fn is_of(value: &Value) -> bool;
+}
+
+macro_rules! numbers {
+    ($($number:ty),*) => {$(
+        impl ParameterValue for $number {
+            fn assign(&self, to: &mut Value) {
+                *to = Value::Number(f64::from(*self));
+            }
+
+            fn is_of(value: &Value) -> bool {
+                matches!(value, Value::Number(_))
+            }
+        }
+    )*};
+}
+
+numbers!(f32, f64, u32, i32);
+
+impl ParameterValue for bool {
+    fn assign(&self, to: &mut Value) {
+        *to = Value::Bool(*self);
+    }
+
+    fn is_of(value: &Value) -> bool {
+        matches!(value, Value::Bool(_))
+    }
+}
+
+impl ParameterValue for &str {
+    fn assign(&self, to: &mut Value) {
+        match to {
+            Value::Text(text) => {
+                text.clear();
+                text.push_str(self);
+            }
+            to => *to = Value::Text((*self).to_owned()),
+        }
+    }
+
+    fn is_of(value: &Value) -> bool {
+        matches!(value, Value::Text(_))
+    }
+}
+
+fn assign_list<T: ParameterValue>(list: &[T], to: &mut Value) {
+    if !matches!(to, Value::List(_)) {
+        *to = Value::List(Vec::new());
+    }
+    if let Value::List(to) = to {
+        to.resize(list.len(), Value::Bool(false));
+        list.iter().zip(to).for_each(|(value, to)| value.assign(to));
+    }
+}
+
+impl<T: ParameterValue, const N: usize> ParameterValue for [T; N] {
+    fn assign(&self, to: &mut Value) {
+        assign_list(self, to);
+    }
+
+    fn is_of(value: &Value) -> bool {
+        matches!(value, Value::List(list) if list.len() == N && list.iter().all(T::is_of))
+    }
+}
+
+impl<T: ParameterValue> ParameterValue for &[T] {
+    fn assign(&self, to: &mut Value) {
+        assign_list(self, to);
+    }
+
+    fn is_of(value: &Value) -> bool {
+        matches!(value, Value::List(list) if list.iter().all(T::is_of))
+    }
+}
+
+impl ParameterValue for Value {
+    fn assign(&self, to: &mut Value) {
+        to.clone_from(self);
+    }
+
+    fn is_of(_: &Value) -> bool {
+        true
+    }
+}
+
+impl<T: ParameterValue> Parameter<T> {
+    /// The handle of the parameter at a position, if it is of this type.
+    pub(crate) fn new(name: &str, parameters: &Parameters) -> Result<Self, Diagnostics> {
+        let at = parameters.find(name)?;
+        let value = parameters.get(at).filter(|value| !T::is_of(value));
+        let Some(value) = value else {
+            return Ok(Self { at, of: parameters.id(), value_type: PhantomData });
+        };
+        let message =
+            format!("the parameter \"{name}\" is {}, not {}", value.kind_name(), std::any::type_name::<T>());
+        let diagnostic = Diagnostic::error(codes::SETTING_TYPE, Place::Nowhere, message);
+        Err(diagnostic.help("ask for it with the type that the pipeline declares").into())
+    }
+}
+
+impl Instantiated {
+    /// Lets passes take over the parameters that have changed.
+    ///
+    /// # Errors
+    /// Values that loading or planning would reject; the ones before hold then.
+    pub(crate) fn apply_parameters(&mut self) -> Result<(), Diagnostics> {
+        let Self { parameters, cpu_passes, passes, blocks, plan, kept, keepers, .. } = self;
+        let mut set = |at: usize, values: &[Value], packed: &[PackedBlock]| {
+            // What a view is drawn with may be other than when it was kept.
+            for keeper in keepers.get(at).into_iter().flatten() {
+                kept[*keeper].forget();
+            }
+            packed.iter().for_each(|block| blocks.replace(plan, at, block));
+            if let Some(pass) = passes.get_mut(at) {
+                pass.update(values);
+            }
+        };
+        parameters.apply(cpu_passes, &mut set)
+    }
+}

@@ -1,0 +1,244 @@
+//! Layouts and pipelines of passes.
+//!
+//! Layouts are what reflection says of a program, the union over its variants; one thing that reflection cannot know is
+//! added: which blocks move by a dynamic offset (`view`, and the blocks of an object). A bind group that a program does
+//! not use is a hole in its layout; of one that the host fills itself the layout is the host's.
+//!
+//! For a pass that draws the host's meshes there is one pipeline for each set of properties that the host's interface
+//! names, with the vertex buffers from which the variant reads; sets that come to the same variant share it. Front faces
+//! are counter-clockwise.
+
+use std::collections::BTreeSet;
+
+use crate::binding::blocks;
+use crate::drawing::redraw;
+use crate::objects::creation::Creation;
+use crate::objects::shared::{ComputeKey, Objects, Primitive, RenderKey, VertexBufferKey};
+use umbragraph_compiler::Plan;
+use umbragraph_pipeline::draw::{DOUBLE_SIDED, HostAttribute, HostInterface, OBJECT_GROUP, PropertySet};
+use umbragraph_pipeline::pipeline::{Program, ProgramVariant};
+use umbragraph_pipeline::shader::{ShaderModule, Stage};
+use umbragraph_pipeline::work::{BufferDraw, RenderWork, ResourceHandle, SceneDraw, SlotSource, Work};
+
+/// The layouts of a program: those of its bind groups, `None` for one without bindings, and of its pipelines.
+pub(crate) struct Layouts {
+    pub(crate) groups: Vec<Option<wgpu::BindGroupLayout>>,
+    pub(crate) pipeline: wgpu::PipelineLayout,
+}
+
+impl Layouts {
+    /// The layout of a bind group, if the program has bindings there.
+    pub(crate) fn group(&self, index: u32) -> Option<&wgpu::BindGroupLayout> {
+        self.groups.get(index as usize)?.as_ref()
+    }
+}
+
+/// Makes the pipelines of one pass.
+pub(crate) struct Pipelines<'a, 'c> {
+    pub(crate) creation: &'a mut Creation<'c>,
+    pub(crate) objects: &'a mut Objects,
+    pub(crate) plan: &'a Plan,
+    /// The pass's name.
+    pub(crate) name: &'a str,
+    pub(crate) program: &'a Program,
+}
+
+impl Pipelines<'_, '_> {
+    /// The layouts of the program as a pass with this work binds it; `host` is the interface of the meshes that it draws.
+    pub(crate) fn layouts(&mut self, work: &Work, host: Option<&HostInterface>) -> Layouts {
+        let views = blocks::slots(work).iter().filter(|slot| matches!(slot.source, SlotSource::View));
+        let views: BTreeSet<(u32, u32)> = views.map(|slot| (slot.group, slot.binding)).collect();
+        let bindings = &self.program.bindings;
+        let count = bindings.iter().map(|binding| binding.group + 1).max().unwrap_or(0);
+        let is_used = |group: u32| bindings.iter().any(|binding| binding.group == group);
+        let entries = |group: u32| -> Vec<wgpu::BindGroupLayoutEntry> {
+            let own_layout = host.and_then(|host| host.own_layout(group));
+            if let Some(entries) = own_layout.filter(|_| is_used(group)) {
+                return entries.to_vec();
+            }
+            let own = bindings.iter().filter(|binding| binding.group == group);
+            let entries = own.map(|binding| {
+                let mut entry = wgpu::BindGroupLayoutEntry {
+                    ty: self.program.bound_type(binding, blocks::slots(work)),
+                    ..binding.entry
+                };
+                if let wgpu::BindingType::Buffer { has_dynamic_offset, .. } = &mut entry.ty {
+                    let is_moved = host.is_some_and(|host| host.is_moved(&binding.name));
+                    *has_dynamic_offset =
+                        (is_moved && group == OBJECT_GROUP) || views.contains(&(group, entry.binding));
+                }
+                entry
+            });
+            entries.collect()
+        };
+        let all: Vec<_> = (0..count).map(entries).collect();
+        let groups: Vec<Option<wgpu::BindGroupLayout>> = all
+            .into_iter()
+            .map(|entries| {
+                let is_used = !entries.is_empty();
+                is_used.then(|| self.objects.group_layout(self.creation, self.name, entries))
+            })
+            .collect();
+        let pipeline = self.objects.pipeline_layout(self.creation, self.name, groups.clone());
+        Layouts { groups, pipeline }
+    }
+
+    /// The pipeline of a compute pass.
+    pub(crate) fn compute(&mut self, layouts: &Layouts) -> Option<wgpu::ComputePipeline> {
+        let variant = self.program.variants.first()?;
+        let key = ComputeKey {
+            layout: layouts.pipeline.clone(),
+            module: self.objects.module(self.creation, &variant.module),
+            entry_point: entry_point(variant, Stage::Compute),
+            constants: constants(&variant.module),
+        };
+        Some(self.objects.compute_pipeline(self.creation, self.name, key))
+    }
+
+    /// The pipeline of a pass that covers its attachments.
+    pub(crate) fn fullscreen(
+        &mut self,
+        render: &RenderWork,
+        layouts: &Layouts,
+    ) -> Option<wgpu::RenderPipeline> {
+        let variant = self.program.variants.first()?;
+        Some(self.render(render, variant, layouts, Vec::new(), Primitive::default()))
+    }
+
+    /// The pipeline of a pass that draws from the pipeline's own buffers.
+    pub(crate) fn buffers(
+        &mut self,
+        render: &RenderWork,
+        draw: &BufferDraw,
+        layouts: &Layouts,
+    ) -> Option<wgpu::RenderPipeline> {
+        let variant = self.program.variants.first()?;
+        let streams = draw.vertices.iter();
+        let buffers = streams.map(|stream| Some((stream.stride, stream.step, stream.attributes.clone())));
+        let is_strip = draw.topology.is_strip();
+        let primitive = Primitive {
+            topology: draw.topology,
+            cull: draw.cull,
+            strip_indices: draw.indices.as_ref().filter(|_| is_strip).map(|indices| indices.format),
+        };
+        Some(self.render(render, variant, layouts, buffers.collect(), primitive))
+    }
+
+    /// The pipelines of a pass that draws the host's meshes, by the properties of meshes.
+    pub(crate) fn scene(
+        &mut self,
+        render: &RenderWork,
+        scene: &SceneDraw,
+        layouts: &Layouts,
+        interface: &HostInterface,
+    ) -> Vec<(PropertySet, wgpu::RenderPipeline)> {
+        let mut pipelines: Vec<(PropertySet, wgpu::RenderPipeline)> = Vec::new();
+        for set in &interface.property_sets {
+            let properties = interface.property_names(*set);
+            let cull = scene.cull.filter(|_| !properties.contains(&DOUBLE_SIDED));
+            let variant = self.program.variant(&properties);
+            let buffers = vertex_buffers(variant, interface, *set);
+            let primitive = Primitive { cull, ..Primitive::default() };
+            pipelines.push((*set, self.render(render, variant, layouts, buffers, primitive)));
+        }
+        pipelines
+    }
+
+    /// What clears the texels of a view that a pass keeps.
+    pub(crate) fn clear(&mut self, render: &RenderWork, scene: &SceneDraw) -> Option<wgpu::RenderPipeline> {
+        scene.redraw.as_ref()?;
+        let depth = self.plan.resource(render.depth.as_ref()?.to.resource)?;
+        Some(redraw::clear_pipeline(self.creation, self.objects, depth.format?, depth.size?.samples))
+    }
+
+    fn render(
+        &mut self,
+        render: &RenderWork,
+        variant: &ProgramVariant,
+        layouts: &Layouts,
+        buffers: Vec<Option<VertexBufferKey>>,
+        primitive: Primitive,
+    ) -> wgpu::RenderPipeline {
+        let format =
+            |resource: ResourceHandle| self.plan.resource(resource).and_then(|resource| resource.format);
+        let attached = render.color.iter().map(|color| color.to.resource);
+        let depth = render.depth.as_ref().map(|depth| depth.to.resource);
+        let stencil = render.stencil.as_ref().map(|stencil| stencil.to.resource);
+        let mut attached = attached.chain(depth).chain(stencil);
+        let samples =
+            attached.find_map(|resource| self.plan.resource(resource)?.size).map_or(1, |size| size.samples);
+        let targets = render.color.iter().map(|color| {
+            Some(wgpu::ColorTargetState {
+                format: color.format.or_else(|| format(color.to.resource))?,
+                blend: color.blend,
+                write_mask: color.write_mask,
+            })
+        });
+        let depth_stencil = depth.or(stencil).and_then(|resource| {
+            let format = format(resource)?;
+            let depth = render.depth.as_ref();
+            // A format with depth wants to be told also where only its stencil is attached.
+            let unused = format.has_depth_aspect().then_some((false, wgpu::CompareFunction::Always));
+            let (write, compare) = depth.map(|depth| (depth.write, depth.compare)).or(unused).unzip();
+            let slope_scale = depth.map_or(0.0, |depth| depth.slope_bias);
+            Some(wgpu::DepthStencilState {
+                format,
+                depth_write_enabled: write,
+                depth_compare: compare,
+                stencil: render.stencil.as_ref().map(|stencil| stencil.state.clone()).unwrap_or_default(),
+                bias: wgpu::DepthBiasState { constant: 0, slope_scale, clamp: 0.0 },
+            })
+        });
+        let key = RenderKey {
+            layout: layouts.pipeline.clone(),
+            vertex: entry_point(variant, Stage::Vertex),
+            fragment: entry_point(variant, Stage::Fragment),
+            constants: constants(&variant.module),
+            buffers,
+            targets: targets.collect(),
+            depth_stencil,
+            samples,
+            primitive,
+            module: self.objects.module(self.creation, &variant.module),
+        };
+        self.objects.render_pipeline(self.creation, self.name, key)
+    }
+}
+
+/// The host's vertex buffers with the attributes that a variant reads; `None` for a buffer without any.
+fn vertex_buffers(
+    variant: &ProgramVariant,
+    interface: &HostInterface,
+    set: PropertySet,
+) -> Vec<Option<VertexBufferKey>> {
+    let inputs = variant.entry_point(Stage::Vertex).map(|entry| entry.inputs.as_slice()).unwrap_or_default();
+    let buffers = interface.buffers(set).iter().map(|buffer| {
+        // Of attributes with one name the first counts, as it does when the interface is checked.
+        let counts = |attribute: &&HostAttribute| {
+            let first = interface.attribute(set, &attribute.name);
+            first.is_some_and(|first| std::ptr::eq(first, *attribute))
+        };
+        let attributes = buffer.attributes.iter().filter(counts).filter_map(|attribute| {
+            Some(wgpu::VertexAttribute {
+                format: attribute.format,
+                offset: attribute.offset,
+                shader_location: inputs.iter().find(|input| input.name == attribute.name)?.location,
+            })
+        });
+        let attributes: Vec<_> = attributes.collect();
+        (!attributes.is_empty()).then_some((buffer.stride, buffer.step, attributes))
+    });
+    let mut buffers: Vec<_> = buffers.collect();
+    while buffers.last().is_some_and(Option::is_none) {
+        buffers.pop();
+    }
+    buffers
+}
+
+fn entry_point(variant: &ProgramVariant, stage: Stage) -> Option<String> {
+    variant.entry_point(stage).map(|entry| entry.name.clone())
+}
+
+fn constants(shader: &ShaderModule) -> Vec<(String, u64)> {
+    shader.constants.iter().map(|(name, value)| (name.clone(), value.to_bits())).collect()
+}

@@ -1,0 +1,86 @@
+//! Plans prepared off the caller's thread: shader modules, layouts and pipelines, which take most of the time, are made
+//! into the cache that an executor and those beside it share.
+//!
+//! Limits: the cache is one. Whoever sets a plan while another is prepared waits for it; recording needs no cache.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::instantiate::Instantiated;
+use super::requirements;
+use crate::binding::draw;
+use crate::binding::draw::DrawSource;
+use crate::measure::statistics::Statistics;
+use crate::objects::creation::{Caught, Creation, lost, reject};
+use crate::objects::shared::Objects;
+use umbragraph_compiler::Plan;
+use umbragraph_pipeline::Error;
+use umbragraph_pipeline::diagnostic::Diagnostics;
+use umbragraph_pipeline::draw::HostInterface;
+
+/// Prepares plans for an executor, on any thread ([`Executor::preparation`](crate::Executor::preparation)).
+#[derive(Clone)]
+pub struct Preparation {
+    pub(crate) device: wgpu::Device,
+    /// The objects that executors share.
+    pub(crate) objects: Arc<Mutex<Objects>>,
+}
+
+/// A plan whose pipelines are made ([`Executor::adopt`](crate::Executor::adopt)).
+pub struct Prepared {
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) late: Caught,
+}
+
+impl Preparation {
+    /// Makes what a plan needs beside its textures and buffers.
+    ///
+    /// # Errors
+    /// As of [`Executor::new`](crate::Executor::new).
+    pub fn prepare(&self, plan: Arc<Plan>, source: Option<&dyn DrawSource>) -> Result<Prepared, Error> {
+        let (_, late) = self.instantiate(&mut Statistics::default(), plan.clone(), source, None)?;
+        Ok(Prepared { plan, late })
+    }
+
+    /// Checks a plan against the device and the host, and instantiates it.
+    pub(crate) fn instantiate(
+        &self,
+        statistics: &mut Statistics,
+        plan: Arc<Plan>,
+        source: Option<&dyn DrawSource>,
+        before: Option<&Instantiated>,
+    ) -> Result<(Instantiated, Caught), Error> {
+        let sources = plan.pipeline.sources.clone();
+        let made = self.try_instantiate(statistics, plan, source, before);
+        made.map_err(|found| Error::new(found, &sources))
+    }
+
+    fn try_instantiate(
+        &self,
+        statistics: &mut Statistics,
+        plan: Arc<Plan>,
+        source: Option<&dyn DrawSource>,
+        before: Option<&Instantiated>,
+    ) -> Result<(Instantiated, Caught), Diagnostics> {
+        let device = &self.device;
+        let mut diagnostics = requirements::check_source(&plan, device, source);
+        diagnostics.extend(requirements::check_device(&plan, device));
+        diagnostics.extend(lost(device));
+        reject(diagnostics)?;
+        let geometries: BTreeSet<&str> =
+            requirements::scenes(&plan).map(|(_, scene)| scene.geometry.as_str()).collect();
+        let interfaces = geometries.into_iter().filter_map(|geometry| {
+            Some((geometry.to_owned(), draw::interface(&plan, source, geometry)?.clone()))
+        });
+        let interfaces: BTreeMap<String, HostInterface> = interfaces.collect();
+        let mut objects = self.objects.lock().unwrap_or_else(PoisonError::into_inner);
+        objects.begin();
+        let mut creation = Creation::new(device, statistics);
+        let limits = device.limits();
+        let instantiated = Instantiated::new(&mut creation, &limits, &mut objects, plan, interfaces, before)?;
+        let mut caught = creation.finish();
+        reject(caught.known())?;
+        objects.commit();
+        Ok((instantiated, caught))
+    }
+}

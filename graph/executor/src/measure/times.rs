@@ -1,0 +1,70 @@
+//! How long the host's processor works on each pass.
+//!
+//! Off unless asked for. The time of a CPU pass is that of its function; of any other pass, that of recording it, the
+//! host's own draws included. Preparing bind groups and uploading blocks belong to no pass and are told apart.
+//!
+//! The time that the GPU takes is measured by [`super::gpu_times`].
+//!
+//! Limits: no clock on the web, where all times are zero.
+
+use std::time::{Duration, Instant};
+
+/// A point in time, where time is measured and there is a clock.
+pub(crate) type Moment = Option<Instant>;
+
+/// Times of the passes of a plan by their positions.
+#[derive(Default)]
+pub(crate) struct Times {
+    is_on: bool,
+    /// Preparing and uploading.
+    pub(crate) preparation: Duration,
+    /// The times by position; none if measuring is off.
+    pub(crate) passes: Vec<Duration>,
+    /// When each pass began, from the reset on.
+    pub(crate) starts: Vec<Duration>,
+    began: Moment,
+}
+
+impl Times {
+    /// Switches measuring on or off.
+    pub(crate) fn switch(&mut self, is_on: bool) {
+        self.is_on = is_on;
+        self.passes.clear();
+        self.preparation = Duration::ZERO;
+    }
+
+    /// Sets all times to zero, for so many passes.
+    pub(crate) fn reset(&mut self, passes: usize) {
+        self.preparation = Duration::ZERO;
+        self.passes.clear();
+        self.starts.clear();
+        if self.is_on {
+            self.passes.resize(passes, Duration::ZERO);
+            self.starts.resize(passes, Duration::ZERO);
+            self.began = self.now();
+        }
+    }
+
+    /// Now.
+    pub(crate) fn now(&self) -> Moment {
+        (self.is_on && cfg!(not(target_family = "wasm"))).then(Instant::now)
+    }
+
+    /// Adds the time since a moment to a pass.
+    pub(crate) fn add(&mut self, pass: usize, since: Moment) {
+        if let (Some(time), Some(start)) = (self.passes.get_mut(pass), self.starts.get_mut(pass)) {
+            let elapsed = time_since(since);
+            *time += elapsed;
+            *start = time_since(self.began).saturating_sub(elapsed);
+        }
+    }
+
+    /// Adds the time since a moment to the preparation.
+    pub(crate) fn add_preparation(&mut self, since: Moment) {
+        self.preparation += time_since(since);
+    }
+}
+
+fn time_since(moment: Moment) -> Duration {
+    moment.map_or(Duration::ZERO, |moment| moment.elapsed())
+}

@@ -1,0 +1,271 @@
+//! Textures from the device to the host.
+//!
+//! One mip level with all of its layers is copied to a buffer and taken apart into four numbers for each texel. Depth in
+//! a format that cannot be copied (`depth24plus`) is first read by a compute shader.
+//!
+//! Limits: compressed formats, `rgb9e5ufloat` and textures of several samples are rejected.
+
+use wgpu::TextureFormat as Format;
+
+use umbragraph_pipeline::diagnostic::{Diagnostic, Place, codes};
+use umbragraph_pipeline::language::format_name;
+
+/// What a texture holds: row by row from the top, layer by layer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texels {
+    /// The width, in texels.
+    pub width: u32,
+    /// The height of a layer, in texels.
+    pub height: u32,
+    /// The number of layers.
+    pub layers: u32,
+    /// How many of the four numbers the format has: 1 to 4.
+    pub channels: usize,
+    /// Red, green, blue and alpha as a shader reads them, depth and stencil as red; 0, 0 and 1 where there is none.
+    pub values: Vec<[f32; 4]>,
+}
+
+/// Reads the numbers of the first mip level of a texture as [`read_bytes`] reads its bytes.
+///
+/// # Errors
+/// Formats without numbers of their own, several samples, errors of the device.
+pub async fn read_back(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+) -> Result<Texels, Diagnostic> {
+    let layout = Layout::of_texture(texture)?;
+    let bytes = read_bytes(device, queue, texture).await?;
+    let values = bytes.chunks_exact(layout.bytes as usize).map(|texel| layout.numbers(texel)).collect();
+    let (width, height, layers) = (texture.width(), texture.height(), texture.depth_or_array_layers());
+    Ok(Texels { width, height, layers, channels: layout.channels, values })
+}
+
+/// Reads the bytes of the first mip level of a texture with the usage `COPY_SRC` (`depth24plus`: `TEXTURE_BINDING`), once everything
+/// that was submitted before has run: row by row from the top without gaps, layer by layer; of depth and stencil the depth.
+///
+/// The future is ready at once except in a browser, which must not block.
+///
+/// # Errors
+/// Formats without numbers of their own, several samples, errors of the device.
+pub async fn read_bytes(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+) -> Result<Vec<u8>, Diagnostic> {
+    let layout = Layout::of_texture(texture)?;
+    let (width, height, layers) = (texture.width(), texture.height(), texture.depth_or_array_layers());
+    let row = (width * layout.bytes).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read back"),
+        size: u64::from(row) * u64::from(height) * u64::from(layers),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder =
+        device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read back") });
+    if layout.copied {
+        let source = wgpu::TexelCopyTextureInfo { aspect: layout.aspect, ..texture.as_image_copy() };
+        let rows =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: Some(height) };
+        let destination = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout: rows };
+        encoder.copy_texture_to_buffer(source, destination, texture.size());
+    } else {
+        read_depth(device, &mut encoder, texture, &buffer, row / 4);
+    }
+    queue.submit([encoder.finish()]);
+    let mut bytes = mapped(device, &buffer).await.map_err(|reason| {
+        let message = format!("a texture cannot be read back: {reason}");
+        Diagnostic::error(codes::DEVICE, Place::Nowhere, message)
+            .help("the device was lost; try a smaller picture, or another driver")
+    })?;
+    let (row, wanted) = (row as usize, (width * layout.bytes) as usize);
+    for line in 0..(height * layers) as usize {
+        bytes.copy_within(line * row..line * row + wanted, line * wanted);
+    }
+    bytes.truncate(wanted * (height * layers) as usize);
+    Ok(bytes)
+}
+
+async fn mapped(device: &wgpu::Device, buffer: &wgpu::Buffer) -> Result<Vec<u8>, String> {
+    let (sender, receiver) = futures_channel::oneshot::channel();
+    buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+        let _ = sender.send(result);
+    });
+    // Browsers call back by themselves.
+    #[cfg(not(target_family = "wasm"))]
+    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| error.to_string())?;
+    #[cfg(target_family = "wasm")]
+    let _ = device;
+    receiver.await.map_err(|error| error.to_string())?.map_err(|error| error.to_string())?;
+    let bytes = buffer.slice(..).get_mapped_range().map_err(|error| error.to_string())?;
+    Ok(bytes.to_vec())
+}
+
+/// Depth, texel by texel, as words of a buffer whose rows have so many words.
+const READ_DEPTH: &str = "
+@group(0) @binding(0) var depth: texture_depth_2d_array;
+@group(0) @binding(1) var<storage, read_write> words: array<f32>;
+override row: u32;
+@compute @workgroup_size(8, 8) fn read(@builtin(global_invocation_id) at: vec3<u32>) {
+    let size = textureDimensions(depth);
+    if all(at.xy < size) {
+        words[(at.z * size.y + at.y) * row + at.x] = textureLoad(depth, at.xy, at.z, 0);
+    }
+}";
+
+fn read_depth(
+    device: &wgpu::Device,
+    encoder: &mut wgpu::CommandEncoder,
+    texture: &wgpu::Texture,
+    buffer: &wgpu::Buffer,
+    row: u32,
+) {
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("read depth"),
+        source: wgpu::ShaderSource::Wgsl(READ_DEPTH.into()),
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("read depth"),
+        layout: None,
+        module: &module,
+        entry_point: None,
+        compilation_options: wgpu::PipelineCompilationOptions {
+            constants: &[("row", f64::from(row))],
+            ..Default::default()
+        },
+        cache: None,
+    });
+    let view = texture.create_view(&wgpu::TextureViewDescriptor {
+        aspect: wgpu::TextureAspect::DepthOnly,
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    });
+    let words = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read depth"),
+        size: buffer.size(),
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    });
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("read depth"),
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) },
+            wgpu::BindGroupEntry { binding: 1, resource: words.as_entire_binding() },
+        ],
+    });
+    {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        let groups = |side: u32| side.div_ceil(8);
+        pass.dispatch_workgroups(
+            groups(texture.width()),
+            groups(texture.height()),
+            texture.depth_or_array_layers(),
+        );
+    }
+    encoder.copy_buffer_to_buffer(&words, 0, buffer, 0, buffer.size());
+}
+
+/// How the bytes of a texel lie.
+struct Layout {
+    bytes: u32,
+    channels: usize,
+    aspect: wgpu::TextureAspect,
+    /// Whether the format can be copied to a buffer.
+    copied: bool,
+    /// Whether blue goes before red.
+    is_bgra: bool,
+    /// Ten bits each of red, green and blue, two of alpha.
+    is_packed: bool,
+    /// The number of a channel, and of the alpha channel.
+    decode: [Decode; 2],
+}
+
+/// The number of a channel with as many bytes as it has.
+type Decode = fn(&[u8]) -> f32;
+
+impl Layout {
+    fn of_texture(texture: &wgpu::Texture) -> Result<Self, Diagnostic> {
+        let (format, samples) = (texture.format(), texture.sample_count());
+        Self::of(format).filter(|_| samples == 1).ok_or_else(|| {
+            let message =
+                format!("a texture of the format {format:?} with {samples} samples cannot be read back");
+            Diagnostic::error(codes::CAPTURE, Place::Nowhere, message)
+                .help("draw it into a texture of a format with plain channels, and of one sample")
+        })
+    }
+
+    /// The name of a plain format says it: the channels, the bits of each, and what they are.
+    fn of(format: Format) -> Option<Self> {
+        if format == Format::Rgb10a2Unorm {
+            return Some(Self { is_packed: true, channels: 4, ..Self::of(Format::R32Uint)? });
+        }
+        let (all, depth) = (wgpu::TextureAspect::All, wgpu::TextureAspect::DepthOnly);
+        let (name, aspect, copied) = match format {
+            Format::Stencil8 => ("r8uint".to_owned(), all, true),
+            Format::Depth16Unorm => ("r16unorm".to_owned(), all, true),
+            Format::Depth32Float | Format::Depth32FloatStencil8 => ("r32float".to_owned(), depth, true),
+            Format::Depth24Plus | Format::Depth24PlusStencil8 => ("r32float".to_owned(), all, false),
+            _ => (format_name(format), all, true),
+        };
+        let (channels, rest) = name.split_at(name.find(|letter: char| letter.is_ascii_digit())?);
+        let (bits, kind) = rest.split_at(rest.find(|letter: char| !letter.is_ascii_digit())?);
+        let decode = [decode(bits, kind)?, decode(bits, kind.trim_end_matches("-srgb"))?];
+        let bytes = channels.len() as u32 * bits.parse::<u32>().ok()? / 8;
+        Some(Self {
+            bytes,
+            channels: channels.len(),
+            aspect,
+            copied,
+            is_bgra: channels == "bgra",
+            is_packed: false,
+            decode,
+        })
+    }
+
+    /// The numbers of a texel.
+    fn numbers(&self, bytes: &[u8]) -> [f32; 4] {
+        if self.is_packed {
+            let run = |shift: u32, max: u32| (word(bytes) >> shift & max) as f32 / max as f32;
+            return [run(0, 1023), run(10, 1023), run(20, 1023), run(30, 3)];
+        }
+        let mut values = [0.0, 0.0, 0.0, 1.0];
+        let size = bytes.len() / self.channels;
+        let [channel, alpha] = self.decode;
+        for (at, (value, bytes)) in values.iter_mut().zip(bytes.chunks_exact(size)).enumerate() {
+            *value = if at == 3 { alpha(bytes) } else { channel(bytes) };
+        }
+        if self.is_bgra {
+            values.swap(0, 2);
+        }
+        values
+    }
+}
+
+/// Up to four bytes, the lowest first.
+fn word(bytes: &[u8]) -> u32 {
+    bytes.iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte))
+}
+
+fn decode(bits: &str, kind: &str) -> Option<Decode> {
+    Some(match (bits, kind) {
+        ("8", "unorm") => |bytes| word(bytes) as f32 / 255.0,
+        ("8", "unorm-srgb") => |bytes| {
+            let encoded = word(bytes) as f32 / 255.0;
+            if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+        },
+        ("8", "snorm") => |bytes| (f32::from(word(bytes) as i8) / 127.0).max(-1.0),
+        ("8", "sint") => |bytes| f32::from(word(bytes) as i8),
+        ("16", "unorm") => |bytes| word(bytes) as f32 / 65535.0,
+        ("16", "snorm") => |bytes| (f32::from(word(bytes) as i16) / 32767.0).max(-1.0),
+        ("16", "sint") => |bytes| f32::from(word(bytes) as i16),
+        ("16", "float") => |bytes| half::f16::from_bits(word(bytes) as u16).to_f32(),
+        ("8" | "16" | "32", "uint") => |bytes| word(bytes) as f32,
+        ("32", "sint") => |bytes| word(bytes) as i32 as f32,
+        ("32", "float") => |bytes| f32::from_bits(word(bytes)),
+        _ => return None,
+    })
+}

@@ -1,0 +1,80 @@
+//! Objects by their descriptors, kept from plan to plan.
+//!
+//! A plan that replaces another shares most of its shader modules, layouts, pipelines and samplers with it. They are
+//! found again by their whole descriptors, never by a hash alone. Each attempt to instantiate a plan is a generation:
+//! what an attempt created that the device then rejected is forgotten, and what the last few successful ones did not
+//! use is evicted.
+
+use std::collections::HashMap;
+use std::hash::Hash;
+
+/// For how many plans an object is kept that none of them uses, so that a switch can be turned off and on again.
+const KEPT_PLANS: u64 = 4;
+
+/// Objects by their descriptors.
+pub(crate) struct Cache<K, V> {
+    entries: HashMap<K, Entry<V>>,
+}
+
+struct Entry<V> {
+    value: V,
+    created: u64,
+    used: u64,
+}
+
+impl<K, V> Default for Cache<K, V> {
+    fn default() -> Self {
+        Self { entries: HashMap::new() }
+    }
+}
+
+impl<K: Hash + Eq, V: Clone> Cache<K, V> {
+    /// The object of a descriptor, created if there is none.
+    pub(crate) fn get(&mut self, key: K, now: u64, create: impl FnOnce(&K) -> V) -> V {
+        let create = |key: &K| Entry { value: create(key), created: now, used: now };
+        let entry = self.entries.entry(key).or_insert_with_key(create);
+        entry.used = now;
+        entry.value.clone()
+    }
+
+    /// Forgets what was created after `proven`, the last generation that the device took, and evicts what no plan has
+    /// used for [`KEPT_PLANS`] generations.
+    pub(crate) fn clean(&mut self, proven: u64) {
+        let is_kept = |entry: &Entry<V>| entry.created <= proven && entry.used + KEPT_PLANS > proven;
+        self.entries.retain(|_, entry| is_kept(entry));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_object_is_created_once() {
+        let mut cache = Cache::default();
+        let now = 1;
+        assert_eq!(cache.get("a", now, |_| 1), 1);
+        assert_eq!(cache.get("a", now + 1, |_| 2), 1);
+        assert_eq!(cache.get("b", now, |_| 3), 3);
+    }
+
+    #[test]
+    fn what_the_device_rejected_is_forgotten_and_what_it_took_is_kept() {
+        let mut cache = Cache::default();
+        cache.get("good", 1, |_| 1);
+        cache.get("bad", 2, |_| 2);
+        cache.clean(1);
+        assert_eq!(cache.get("good", 3, |_| 3), 1);
+        assert_eq!(cache.get("bad", 3, |_| 4), 4);
+    }
+
+    #[test]
+    fn what_no_plan_uses_for_a_while_is_evicted() {
+        let mut cache = Cache::default();
+        cache.get("a", 1, |_| 1);
+        cache.clean(KEPT_PLANS);
+        assert_eq!(cache.entries.len(), 1);
+        cache.clean(1 + KEPT_PLANS);
+        assert_eq!(cache.entries.len(), 0);
+    }
+}

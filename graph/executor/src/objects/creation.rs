@@ -1,0 +1,294 @@
+//! Creating objects on the device: counted, and with the device's errors caught.
+//!
+//! wgpu tells errors of creation not where they happen but to the innermost error scope of the thread, and without one
+//! to a handler that panics unless the host has set another. A [`Creation`] opens scopes when it creates its first
+//! object; [`Creation::finish`] closes them. What they caught is ready at once, except in a browser, where it arrives
+//! late: that is what [`Caught`] holds. A steady frame creates nothing, and so opens no scope. When a plan is
+//! instantiated each pass and each new texture or buffer has scopes of its own, so that an error has a place.
+//!
+//! A device that is lost reports nothing to scopes, and what is made on it looks as if it were there. [`lost`] finds it:
+//! memory of a new buffer cannot be mapped. It is asked where something was created, not in a steady frame.
+//!
+//! Limits: in a browser the host learns of a lost device from its own callback alone.
+
+use std::error::Error as _;
+use std::future::Future;
+use std::pin::Pin;
+use std::task::{Context, Poll, Waker};
+
+use crate::measure::statistics::Statistics;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph_pipeline::pipeline::{Pass, Resource};
+
+/// Creates objects on a device.
+pub(crate) struct Creation<'a> {
+    device: &'a wgpu::Device,
+    statistics: &'a mut Statistics,
+    scopes: Option<Scopes>,
+    /// The pass for which objects are created.
+    site: Site,
+    caught: Caught,
+}
+
+/// The place of a pass or a resource in its document, and its name.
+#[derive(Clone, Default)]
+struct Site(Option<(Place, String, String)>);
+
+/// Open error scopes. Fields are dropped in this order, which is the one in which scopes have to be popped.
+struct Scopes {
+    validation: wgpu::ErrorScopeGuard,
+    internal: wgpu::ErrorScopeGuard,
+    memory: wgpu::ErrorScopeGuard,
+}
+
+/// Methods that create an object with one of the device's own, and count it.
+macro_rules! creates {
+    ($($name:ident: $create:ident($descriptor:ident) -> $object:ident, $count:ident;)*) => {$(
+        pub(crate) fn $name(&mut self, descriptor: &wgpu::$descriptor<'_>) -> wgpu::$object {
+            self.statistics.$count += 1;
+            self.device().$create(descriptor)
+        }
+    )*};
+}
+
+impl<'a> Creation<'a> {
+    pub(crate) fn new(device: &'a wgpu::Device, statistics: &'a mut Statistics) -> Self {
+        Self { device, statistics, scopes: None, site: Site::default(), caught: Caught::default() }
+    }
+
+    /// What is created from here on belongs to a pass.
+    pub(crate) fn begin_pass(&mut self, pass: &Pass) {
+        self.begin(Site(Some((pass.place.into(), pass.pointer.clone(), pass.name.clone()))));
+    }
+
+    /// What `create` creates belongs to a resource.
+    pub(crate) fn of_resource<T>(
+        &mut self,
+        resource: Option<&Resource>,
+        create: impl FnOnce(&mut Self) -> T,
+    ) -> T {
+        let Some(resource) = resource else { return create(self) };
+        let site = (resource.place.into(), resource.pointer.clone(), resource.name.clone());
+        let before = self.site.clone();
+        self.begin(Site(Some(site)));
+        let created = create(self);
+        self.begin(before);
+        created
+    }
+
+    fn begin(&mut self, site: Site) {
+        self.close();
+        self.site = site;
+    }
+
+    /// Whether anything was created.
+    pub(crate) fn has_created(&self) -> bool {
+        self.scopes.is_some()
+    }
+
+    /// What is wrong with a texture of the host's that was not seen before: one of another device.
+    pub(crate) fn import_error(
+        &mut self,
+        queue: &wgpu::Queue,
+        name: &str,
+        texture: &wgpu::Texture,
+    ) -> Option<Diagnostic> {
+        let scope = self.device().push_error_scope(wgpu::ErrorFilter::Validation);
+        // Of no texels nothing is written; whose the texture is, is asked before all else.
+        let nothing = wgpu::Extent3d { width: 0, height: 0, depth_or_array_layers: 0 };
+        queue.write_texture(
+            texture.as_image_copy(),
+            &[],
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: None, rows_per_image: None },
+            nothing,
+        );
+        let Poll::Ready(Some(error)) =
+            Box::pin(scope.pop()).as_mut().poll(&mut Context::from_waker(Waker::noop()))
+        else {
+            return None;
+        };
+        if !causes(&error).contains("doesn't match") {
+            return None;
+        }
+        let message = format!("the texture for \"{name}\" is of another device");
+        let diagnostic = Diagnostic::error(codes::IMPORT, Place::Nowhere, message);
+        Some(diagnostic.help("give the executor textures of the device that it was made with"))
+    }
+
+    /// Closes the error scopes.
+    pub(crate) fn finish(mut self) -> Caught {
+        self.close();
+        self.caught
+    }
+
+    fn close(&mut self) {
+        let Some(Scopes { validation, internal, memory }) = self.scopes.take() else { return };
+        let outcomes: [Pin<Box<dyn Outcome>>; 3] =
+            [Box::pin(validation.pop()), Box::pin(internal.pop()), Box::pin(memory.pop())];
+        for outcome in outcomes {
+            self.caught.add(self.site.clone(), outcome);
+        }
+    }
+
+    fn device(&mut self) -> &'a wgpu::Device {
+        let device = self.device;
+        self.scopes.get_or_insert_with(|| {
+            let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+            let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
+            let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
+            Scopes { validation, internal, memory }
+        });
+        device
+    }
+
+    pub(crate) fn texture(&mut self, descriptor: &wgpu::TextureDescriptor<'_>, bytes: u64) -> wgpu::Texture {
+        self.statistics.textures += 1;
+        self.statistics.bytes += bytes;
+        self.device().create_texture(descriptor)
+    }
+
+    pub(crate) fn buffer(&mut self, descriptor: &wgpu::BufferDescriptor<'_>) -> wgpu::Buffer {
+        self.statistics.buffers += 1;
+        self.statistics.bytes += descriptor.size;
+        self.device().create_buffer(descriptor)
+    }
+
+    pub(crate) fn view(
+        &mut self,
+        texture: &wgpu::Texture,
+        descriptor: &wgpu::TextureViewDescriptor<'_>,
+    ) -> wgpu::TextureView {
+        self.statistics.views += 1;
+        self.device();
+        texture.create_view(descriptor)
+    }
+
+    pub(crate) fn import_view(
+        &mut self,
+        texture: &wgpu::Texture,
+        descriptor: &wgpu::TextureViewDescriptor<'_>,
+    ) -> wgpu::TextureView {
+        self.statistics.import_views += 1;
+        self.device();
+        texture.create_view(descriptor)
+    }
+
+    pub(crate) fn shader_module(&mut self, label: &str, wgsl: &str) -> wgpu::ShaderModule {
+        self.statistics.shader_modules += 1;
+        self.device().create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(label),
+            source: wgpu::ShaderSource::Wgsl(wgsl.into()),
+        })
+    }
+
+    creates! {
+        sampler: create_sampler(SamplerDescriptor) -> Sampler, samplers;
+        bind_group_layout: create_bind_group_layout(BindGroupLayoutDescriptor) -> BindGroupLayout, layouts;
+        pipeline_layout: create_pipeline_layout(PipelineLayoutDescriptor) -> PipelineLayout, layouts;
+        render_pipeline: create_render_pipeline(RenderPipelineDescriptor) -> RenderPipeline, pipelines;
+        compute_pipeline: create_compute_pipeline(ComputePipelineDescriptor) -> ComputePipeline, pipelines;
+        bind_group: create_bind_group(BindGroupDescriptor) -> BindGroup, bind_groups;
+    }
+}
+
+/// What is said of a device that is lost.
+pub(crate) fn lost(device: &wgpu::Device) -> Option<Diagnostic> {
+    // A device that a browser has lost maps memory all the same.
+    let probe = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("probe"),
+        size: wgpu::COPY_BUFFER_ALIGNMENT,
+        usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: true,
+    });
+    let is_lost = probe.slice(..).get_mapped_range().is_err();
+    is_lost.then(|| {
+        Diagnostic::error(codes::DEVICE_LOST, Place::Nowhere, "the device is lost")
+            .help("make a new device, and on it a new executor from the same plan")
+    })
+}
+
+/// The outcome of one error scope.
+trait Outcome: Future<Output = Option<wgpu::Error>> + wgpu::WasmNotSend {}
+
+impl<T: Future<Output = Option<wgpu::Error>> + wgpu::WasmNotSend> Outcome for T {}
+
+/// The errors that scopes have caught so far.
+#[derive(Default)]
+pub(crate) struct Caught {
+    known: Diagnostics,
+    /// Only a browser tells later.
+    #[cfg(target_arch = "wasm32")]
+    late: Vec<(Site, Pin<Box<dyn Outcome>>)>,
+}
+
+impl Caught {
+    /// Adds the outcome of a scope.
+    fn add(&mut self, site: Site, mut outcome: Pin<Box<dyn Outcome>>) {
+        match outcome.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            Poll::Ready(error) => self.known.extend(error.map(|error| diagnostic(&error, &site))),
+            #[cfg(target_arch = "wasm32")]
+            Poll::Pending => self.late.push((site, outcome)),
+            #[cfg(not(target_arch = "wasm32"))]
+            Poll::Pending => {}
+        }
+    }
+
+    /// The errors that are known by now; the rest stays.
+    pub(crate) fn known(&mut self) -> Diagnostics {
+        #[cfg(target_arch = "wasm32")]
+        for (site, outcome) in std::mem::take(&mut self.late) {
+            self.add(site, outcome);
+        }
+        std::mem::take(&mut self.known)
+    }
+
+    /// Adds what another creation caught.
+    pub(crate) fn append(&mut self, other: Self) {
+        self.known.extend(other.known);
+        #[cfg(target_arch = "wasm32")]
+        self.late.extend(other.late);
+    }
+}
+
+fn diagnostic(error: &wgpu::Error, Site(site): &Site) -> Diagnostic {
+    let help = match error {
+        wgpu::Error::OutOfMemory { .. } => "make pictures and maps smaller, or free memory of the device",
+        wgpu::Error::Validation { .. } => {
+            "compare what the device offers with what the pipeline's profile promises"
+        }
+        wgpu::Error::Internal { .. } => "update the driver, or use another backend",
+    };
+    let place = site.as_ref().map_or(Place::Nowhere, |(place, ..)| place.clone());
+    let message = match (error, site) {
+        (wgpu::Error::OutOfMemory { .. }, Some((.., name))) => {
+            format!("the device has not enough memory for \"{name}\"")
+        }
+        (wgpu::Error::OutOfMemory { .. }, None) => "the device has not enough memory".to_owned(),
+        _ => format!("the device rejected: {}", causes(error)),
+    };
+    let diagnostic = Diagnostic::error(codes::DEVICE, place, message);
+    let diagnostic = match site {
+        Some((_, pointer, _)) => diagnostic.pointer(pointer),
+        None => diagnostic,
+    };
+    diagnostic.help(help)
+}
+
+/// An error's causes in one line, the first cause last.
+pub(crate) fn causes(error: &wgpu::Error) -> String {
+    let mut texts: Vec<String> = Vec::new();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let text = error.to_string();
+        if !texts.iter().any(|known| known.contains(&text)) {
+            texts.push(text);
+        }
+        cause = error.source();
+    }
+    if texts.is_empty() { error.to_string() } else { texts.join(": ") }
+}
+
+/// Rejects diagnostics with an error among them.
+pub(crate) fn reject(diagnostics: Diagnostics) -> Result<(), Diagnostics> {
+    if diagnostics.has_errors() { Err(diagnostics) } else { Ok(()) }
+}
