@@ -73,14 +73,17 @@ struct Context {
     feature: Option<(String, String)>,
 }
 
-/// A context, and once it has been tried the plan there with its effect, if it is not rejected.
+/// A plan, and its effect as text.
+type Planned = Rc<(Arc<Plan>, String)>;
+
+/// A context, and once it has been tried the plan there, if it is not rejected.
 struct Tried {
     context: Context,
-    before: Option<Option<Rc<(Arc<Plan>, String)>>>,
+    before: Option<Option<Planned>>,
 }
 
 impl Tried {
-    fn before(&mut self, subject: &Subject<'_>) -> Option<Rc<(Arc<Plan>, String)>> {
+    fn before(&mut self, subject: &Subject<'_>) -> Option<Planned> {
         let plan = || subject.plan(&self.context, None, None);
         let made = || {
             plan().map(|plan| {
