@@ -164,7 +164,7 @@ impl Parameters {
     /// Lets passes take over the parameters that have changed: CPU nodes at once, everything else through `set`.
     ///
     /// # Errors
-    /// What loading and planning would say of these values; all parameters have the values before then.
+    /// Diagnostics as of loading and planning with these values; all parameters have the values before then.
     pub fn apply(&mut self, cpu_passes: &mut CpuPasses, set: &mut TakeOver<'_>) -> Result<(), Diagnostics> {
         if !std::mem::take(&mut self.is_changed) {
             return Ok(());

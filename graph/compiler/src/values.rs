@@ -54,7 +54,7 @@ pub(super) fn pack(
     fine.then_some(bytes)
 }
 
-/// Where so many numbers go in the block of a member.
+/// Places of so many numbers in the block of a member.
 #[derive(Clone, Debug)]
 pub(super) struct Packing {
     member: Member,

@@ -1,4 +1,4 @@
-//! What a plan keeps of live settings: expressions in which nothing is left but live parameters.
+//! Live settings of a plan: expressions in which nothing is left but live parameters.
 
 use serde::Serialize;
 
@@ -7,7 +7,7 @@ use crate::pipeline::{LiveSetting, Pipeline, with_names};
 use crate::size::Sizes;
 use crate::values::Packing;
 
-/// What a plan says of a parameter.
+/// A parameter in a plan: live, or structural.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct PlannedParameter {
@@ -26,7 +26,7 @@ pub struct PlannedSetting {
     pub(in super::super) bound: Bound,
 }
 
-/// What a plan holds the value of a live setting to.
+/// Bound that a plan sets to the value of a live setting.
 #[derive(Clone, Debug)]
 pub(in super::super) enum Bound {
     Free,
@@ -38,7 +38,7 @@ pub(in super::super) enum Bound {
     Drawn(u64, String),
 }
 
-/// What a plan says of the parameters of a pipeline.
+/// The parameters of a pipeline, as its plan has them.
 pub(in super::super) fn planned(pipeline: &Pipeline) -> std::collections::BTreeMap<String, PlannedParameter> {
     let of = |structural: &Option<crate::pipeline::Structural>| PlannedParameter {
         live: structural.is_none(),
