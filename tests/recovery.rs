@@ -1,11 +1,13 @@
-//! Documents that are no JSON, or cut off: what is understood of them, and that their text is not lost.
+//! Documents that are broken, or cut off: what is understood of them, and that their text is not lost.
 
 mod common;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use common::root;
 use umbragraph::document::{self, Kind, Parsed, Value};
+use umbragraph::model::{DeclarationKind, Model};
 use umbragraph::source::Sources;
 
 /// All documents below `pipelines/`, by their paths.
@@ -109,4 +111,78 @@ fn a_document_that_is_cut_off_keeps_what_stands_before_the_cut() {
             assert!(found.len() <= before.len() + 1, "{what}: {found:?}");
         }
     }
+}
+
+/// A use of a name: the line and the column where it stands, and what it means.
+type Known = (String, usize, DeclarationKind, String);
+
+/// The uses of names in a text, but those that touch lines that are not wanted, or lead there.
+fn uses(text: &str, wanted: &dyn Fn(usize, &str) -> bool) -> BTreeSet<Known> {
+    let document = parse(text).document;
+    let model = Model::new(&document);
+    let line_at = |at: usize| {
+        let start = text[..at].rfind('\n').map_or(0, |end| end + 1);
+        (start, text[start..].lines().next().unwrap_or_default())
+    };
+    let is_wanted = |at: usize| wanted(at, line_at(at).1);
+    // The keys that lead to a declaration, with its own.
+    let is_whole = |id| {
+        let mut around = &document.root;
+        model.declaration(id).pointer.split('/').skip(1).all(|key| {
+            let Some(entry) = around.entry(&key.replace("~1", "/")) else { return true };
+            around = &entry.value;
+            is_wanted(entry.key_span.end as usize)
+        })
+    };
+    let of = |id| {
+        let declared = model.declaration(id);
+        let found = model.uses_of(id).filter(|one| is_wanted(one.place.end as usize) && is_whole(one.within));
+        let found = found.map(|one| one.place.start as usize).collect::<Vec<_>>();
+        let is_declared = declared.kind == DeclarationKind::Data || is_whole(id);
+        found.into_iter().filter(move |_| is_declared).map(|at| {
+            let (start, line) = line_at(at);
+            (line.to_owned(), at - start, declared.kind, declared.name.clone())
+        })
+    };
+    model.declarations().flat_map(|(id, _)| of(id)).collect()
+}
+
+#[test]
+fn names_before_a_cut_are_resolved() {
+    let mut number = 0;
+    for (path, text) in pipelines() {
+        for cut in (1..=20).map(|part| text.len() * part / 21).filter(|at| text.is_char_boundary(*at)) {
+            // The last line is the broken part.
+            let before = text[..cut].rfind('\n').unwrap_or_default();
+            let whole = uses(&text, &|at, _| at <= before);
+            let found = uses(&text[..cut], &|at, _| at <= before);
+            let lost: Vec<_> = whole.difference(&found).collect();
+            assert!(lost.is_empty(), "{} cut at {cut}: {lost:?}", path.display());
+            number += whole.len();
+        }
+    }
+    assert!(number > 500, "{number} names");
+}
+
+#[test]
+fn names_outside_of_what_is_broken_are_resolved() {
+    let folder = root().join("tests/broken");
+    let base = std::fs::read_to_string(folder.join("chain.json")).unwrap();
+    let cases = std::fs::read_to_string(folder.join("cases.txt")).unwrap();
+    let mut number = 0;
+    for case in cases.split("\n== ").skip(1) {
+        let mut text = base.clone();
+        let lines: Vec<&str> = case.lines().collect();
+        for pair in lines.windows(2) {
+            if let (Some(old), Some(new)) = (pair[0].strip_prefix("- "), pair[1].strip_prefix("+ ")) {
+                text = text.replacen(old, new, 1);
+            }
+        }
+        let lines: BTreeSet<&str> = text.lines().collect();
+        let whole = uses(&base, &|_, line| lines.contains(line));
+        let lost: Vec<_> = whole.difference(&uses(&text, &|_, _| true)).cloned().collect();
+        assert!(lost.is_empty(), "{}: {lost:?}", case.lines().next().unwrap_or_default());
+        number += whole.len();
+    }
+    assert!(number > 500, "{number} names");
 }

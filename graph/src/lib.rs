@@ -19,7 +19,9 @@
 //! ```
 
 pub use umbragraph_shaders as shader;
-pub use umbragraph_text::{Error, codes, compose, diagnostic, document, edit, expression, language, source};
+pub use umbragraph_text::{
+    Error, codes, compose, diagnostic, document, edit, expression, language, model, source,
+};
 
 pub use umbragraph_pipeline::{data, frame, glam, node, work};
 

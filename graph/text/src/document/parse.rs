@@ -93,34 +93,39 @@ pub fn parse(sources: &Sources, file: FileId) -> Parsed {
     Parsed { diagnostics: diagnostics.collect(), ..closed(parsed, file, &text) }
 }
 
-/// A text with brackets that are never closed, read as if they were closed where their layout says, if that is better.
+/// A text with brackets that are never closed, read as if one or all of them were closed where their layout says, if
+/// that leaves fewer holes.
 fn closed(parsed: Parsed, file: FileId, text: &str) -> Parsed {
-    let unclosed_in = |holes: &[Hole]| {
-        let is_closer = |hole: &&Hole| matches!(hole.expected, Expected::Closer(_));
-        holes.iter().filter(is_closer).count()
-    };
-    let found = unclosed_in(&parsed.holes);
-    if found == 0 {
+    if !parsed.holes.iter().any(|hole| matches!(hole.expected, Expected::Closer(_))) {
         return parsed;
     }
-    let missing: VecDeque<_> =
-        unclosed(text).by_layout.iter().map(|one| (one.before.start, one.closer)).collect();
-    let mut holes: Vec<Hole> = missing
-        .iter()
-        .map(|(at, closer)| Hole {
-            place: Span::new(file, *at..*at),
+    let unclosed = unclosed(text).by_layout;
+    let all: VecDeque<_> = unclosed.iter().map(|one| (one.before.start, one.closer)).collect();
+    let each = all.iter().map(|one| VecDeque::from([*one]));
+    let mut best = parsed;
+    for missing in each.chain([all.clone()]) {
+        let place = |at: usize| Span::new(file, at..at);
+        let hole = |(at, closer): &(usize, char)| Hole {
+            place: place(*at),
             expected: Expected::Closer(*closer),
             is_independent: false,
-        })
-        .collect();
-    let mut reader = Reader::new(file, text, missing);
-    let root = reader.document();
-    if unclosed_in(&reader.holes) >= found {
-        return parsed;
+        };
+        let mut holes: Vec<Hole> = missing.iter().map(hole).collect();
+        let mut reader = Reader::new(file, text, missing);
+        let root = reader.document();
+        // A comma before a bracket that is put there is no hole.
+        let follows = |hole: &Hole| {
+            matches!(hole.expected, Expected::End | Expected::Comma)
+                && holes.iter().any(|closer| closer.place.start == hole.place.end)
+        };
+        reader.holes.retain(|hole| !follows(hole));
+        if reader.holes.len() < best.holes.len() {
+            holes.append(&mut reader.holes);
+            holes.sort_by_key(|hole| hole.place);
+            best = Parsed { document: Document { root }, holes, diagnostics: best.diagnostics };
+        }
     }
-    holes.append(&mut reader.holes);
-    holes.sort_by_key(|hole| hole.place);
-    Parsed { document: Document { root }, holes, diagnostics: parsed.diagnostics }
+    best
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::expression::{self, Expression, ExpressionKind};
+use crate::expression::{Expression, ExpressionKind};
 use crate::language::{Expr, Written};
 
 /// The meaning of a string.
@@ -12,8 +12,6 @@ pub enum Content {
     Word,
     /// An expression, or a reference; places in it are those in the string.
     Expression(Expression),
-    /// A name put together: the expressions in its braces.
-    Interpolation(Vec<Expression>),
     /// Neither of these: it has a syntax error.
     Invalid,
 }
@@ -23,7 +21,7 @@ pub enum Content {
 pub(super) enum Named {
     /// A name in an expression: a value, or the size of a resource.
     Value(String),
-    /// A resource or published data, perhaps one that is put together.
+    /// A resource or published data.
     Resource(String),
     /// The pass that wrote a version.
     Version(String),
@@ -33,11 +31,6 @@ impl Content {
     /// Reads a string, by its sign.
     pub(super) fn read(text: &str) -> Self {
         match Written::of(text) {
-            Written::Plain(_) if text.contains('{') => {
-                let part = |range: Range<usize>| expression::parse_from(&text[..range.end], range.start).ok();
-                let parts = braces(text).map(part).collect::<Option<_>>();
-                parts.map_or(Content::Invalid, Content::Interpolation)
-            }
             Written::Plain(_) => Content::Word,
             _ => Expr::parse_text(text).map_or(Content::Invalid, Content::Expression),
         }
@@ -54,12 +47,7 @@ impl Content {
     /// The names in a string, each with its place there.
     pub(super) fn names(&self, text: &str) -> Vec<(Named, Range<usize>)> {
         let mut names = Vec::new();
-        let parts = match self {
-            Content::Expression(expression) => std::slice::from_ref(expression),
-            Content::Interpolation(parts) => parts,
-            _ => &[],
-        };
-        for expression in parts {
+        if let Some(expression) = self.expression() {
             expression.visit(&mut |inner| match &inner.kind {
                 ExpressionKind::Name(name) => names.push((Named::Value(name.clone()), inner.range.clone())),
                 ExpressionKind::Reference(_) => {
@@ -68,9 +56,6 @@ impl Content {
                 }
                 _ => {}
             });
-        }
-        if matches!(self, Content::Interpolation(_)) {
-            of_reference(text, 0, &mut names);
         }
         names
     }
@@ -87,41 +72,6 @@ fn of_reference(text: &str, at: usize, names: &mut Vec<(Named, Range<usize>)>) {
     }
 }
 
-/// What stands between braces.
-fn braces(text: &str) -> impl Iterator<Item = Range<usize>> {
-    let mut at = 0;
-    std::iter::from_fn(move || {
-        let open = at + text[at..].find('{')? + 1;
-        let close = text[open..].find('}').map_or(text.len(), |length| open + length);
-        at = close;
-        Some(open..close)
-    })
-}
-
-/// Whether a name that is put together can be this one.
-pub(super) fn can_be(pattern: &str, name: &str) -> bool {
-    let mut rest = name;
-    let mut pieces = Vec::new();
-    let mut at = 0;
-    for range in braces(pattern) {
-        pieces.push(&pattern[at..range.start - 1]);
-        at = (range.end + 1).min(pattern.len());
-    }
-    pieces.push(&pattern[at..]);
-    let last = pieces.len() - 1;
-    for (number, piece) in pieces.iter().enumerate() {
-        let found = match number {
-            0 if last == 0 => (rest == *piece).then_some(piece.len()),
-            0 => rest.starts_with(piece).then_some(piece.len()),
-            _ if number == last => rest.ends_with(piece).then_some(rest.len()),
-            _ => rest.find(piece).map(|at| at + piece.len()),
-        };
-        let Some(length) = found else { return false };
-        rest = &rest[length..];
-    }
-    true
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -135,26 +85,11 @@ mod tests {
             ("&maps@blur.1", vec!["maps", "blur.1"]),
             ("=soft ? &maps@blur[i] : &maps", vec!["soft", "maps", "blur", "i", "maps"]),
             ("&maps@-1", vec!["maps"]),
-            ("chain@down.{level - 1}", vec!["level", "chain", "down.{level - 1}"]),
             ("=a +", vec![]),
         ] {
             let content = Content::read(text);
             let names: Vec<&str> = content.names(text).into_iter().map(|(_, range)| &text[range]).collect();
             assert_eq!(names, expected, "{text}");
-        }
-    }
-
-    #[test]
-    fn a_name_that_is_put_together_can_be_what_fits_around_it() {
-        for (pattern, name, fits) in [
-            ("soft_{a}_moments", "soft_spot_moments", true),
-            ("soft_{a}_moments", "soft_moments", false),
-            ("{a}", "any", true),
-            ("x{a}y{b}", "x1y", true),
-            ("plain", "plain", true),
-            ("plain", "plainer", false),
-        ] {
-            assert_eq!(can_be(pattern, name), fits, "{pattern} {name}");
         }
     }
 }

@@ -10,8 +10,7 @@
 //!
 //! A document that is broken has a model as far as it is understood; what does not resolve is no use of anything.
 //!
-//! Limits: a reference with expressions in braces is a use of every name that fits what stands around them. Groups of
-//! shared settings are read where passes take them over, as settings of those.
+//! Limits: groups of shared settings are read where passes take them over, as settings of those.
 
 mod content;
 mod declare;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::content::{Content, Named, can_be};
+use super::content::{Content, Named};
 use super::declare::{SECTIONS, Scope, add_at};
 use super::{Declaration, DeclarationKind as K, Id, Model, Text, Use, section};
 use crate::document::{Entry, Kind, Value, pointer_join};
@@ -182,26 +182,17 @@ impl<'s> Resolver<'_, 's> {
         self.model.texts.push(Text { place: value.span, within: site.within, keys, text, content, uses });
     }
 
-    /// The declarations that a name in a string can mean.
-    fn resolve(&mut self, named: &Named, range: &Range<usize>, value: &Value, site: &Site<'s>) -> Vec<Id> {
+    /// The declaration that a name in a string means.
+    fn resolve(&mut self, named: &Named, range: &Range<usize>, value: &Value, site: &Site<'s>) -> Option<Id> {
         match named {
             Named::Value(name) => {
                 let head = name.split_once('.').map_or(name.as_str(), |(head, _)| head);
-                self.value(head, site).into_iter().collect()
+                self.value(head, site)
             }
-            Named::Version(pass) if pass.contains('{') => {
-                let passes = site.scope.passes.iter();
-                passes.filter(|(name, _)| starts_like(pass, name)).map(|(_, id)| *id).collect()
+            Named::Version(pass) => self.pass_id(pass, site),
+            Named::Resource(name) => {
+                self.resource(name, site).or_else(|| self.published(name, range, value, site))
             }
-            Named::Version(pass) => self.pass_id(pass, site).into_iter().collect(),
-            Named::Resource(name) if name.contains('{') => {
-                let known = site.scope.values.iter();
-                known.filter(|(known, _)| can_be(name, known)).map(|(_, id)| *id).collect()
-            }
-            Named::Resource(name) => match self.value(name, site) {
-                Some(id) => vec![id],
-                None => self.published(name, range, value, site).into_iter().collect(),
-            },
         }
     }
 
@@ -209,6 +200,14 @@ impl<'s> Resolver<'_, 's> {
         let seen = || self.top.values.get(name).filter(|_| site.scope.sees_pipeline);
         let found = site.variables.get(name).or_else(|| site.scope.values.get(name)).or_else(seen);
         found.copied()
+    }
+
+    fn resource(&self, name: &str, site: &Site<'s>) -> Option<Id> {
+        let of = |scope: &Scope| {
+            let kinds = [K::Resource, K::Input];
+            kinds.into_iter().find_map(|kind| scope.others.get(&(kind, name.to_owned())).copied())
+        };
+        of(site.scope).or_else(|| of(self.top).filter(|_| site.scope.sees_pipeline))
     }
 
     fn published(&mut self, name: &str, range: &Range<usize>, value: &Value, site: &Site<'s>) -> Option<Id> {
@@ -249,12 +248,6 @@ impl<'s> Resolver<'_, 's> {
     fn push(&mut self, declaration: Id, place: Span, within: Id) {
         self.model.uses.push(Use { place, declaration, within });
     }
-}
-
-/// Whether a name that is put together begins as the rounds or parts of a pass do.
-fn starts_like(pattern: &str, pass: &str) -> bool {
-    let before = pattern.split('{').next().unwrap_or_default();
-    pass.starts_with(before) || before.strip_prefix(pass).is_some_and(|rest| rest.starts_with('.'))
 }
 
 /// Whether a text has the form of a name.
