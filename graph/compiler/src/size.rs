@@ -275,11 +275,13 @@ impl<'a> Sizes<'a> {
             Err(mut error) => {
                 let names = self.pipeline.resources.iter().map(|resource| resource.name.as_str());
                 let unknown = error.unknown.as_ref();
-                let misgiven = unknown.and_then(|one| environment.misgiven(&one.name, names.clone()));
+                let argument_error =
+                    unknown.and_then(|one| environment.argument_error(&one.name, names.clone()));
                 environment.widen(&mut error, names);
                 let value = resource.value.nearest(pointer);
                 let pointer = format!("{}{pointer}", resource.pointer);
-                if let Some(diagnostic) = misgiven.or_else(|| expression_diagnostic(&error, value, &pointer))
+                if let Some(diagnostic) =
+                    argument_error.or_else(|| expression_diagnostic(&error, value, &pointer))
                 {
                     self.reject(&error, diagnostic);
                 }

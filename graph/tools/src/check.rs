@@ -97,7 +97,7 @@ pub fn check_sharing(
     let load = LoadOptions { registry, templates, profile, overrides };
     let pipeline = pipeline::load(document, &load, sources, &mut own, modules);
     let checked = pipeline.map(|pipeline| compiled(pipeline, options, sources, &mut own)).unwrap_or_default();
-    diagnostics.extend(pipeline::as_written(document, compose::with_users(document, own)));
+    diagnostics.extend(compose::as_written(document, own));
     checked
 }
 

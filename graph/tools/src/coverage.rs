@@ -9,11 +9,11 @@ use std::sync::atomic::AtomicBool;
 
 use crate::check::{CheckOptions, CheckReport, compiled};
 use crate::compiler::{Plan, PlanOptions};
-use crate::compose::with_users;
+use crate::compose::as_written;
 use crate::configurations::Configurations;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, Severity};
 use crate::document::Document;
-use crate::pipeline::{Modules, as_written};
+use crate::pipeline::Modules;
 use crate::remarks::Remarks;
 use crate::shader::AxisValues;
 use crate::source::Sources;
@@ -88,14 +88,14 @@ pub fn check_configurations(
             if let Some(plan) = report.plan.as_ref().filter(|_| !own.has_errors()) {
                 own.extend(judge(plan));
             }
-            found.add(as_written(document, with_users(document, own)), at);
+            found.add(as_written(document, own), at);
             if at == 0 {
                 coverage.first = report;
             }
         },
     );
     if let Err(own_diagnostics) = checked {
-        diagnostics.extend(as_written(document, with_users(document, own_diagnostics)));
+        diagnostics.extend(as_written(document, own_diagnostics));
         return coverage;
     }
     let with = |text: String, places: &[usize]| match configurations.describe(places) {

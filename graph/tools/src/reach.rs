@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::configurations::{Configurations, FreeAxis, cannot_hold};
 use crate::check::{CheckOptions, compiled};
-use crate::compose::with_users;
+use crate::compose::as_written;
 use crate::coverage::Judge;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
 use crate::document::Document;
@@ -90,7 +90,7 @@ pub fn reach(
             }
             let mut here = std::mem::take(&mut modules.present);
             // What is known already is no matter of these values.
-            let own = with_users(document, own);
+            let own = as_written(document, own);
             let new: Vec<Diagnostic> =
                 own.into_iter().filter(|diagnostic| !known.contains(&diagnostic.key())).collect();
             let do_not_fit = new.iter().any(is_about_values);
@@ -115,7 +115,7 @@ pub fn reach(
         },
     );
     if let Err(own_diagnostics) = loaded {
-        diagnostics.extend(with_users(document, own_diagnostics));
+        diagnostics.extend(as_written(document, own_diagnostics));
         return Reached::default();
     }
     modules.absent.retain(|entry, _| !present.contains(entry));

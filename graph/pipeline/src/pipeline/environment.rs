@@ -79,6 +79,11 @@ impl Environment {
         if self.is_file { self.locals.get(name).cloned() } else { scope.lookup(name) }
     }
 
+    /// A diagnostic about what is written here, with the places where the subgraphs around it are used.
+    pub fn told(&self, diagnostic: Diagnostic) -> Diagnostic {
+        self.used_at.iter().fold(diagnostic, |told, place| told.related(*place, "used here"))
+    }
+
     /// Whether this is the top, where every name means itself.
     pub fn is_top(&self) -> bool {
         self.prefix.is_empty() && self.locals.is_empty()
@@ -153,7 +158,7 @@ impl Environment {
 
     /// The diagnostic for an input that stands for no resource: it is about what the user wrote. `outside` are all
     /// resources. `None` if the name is no input, or one that stands for a resource.
-    pub fn misgiven<'a>(
+    pub fn argument_error<'a>(
         &self,
         name: &str,
         outside: impl Iterator<Item = &'a str> + Clone,
@@ -169,7 +174,9 @@ impl Environment {
         let diagnostic = Diagnostic::error(codes::UNKNOWN_RESOURCE, *place, message).pointer(pointer);
         let written = reference_in(text, name).and_then(|range| place.of_quoted(text, range));
         let names: Vec<&str> = outside.filter_map(|name| environment.resource_inside(name)).collect();
-        Some(diagnostic.suggest(name, names, written, |_| "declare it under \"resources\"".to_owned()))
+        let diagnostic =
+            diagnostic.suggest(name, names, written, |_| "declare it under \"resources\"".to_owned());
+        Some(environment.told(diagnostic))
     }
 
     /// Evaluates an expression that is written here. `is_resource` says of a name outside whether it is one.
@@ -216,7 +223,7 @@ impl Environment {
     /// Whether a name that is neither a local nor a resource is what it is outside.
     fn sees(&self, name: &str) -> bool {
         let head = name.split_once('.').map_or(name, |(head, _)| head);
-        // What stands for an input that is misgiven is not what has its name outside.
+        // What stands for an input with an argument error is not what has its name outside.
         VIEWPORT.contains(&name) || !self.is_file && !self.inputs.contains_key(head)
     }
 

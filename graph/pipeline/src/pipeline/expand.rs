@@ -347,7 +347,7 @@ impl<'a, 's> Expander<'a, 's> {
             Err(mut error) => {
                 environment.widen(&mut error, std::iter::empty());
                 let diagnostic = expression_diagnostic(&error, value, pointer);
-                self.shared.report_from(diagnostic.into_iter().collect(), environment);
+                self.shared.report_from(diagnostic, environment);
                 None
             }
         }

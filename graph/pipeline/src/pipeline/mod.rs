@@ -53,7 +53,7 @@ pub use expression_diagnostic::expression_diagnostic;
 pub use history::History;
 pub use inlined::inlined;
 pub use live::{Constraint, Following, LiveSetting, Structural, is_alike};
-pub use load::{LoadOptions, as_written, has_word, is_name, is_of, load};
+pub use load::{LoadOptions, has_word, is_name, is_of, load};
 pub use located::Located;
 pub use modules::{Absent, Chosen, EntryPoints, Modules, Wanted};
 pub use usage::Usage;

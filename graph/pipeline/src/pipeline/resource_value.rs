@@ -65,5 +65,5 @@ pub(super) fn compute_format(shared: &mut Shared, resource: &mut Resource) {
     };
     resource.kind = ResourceKind::Broken;
     let environment = resource.environment.clone();
-    shared.report_from(error.into_iter().collect(), &environment);
+    shared.report_from(error, &environment);
 }

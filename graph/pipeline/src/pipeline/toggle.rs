@@ -254,8 +254,8 @@ pub(super) fn connect(
                 Err(diagnostic) => {
                     // What would be said of the readers of what is meant only follows.
                     let suggested = check.affected();
-                    let diagnostics = diagnostic.into_iter().map(|diagnostic| *diagnostic).collect();
-                    shared.report_from(diagnostics, &declaration.environment);
+                    let diagnostic = diagnostic.map(|diagnostic| *diagnostic);
+                    shared.report_from(diagnostic, &declaration.environment);
                     uncertain.extend(suggested);
                 }
             }

@@ -19,6 +19,7 @@
 mod files;
 mod insert;
 mod merge;
+mod provenance;
 mod roots;
 mod shared_settings;
 mod subgraphs;
@@ -26,8 +27,9 @@ mod subgraphs;
 pub use files::{Disk, Files, Memory, Named, add_bytes, files_below, meant_beside, read_bytes, read_source};
 pub use insert::insert;
 pub use merge::SECTIONS;
+pub use provenance::{SharedPlaces, as_written};
 pub use roots::{Roots, Unreachable};
-pub use shared_settings::{SharedPlaces, is_incomplete, share, with_users};
+pub use shared_settings::{is_incomplete, share};
 pub use subgraphs::is_path;
 
 use std::collections::{BTreeMap, BTreeSet};

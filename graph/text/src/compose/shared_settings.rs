@@ -24,10 +24,10 @@ use std::collections::BTreeMap;
 
 use super::is_path;
 use super::merge::{self, Changes};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use crate::document::{Document, Entry, Kind, Pointer, Value, pointer_join};
 use crate::language::{SETTINGS, node_kind};
-use crate::source::{FileId, Span};
+use crate::source::Span;
 
 const MAX_LEVELS: usize = 32;
 const MAX_VALUES: usize = 1_500_000;
@@ -218,7 +218,7 @@ pub fn is_incomplete(pass: &Value) -> bool {
 }
 
 /// The way in a group to what a pass has of it: what stands under `settings` is under the node kind in a pass.
-fn way_in(group: &Value, below: &str) -> String {
+pub(super) fn way_in(group: &Value, below: &str) -> String {
     let depth = |way: &str| {
         let keys = way.split('/').skip(1);
         keys.scan(group, |value, key| value.get(key).map(|inner| *value = inner)).count()
@@ -243,104 +243,6 @@ fn count(value: &Value) -> usize {
         Kind::Object(members) => 1 + members.iter().map(|member| count(&member.value)).sum::<usize>(),
         _ => 1,
     }
-}
-
-/// The places of a document that belong to groups of shared settings.
-#[derive(Debug)]
-pub struct SharedPlaces<'d> {
-    /// Where such a range begins, with its end, the name of the group and its pointer.
-    ranges: BTreeMap<(FileId, u32), (u32, &'d str, String)>,
-}
-
-impl<'d> SharedPlaces<'d> {
-    /// The places of the groups of a document and of its subgraphs.
-    pub fn of(document: &'d Document) -> Self {
-        let mut places = Self { ranges: BTreeMap::new() };
-        let owners = document.root.entries_of("subgraphs").iter();
-        let owners = owners.map(|subgraph| (pointer_join("/subgraphs", &subgraph.key), &subgraph.value));
-        for (pointer, owner) in owners.chain([(String::new(), &document.root)]) {
-            for group in owner.entries_of("shared_settings") {
-                let pointer = pointer_join(&format!("{pointer}/shared_settings"), &group.key);
-                places.add(&group.key, &pointer, group.key_span, &group.value);
-            }
-        }
-        places
-    }
-
-    fn add(&mut self, group: &'d str, pointer: &str, begin: Span, value: &'d Value) {
-        // What is laid over another file's holds values of that file.
-        let place =
-            if begin.file == value.span.file { Span { end: value.span.end, ..begin } } else { value.span };
-        if self.at(place).is_none() {
-            self.ranges.insert((place.file, place.start), (place.end, group, pointer.to_owned()));
-        }
-        for member in value.entries().unwrap_or_default() {
-            self.add(group, pointer, member.key_span, &member.value);
-        }
-    }
-
-    /// The group that a place belongs to.
-    pub fn find(&self, place: Span) -> Option<&'d str> {
-        self.at(place).map(|(group, _)| group)
-    }
-
-    fn at(&self, place: Span) -> Option<(&'d str, &str)> {
-        let ((file, _), (end, group, pointer)) =
-            self.ranges.range(..=(place.file, place.start)).next_back()?;
-        (*file == place.file && place.end <= *end).then_some((*group, pointer.as_str()))
-    }
-}
-
-/// The same diagnostics, each about shared settings with the passes that it is about as related places, and said once.
-pub fn with_users(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
-    let places = SharedPlaces::of(document);
-    if places.ranges.is_empty() {
-        return diagnostics;
-    }
-    let mut all: Vec<Diagnostic> = Vec::new();
-    let mut known = BTreeMap::new();
-    for diagnostic in diagnostics {
-        let Place::Span(place) = diagnostic.place else {
-            all.push(diagnostic);
-            continue;
-        };
-        let user = places.at(place).zip(pass_at(document, &diagnostic.pointer));
-        let Some(((_, group), (pass, below, extends))) = user else {
-            all.push(diagnostic);
-            continue;
-        };
-        let pointer = [group, &way_in(document.root.nearest(group), &below)].concat();
-        let diagnostic =
-            diagnostic.related(extends, format!("the pass \"{pass}\" takes it over")).pointer(pointer);
-        let key = (diagnostic.code.id, place, diagnostic.message.clone());
-        match known.get(&key) {
-            Some(at) => {
-                let first: &mut Diagnostic = &mut all[*at];
-                let new = diagnostic.related.into_iter().filter(|one| !first.related.contains(one));
-                let new: Vec<_> = new.collect();
-                first.related.extend(new);
-            }
-            None => {
-                known.insert(key, all.len());
-                all.push(diagnostic);
-            }
-        }
-    }
-    all.into_iter().collect()
-}
-
-/// The pass that a pointer leads to or into, the way from there, and where it names the shared settings that it extends.
-fn pass_at<'d>(document: &'d Document, pointer: &str) -> Option<(&'d str, String, Span)> {
-    let way: Vec<&str> = pointer.split('/').skip(1).collect();
-    let name = |key: &str| key.replace("~1", "/").replace("~0", "~");
-    let (owner, rest) = match way.as_slice() {
-        ["subgraphs", subgraph, rest @ ..] => (document.root.get("subgraphs")?.get(&name(subgraph))?, rest),
-        rest => (&document.root, rest),
-    };
-    let ["passes", pass, below @ ..] = rest else { return None };
-    let pass = owner.get("passes")?.entry(&name(pass))?;
-    let below = below.iter().map(|key| format!("/{key}")).collect();
-    Some((&pass.key, below, pass.value.get("extends")?.span))
 }
 
 #[cfg(test)]

@@ -160,6 +160,16 @@ impl Diagnostic {
         (self.code, self.place.clone(), self.message.clone())
     }
 
+    fn said(&self) -> (Code, &Place, &str) {
+        (self.code, &self.place, &self.message)
+    }
+
+    fn said_hash(&self) -> u64 {
+        let mut hasher = std::hash::DefaultHasher::new();
+        self.said().hash(&mut hasher);
+        hasher.finish()
+    }
+
     /// With another severity.
     #[must_use]
     pub fn severity(self, severity: Severity) -> Self {
@@ -225,7 +235,7 @@ impl Diagnostic {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Diagnostics {
     list: Vec<Diagnostic>,
-    /// Hashes of the diagnostics, so that most new ones need no comparison with the others.
+    /// Hashes of what the diagnostics say, so that most new ones need no comparison with the others.
     seen: HashSet<u64>,
 }
 
@@ -237,11 +247,19 @@ impl Diagnostics {
 
     /// Adds a diagnostic; the very same diagnostic twice is kept once.
     pub fn push(&mut self, diagnostic: Diagnostic) {
-        let mut hasher = std::hash::DefaultHasher::new();
-        diagnostic.hash(&mut hasher);
-        if self.seen.insert(hasher.finish()) || !self.list.contains(&diagnostic) {
+        if self.seen.insert(diagnostic.said_hash()) || !self.list.contains(&diagnostic) {
             self.list.push(diagnostic);
         }
+    }
+
+    /// Adds a diagnostic unless the same was said of the same place; whether it is new.
+    pub fn push_new(&mut self, diagnostic: Diagnostic) -> bool {
+        let is_new = !self.seen.contains(&diagnostic.said_hash())
+            || !self.list.iter().any(|known| known.said() == diagnostic.said());
+        if is_new {
+            self.push(diagnostic);
+        }
+        is_new
     }
 
     /// Adds all diagnostics of another run.

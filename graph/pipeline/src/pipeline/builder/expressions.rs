@@ -168,7 +168,7 @@ impl PassBuilder<'_> {
         if error
             .unknown
             .as_deref()
-            .is_some_and(|unknown| !unknown.is_complete && self.report_misgiven(&unknown.name))
+            .is_some_and(|unknown| !unknown.is_complete && self.report_argument_error(&unknown.name))
         {
             return;
         }
@@ -192,12 +192,12 @@ impl PassBuilder<'_> {
 
 impl PassBuilder<'_> {
     /// Reports that a name is an input which stands for nothing, where it is one.
-    pub(super) fn report_misgiven(&mut self, name: &str) -> bool {
+    pub(super) fn report_argument_error(&mut self, name: &str) -> bool {
         let resources = self.shared.resources.iter().map(|resource| resource.name.as_str());
-        let diagnostic = self.environment.misgiven(name, resources);
+        let diagnostic = self.environment.argument_error(name, resources);
         let is_it = diagnostic.is_some();
         self.shared.withheld += usize::from(is_it);
-        self.shared.misgiven.extend(diagnostic);
+        self.shared.argument_errors.extend(diagnostic);
         is_it
     }
 }

@@ -133,7 +133,7 @@ impl PassBuilder<'_> {
         }
         let Some(handle) = found else {
             let name = environment.resource_inside(&outside.resource).unwrap_or(&outside.resource);
-            if self.report_misgiven(name) {
+            if self.report_argument_error(name) {
                 return None;
             }
             let resources = self.shared.resources.iter();

@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::versions::{is_absent, is_gap};
 use super::{Shared, is_of};
-use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, list_of};
+use crate::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, codes, list_of};
 use crate::document::{Entry, Value};
 use crate::pipeline::Pass;
 use crate::pipeline::expression_diagnostic::expression_diagnostic;
@@ -56,9 +56,7 @@ pub(super) fn connect(
                 Ok(name) => environment.pass(&name),
                 Err(mut error) => {
                     environment.widen(&mut error, std::iter::empty());
-                    let diagnostics: Diagnostics =
-                        expression_diagnostic(&error, value, &at()).into_iter().collect();
-                    shared.report_from(diagnostics, environment);
+                    shared.report_from(expression_diagnostic(&error, value, &at()), environment);
                     continue;
                 }
             };
@@ -79,7 +77,7 @@ pub(super) fn connect(
                     let message = format!("\"{shown}\" waits for itself");
                     let diagnostic = Diagnostic::error(codes::CYCLE, value.span, message).pointer(at());
                     let diagnostic = diagnostic.help("remove it: \"after\" names passes that run earlier");
-                    shared.report_from([diagnostic].into_iter().collect(), environment);
+                    shared.report_from([diagnostic], environment);
                 }
                 continue;
             }
@@ -108,7 +106,7 @@ pub(super) fn connect(
             let diagnostic = diagnostic.suggest(known_as, all, written, |names| {
                 format!("the passes are {}", list_of(names.iter().copied()))
             });
-            shared.report_from([diagnostic].into_iter().collect(), environment);
+            shared.report_from([diagnostic], environment);
         }
     }
 }

@@ -21,7 +21,6 @@ mod versions;
 
 pub(super) use names::{VIEWPORT, name_diagnostic, twin_diagnostic};
 pub use names::{has_word, is_name, is_of};
-pub use sections::as_written;
 pub(super) use shared::{Expected, Shared};
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -100,7 +99,7 @@ pub fn load(
     diagnostics.extend(shared.diagnostics);
     *modules = shared.programs.modules;
     let Connected { passes, uncertain, passthroughs, gaps } = connected?;
-    diagnostics.extend(shared.misgiven);
+    diagnostics.extend(shared.argument_errors);
     let mut parameters = settings.parameters;
     for (name, structural) in shared.dependence.structural {
         if let Some(parameter) = parameters.get_mut(&name) {

@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::shared::is_said;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::pipeline::modules::{Chosen, Modules};
 use crate::pipeline::{Program, ProgramBinding, ProgramVariant};
@@ -144,9 +143,7 @@ impl Programs {
                 diagnostic = diagnostic.related(place, "used by this pass");
             }
             // The same error in a second variant, or a second pass, is the same error.
-            if !is_said(diagnostics, &diagnostic) {
-                diagnostics.push(diagnostic);
-            }
+            diagnostics.push_new(diagnostic);
         }
         module
     }

@@ -2,13 +2,13 @@
 //!
 //! A section that is missing only because its key is misspelt would have every name in it missing too. Where the key
 //! has a fix, everything behind is checked as if it had been made, so that the document has the diagnostics that it
-//! will have then; their pointers name the section as it is written.
+//! will have then; [`as_written`](crate::compose::as_written) lets their pointers name the section as it is written.
 
 use std::collections::BTreeMap;
 
 use crate::compose::is_incomplete;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of, suggested_name};
-use crate::document::{self, Document, Entry, pointer_join};
+use crate::document::{self, Document, Entry};
 use crate::language::unknown_format;
 use crate::node::Registry;
 
@@ -120,44 +120,4 @@ pub(super) fn is_of_incomplete(document: &Document, diagnostic: &Diagnostic) -> 
     let ends = diagnostic.pointer.match_indices('/').map(|(at, _)| at).chain([diagnostic.pointer.len()]);
     let owners = ends.map(|end| document.root.nearest(&diagnostic.pointer[..end]));
     owners.into_iter().any(is_incomplete)
-}
-
-/// Diagnostics about a document as it was meant, with the pointers that lead through it as it is written.
-pub fn as_written(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
-    let entries = document.root.entries().unwrap_or_default();
-    let is_there = |section: &str| entries.iter().any(|entry| entry.key == section);
-    let written = |pointer: &str| -> Option<String> {
-        let section = pointer.strip_prefix('/')?.split('/').next().filter(|section| !is_there(section))?;
-        let is_it = |entry: &&Entry| suggested_name(&entry.key, [section]).is_some();
-        let key = &entries.iter().find(is_it)?.key;
-        Some(pointer_join("", key) + &pointer[1 + section.len()..])
-    };
-    let renamed = diagnostics.into_iter().map(|diagnostic| match written(&diagnostic.pointer) {
-        Some(pointer) => diagnostic.pointer(pointer),
-        None => diagnostic,
-    });
-    renamed.collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::source::Sources;
-
-    #[test]
-    fn diagnostics_in_a_misspelt_section_lead_through_it_as_it_is_written() {
-        let mut sources = Sources::new();
-        let file = sources.add("a", r#"{ "resuorces": { "a": 1 }, "passes": {} }"#);
-        let document = document::parse(&sources, file).valid().unwrap();
-        let diagnostic = |pointer: &str| {
-            let place = document.root.span;
-            Diagnostic::error(codes::UNKNOWN_KEY, place, pointer.to_owned()).pointer(pointer)
-        };
-        let diagnostics = ["/resources/a/size", "/passes/b", "", "/features/c"].map(diagnostic);
-        let pointers: Vec<String> = as_written(&document, diagnostics.into_iter().collect())
-            .into_iter()
-            .map(|one| one.pointer)
-            .collect();
-        assert_eq!(pointers, ["/resuorces/a/size", "/passes/b", "", "/features/c"]);
-    }
 }

@@ -42,7 +42,7 @@ pub(in crate::pipeline) struct Shared {
     pub(in crate::pipeline) programs: Programs,
     pub(in crate::pipeline) diagnostics: Diagnostics,
     /// Diagnostics about what subgraphs are given; they stand where the subgraph is used.
-    pub(in crate::pipeline) misgiven: Diagnostics,
+    pub(in crate::pipeline) argument_errors: Diagnostics,
     /// Expressions by their text.
     expressions: HashMap<String, Rc<Expression>>,
     /// How often a pass had an error that only follows from a diagnostic elsewhere.
@@ -73,7 +73,7 @@ impl Shared {
             filters: BTreeMap::new(),
             programs,
             diagnostics: Diagnostics::new(),
-            misgiven: Diagnostics::new(),
+            argument_errors: Diagnostics::new(),
             expressions: HashMap::new(),
             withheld: 0,
             sources: sources.clone(),
@@ -181,18 +181,16 @@ impl Shared {
         }
     }
 
-    /// Reports the diagnostics of one instance: with the places where it is used, and each error of a subgraph once.
-    pub(in crate::pipeline) fn report_from(&mut self, diagnostics: Diagnostics, environment: &Environment) {
-        for mut diagnostic in diagnostics {
-            if environment.used_at.is_empty() {
-                self.diagnostics.push(diagnostic);
-                continue;
-            }
-            if !is_said(&self.diagnostics, &diagnostic) {
-                for place in &environment.used_at {
-                    diagnostic = diagnostic.related(*place, "used here");
-                }
-                self.diagnostics.push(diagnostic);
+    /// Reports the diagnostics of one instance, each error of a subgraph once.
+    pub(in crate::pipeline) fn report_from(
+        &mut self,
+        diagnostics: impl IntoIterator<Item = Diagnostic>,
+        environment: &Environment,
+    ) {
+        for diagnostic in diagnostics {
+            match environment.used_at.is_empty() {
+                true => self.diagnostics.push(diagnostic),
+                false => _ = self.diagnostics.push_new(environment.told(diagnostic)),
             }
         }
     }
@@ -218,13 +216,4 @@ impl Shared {
             _ => expression.parts().find_map(|part| self.unknown_name(part)),
         }
     }
-}
-
-/// Whether the same was said of the same place.
-pub(super) fn is_said(diagnostics: &Diagnostics, diagnostic: &Diagnostic) -> bool {
-    let same = |known: &Diagnostic| {
-        (known.code, &known.place, &known.message)
-            == (diagnostic.code, &diagnostic.place, &diagnostic.message)
-    };
-    diagnostics.iter().any(same)
 }
