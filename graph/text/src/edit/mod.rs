@@ -7,7 +7,8 @@
 //! - [`set`] a value, and of an array or object only what differs;
 //! - [`insert`], [`remove`] and [`reorder`] members and elements, each with its comma, its comments and the layout of its
 //!   neighbours (`layout` finds what belongs to a member, `arrange` writes);
-//! - [`rename`] what stands at places, perhaps in several files and in strings with escapes;
+//! - [`rename_declaration`] and all its uses, or [`rename`] what stands at places, perhaps in several files and in strings
+//!   with escapes;
 //! - [`between`] two texts that differ in space only, as formatting leaves them;
 //! - [`mend`] what diagnostics have fixes for.
 //!
@@ -31,7 +32,7 @@ mod tests;
 
 pub use arrange::{Item, insert, remove, reorder};
 pub use mend::mend;
-pub use rename::{rename, written};
+pub use rename::{rename, rename_declaration, written};
 pub use set::{save, set};
 pub use space::between;
 
@@ -76,8 +77,21 @@ pub enum EditError {
     #[error("members of an object have keys, and elements of an array none")]
     Key,
     /// A key that the object has already.
-    #[error("the key \"{0}\" is there already")]
+    #[error("\"{0}\" is there already")]
     KeyTaken(String),
+    /// A name that no expression could write.
+    #[error("\"{0}\" is no name: names begin with a letter and consist of letters, digits and \"_\"")]
+    NoName(String),
+    /// A use that puts a name together.
+    #[error("{file} uses \"{name}\" at the bytes {range:?} and does not write the name there")]
+    NotWritten {
+        /// The name.
+        name: String,
+        /// The name of the file.
+        file: String,
+        /// The place.
+        range: Range<usize>,
+    },
 }
 
 impl Edits {

@@ -1,9 +1,18 @@
 //! Names that are written in several places, and get another at once.
+//!
+//! [`rename_declaration`] takes the places from the [model](crate::model): the declaration, its uses, and the same key in
+//! every file of the document, as files declare over what they extend.
+//!
+//! Limits: a name that a use puts together (`soft_{i}`) is an error, since no text there is the name. Texts that another
+//! file replaced are not in the document, and keep the old name.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::{Edit, EditError, Edits};
+use crate::compose::{Composed, Layer};
+use crate::document::{Document, parse, pointer_join};
+use crate::model::{Declaration, DeclarationKind, Id, Model};
 use crate::source::{Sources, Span};
 
 /// Writes another name at places, perhaps of several files; the edits by the names of the files.
@@ -21,6 +30,86 @@ pub fn rename(
     let quoted = serde_json::Value::from(name).to_string();
     let name = &quoted[1..quoted.len() - 1];
     in_files(sources, places.into_iter().map(|place| (place, name.to_owned())))
+}
+
+/// Gives a declaration of a document another name, there and wherever it is used; the edits by the names of the files.
+///
+/// # Errors
+/// A name that is none, or that another declaration has which can be seen where this one can; a use that puts the name
+/// together.
+pub fn rename_declaration(
+    sources: &Sources,
+    composed: &Composed,
+    model: &Model,
+    id: Id,
+    name: &str,
+) -> Result<BTreeMap<String, Edits>, EditError> {
+    let declaration = model.declaration(id);
+    let is_name = |name: &str| {
+        name.starts_with(|first: char| first.is_ascii_alphabetic()) && name.chars().all(is_of_name)
+    };
+    // A subgraph in a file of its own is named by its path.
+    if let Some(other) = [name, &declaration.name].into_iter().find(|name| !is_name(name)) {
+        return Err(EditError::NoName(other.to_owned()));
+    }
+    let is_seen = |other: &Declaration| {
+        other.owner == declaration.owner || other.owner.is_none() || declaration.owner.is_none()
+    };
+    if model.declarations().any(|(_, other)| other.name == name && is_seen(other)) {
+        return Err(EditError::KeyTaken(name.to_owned()));
+    }
+    let mut places = vec![name_at(sources, declaration.place, &declaration.name)?];
+    for one in model.uses_of(id) {
+        places.push(name_at(sources, one.place, &declaration.name)?);
+    }
+    for file in composed.files.iter().filter(|_| declaration.kind != DeclarationKind::Data) {
+        let of_file = sources.get(*file).map_or("", |file| file.name());
+        // A subgraph in a file of its own stands in the document under its path.
+        let subgraph = match composed.layers.get(file) {
+            Some(Layer::Used) => pointer_join("/subgraphs", of_file),
+            _ => String::new(),
+        };
+        let Some(pointer) = declaration.pointer.strip_prefix(subgraph.as_str()) else { continue };
+        let Document { root } = parse(sources, *file).document;
+        let (above, _) = pointer.rsplit_once('/').unwrap_or_default();
+        let owner = above.split('/').skip(1).try_fold(&root, |value, key| value.get(&unescaped(key)));
+        if let Some(entry) = owner.and_then(|owner| owner.entry(&declaration.name)) {
+            places.push(name_at(sources, entry.key_span, &declaration.name)?);
+        }
+    }
+    rename(sources, places, name)
+}
+
+/// The place of a name in what is written at a place: the name, alone, before a dot or as all of a string.
+fn name_at(sources: &Sources, place: Span, name: &str) -> Result<Span, EditError> {
+    let text = sources.text(place);
+    let begins = |text: &str| text.strip_prefix(name).is_some_and(|rest| !rest.starts_with(is_of_name));
+    let found = if begins(text) {
+        Some(place.inside(0..name.len()))
+    } else {
+        // A string that has escapes is all that is known of the place.
+        let said: Option<String> = serde_json::from_str(text).ok();
+        let said = said.unwrap_or_default();
+        let ends_word =
+            |at: &usize| begins(&said[*at..]) && !said[..*at].ends_with(|c| is_of_name(c) || c == '.');
+        let mut found = said.match_indices(name).map(|(at, _)| at).filter(ends_word);
+        let first = found.next().filter(|_| found.next().is_none());
+        first.and_then(|at| written(sources, place, at..at + name.len()))
+    };
+    let file = sources.get(place.file).map_or("", |file| file.name());
+    found.ok_or_else(|| EditError::NotWritten {
+        name: name.to_owned(),
+        file: file.to_owned(),
+        range: place.range(),
+    })
+}
+
+fn is_of_name(character: char) -> bool {
+    character.is_ascii_alphanumeric() || character == '_'
+}
+
+fn unescaped(key: &str) -> String {
+    key.replace("~1", "/").replace("~0", "~")
 }
 
 /// The place of a range of what a string says, in the text of the string. It has its quotes, and perhaps escapes.

@@ -1,3 +1,4 @@
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -7,8 +8,11 @@ use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
 
 use super::*;
+use crate::compose::{self, Files as _};
+use crate::diagnostic::Diagnostics;
 use crate::document::format::tests::{SPACES, comments, values, write};
 use crate::document::{Kind, Value, parse};
+use crate::model::{DeclarationKind, Id, Model};
 use crate::source::{Sources, Span};
 
 fn root(text: &str) -> Value {
@@ -213,6 +217,104 @@ fn a_text_that_is_broken_elsewhere_can_be_edited() {
     let (whole, broken) = ("{ \"a\": [1, 2], \"b\": 3 }", "{ \"a\": [1, 2], \"b\": } }");
     let edits = remove(broken, root(whole).get("a").unwrap(), 0).unwrap();
     assert_eq!(edits.apply(broken).unwrap(), "{ \"a\": [2], \"b\": } }");
+}
+
+/// A document of files in memory, and its model.
+fn model(files: &compose::Memory, path: &str) -> Option<(Sources, compose::Composed, Model)> {
+    let (mut files, mut sources, mut diagnostics) = (files.clone(), Sources::new(), Diagnostics::new());
+    let file = files.read(Path::new(path), &mut sources).unwrap();
+    let composed = compose::compose(file, Path::new(path), &mut files, &mut sources, &mut diagnostics);
+    assert!(!diagnostics.has_errors(), "{path}: {diagnostics:?}");
+    let composed = composed?;
+    let model = Model::new(&composed.document);
+    Some((sources, composed, model))
+}
+
+/// All declarations with the number of their uses, a name of them replaced by another.
+fn declared(model: &Model, old: &str, new: &str) -> Vec<(DeclarationKind, String, usize)> {
+    let name = |name: &str| if name == old { new.to_owned() } else { name.to_owned() };
+    let mut all: Vec<_> = model
+        .declarations()
+        .map(|(id, one)| (one.kind, name(&one.name), model.uses_of(id).count()))
+        .collect();
+    all.sort();
+    all
+}
+
+/// Applies edits to files.
+fn change(files: &compose::Memory, edits: &BTreeMap<String, Edits>) -> compose::Memory {
+    let mut changed = files.clone();
+    for (name, edits) in edits {
+        let text = changed.0.get_mut(name).unwrap();
+        let edited = edits.apply(text).unwrap();
+        assert_eq!(edits.inverse(text).unwrap().apply(&edited).unwrap(), *text);
+        *text = edited;
+    }
+    changed
+}
+
+#[test]
+fn a_declaration_is_renamed_in_every_file_that_names_it() {
+    let base = r#"{ "parameters": { "far": { "type": "f32", "default": 1 } },
+  "derived": { "near": "= far / 2 + \u0066ar_away" /* far */ },
+  "resources": { "target": { "texture": { "size": ["=far", "=target.far"] } } },
+  "passes": { "far": { "draw": { "bind": { "far": "&target@far", "x": "=far * 2" } } } } }"#;
+    let main = r#"{ "extends": "base.json", "parameters": { "far": { "default": 2 } },
+  "derived": { "far_away": "=\u0066ar" },
+  "presets": { "low": { "parameters": { "far": 3 } } } }"#;
+    let files =
+        [("base.json", base), ("main.json", main)].map(|(name, text)| (name.to_owned(), text.to_owned()));
+    let files = compose::Memory(files.into_iter().collect());
+    let (sources, composed, model) = model(&files, "main.json").unwrap();
+    let id = model.find(DeclarationKind::Parameter, "far").unwrap();
+    let renamed = |name: &str| rename_declaration(&sources, &composed, &model, id, name);
+    let changed = change(&files, &renamed("reach").unwrap());
+    assert_eq!(
+        changed.0["main.json"],
+        main.replace("\"far\"", "\"reach\"").replace("\\u0066ar\"", "reach\"")
+    );
+    assert_eq!(
+        changed.0["base.json"],
+        base.replacen("\"far\"", "\"reach\"", 1).replace("=far", "=reach").replace("= far", "= reach")
+    );
+    assert_eq!(renamed("near"), Err(EditError::KeyTaken("near".to_owned())));
+    assert_eq!(renamed("a b"), Err(EditError::NoName("a b".to_owned())));
+}
+
+#[test]
+fn renamed_declarations_of_pipelines_keep_their_uses() {
+    let mut found = Vec::new();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines");
+    documents(&folder, &mut found);
+    found.sort();
+    let name = |path: &PathBuf| path.strip_prefix(&folder).unwrap().to_string_lossy().replace('\\', "/");
+    let text = |path: &PathBuf| (name(path), std::fs::read_to_string(path).unwrap());
+    let files = compose::Memory(found.iter().map(text).collect());
+    let (mut random, mut renamed) = (Random(property::seed()), 0);
+    for path in files.0.keys().filter(|path| !["params", "parts"].iter().any(|part| path.contains(part))) {
+        let Some((sources, composed, before)) = model(&files, path) else { continue };
+        let all: Vec<Id> = before.declarations().map(|(id, _)| id).collect();
+        for _ in 0..3 * property::times() {
+            let id = random.one_of(&all);
+            let declaration = before.declaration(id);
+            let edits = match rename_declaration(&sources, &composed, &before, id, "renamed") {
+                Err(EditError::NotWritten { .. } | EditError::NoName(_)) => continue,
+                edits => edits.unwrap_or_else(|error| panic!("{path}: {}: {error}", declaration.name)),
+            };
+            let changed = change(&files, &edits);
+            let (_, _, after) = model(&changed, path).unwrap();
+            let (old, new) = (declaration.name.as_str(), "renamed");
+            let mut expected = declared(&before, old, old);
+            let uses = before.uses_of(id).count();
+            let is_it =
+                |one: &(DeclarationKind, String, usize)| *one == (declaration.kind, old.to_owned(), uses);
+            expected.iter_mut().find(|one| is_it(one)).unwrap().1 = new.to_owned();
+            expected.sort();
+            assert_eq!(declared(&after, new, new), expected, "{path}: {old}");
+            renamed += 1;
+        }
+    }
+    assert!(renamed > 50, "{renamed}");
 }
 
 /// A random edit of a text.
