@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use umbragraph::compose::{self, Memory};
 use umbragraph::diagnostic::{Diagnostics, render};
 use umbragraph::pipeline::{self, Overrides};
-use umbragraph::shader::{TargetProfile, TemplateSet};
+use umbragraph::shader::{ShaderCache, TargetProfile, TemplateSet};
 use umbragraph::source::Sources;
 
 #[path = "hopeless.rs"]
@@ -112,14 +112,9 @@ impl Bench {
         let composed = compose::compose(file, path, &mut base, &mut sources, &mut diagnostics);
         let pipeline = composed.and_then(|composed| {
             let overrides = Overrides::default();
-            let options = pipeline::LoadOptions {
-                registry: &self.registry,
-                templates: &self.templates,
-                profile: &self.profile,
-                overrides: &overrides,
-            };
-            let mut modules = pipeline::Modules::default();
-            pipeline::load(&composed.document, &options, &sources, &mut diagnostics, &mut modules)
+            let shaders = Arc::new(ShaderCache::new(&self.templates, &self.profile));
+            let options = pipeline::LoadOptions::new(&self.registry, &shaders, &overrides);
+            pipeline::load(&composed.document, &options, &sources, &mut diagnostics)
         });
         let time = start.elapsed();
         let first: Vec<_> = diagnostics.iter().take(1).cloned().collect();

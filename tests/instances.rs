@@ -9,7 +9,7 @@ use umbragraph::document;
 use umbragraph::language::Ref;
 use umbragraph::node::Node;
 use umbragraph::pipeline::{self, Overrides, PassBuilder, Produced};
-use umbragraph::shader::TargetProfile;
+use umbragraph::shader::{ShaderCache, TargetProfile};
 use umbragraph::source::Sources;
 use umbragraph::work::{CpuContext, CpuNode, CpuWork, Work};
 
@@ -68,15 +68,10 @@ fn settings_are_decoded_once_however_often_their_subgraph_is_used() {
     let document = document::parse(&sources, file).valid().unwrap();
     let mut registry = umbragraph::registry();
     registry.register::<Counted>();
-    let (profile, overrides) = (TargetProfile::webgpu(), Overrides::default());
-    let options = pipeline::LoadOptions {
-        registry: &registry,
-        templates: &templates,
-        profile: &profile,
-        overrides: &overrides,
-    };
-    let mut modules = pipeline::Modules::default();
-    let pipeline = pipeline::load(&document, &options, &sources, &mut diagnostics, &mut modules).unwrap();
+    let shaders = std::sync::Arc::new(ShaderCache::new(&templates, &TargetProfile::webgpu()));
+    let overrides = Overrides::default();
+    let options = pipeline::LoadOptions::new(&registry, &shaders, &overrides);
+    let pipeline = pipeline::load(&document, &options, &sources, &mut diagnostics).unwrap();
     assert_eq!(render::human_all(&diagnostics, &sources), "");
     assert_eq!(pipeline.passes.len(), 3_000);
     assert!(pipeline.find_resource("u999.y1").is_some());

@@ -18,6 +18,8 @@ pub struct Done {
     pub loaded: usize,
     /// Plans that were made.
     pub planned: usize,
+    /// Shader variants that were rendered.
+    pub rendered: usize,
     /// Sets of shader variants that were proven.
     pub proven: usize,
 }

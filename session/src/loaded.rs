@@ -11,6 +11,7 @@ use crate::graph::compose::Composed;
 use crate::graph::diagnostic::Diagnostics;
 use crate::graph::document::Document;
 use crate::graph::node::Registry;
+use crate::graph::pipeline::check_schema;
 use crate::graph::shader::TemplateSet;
 use crate::graph::source::{FileId, Sources};
 use crate::graph::{CheckOptions, CheckReport, check_sharing};
@@ -151,17 +152,14 @@ impl Loaded {
                 let document = exposing(document, exposed, &mut diagnostics);
                 let options = CheckOptions { registry, templates: &templates.set, profile, overrides, plan };
                 done.loaded += 1;
-                templates.with_modules(profile, |modules| {
-                    // Exposed resources change nothing that the schema speaks of.
-                    let mut schema = composition.schema.get().cloned();
-                    modules.swap_schema(&mut schema);
-                    let report = check_sharing(&document, &options, sources, &mut diagnostics, modules);
-                    modules.swap_schema(&mut schema);
-                    if let Some(schema) = schema {
-                        composition.schema.get_or_init(|| schema);
-                    }
-                    report
-                })
+                let shaders = templates.shaders(profile);
+                let rendered = shaders.rendered();
+                // Exposed resources change nothing that the schema speaks of.
+                let schema = composition.schema.get_or_init(|| check_schema(&document, registry));
+                let kept = (&shaders, Some(schema));
+                let report = check_sharing(&document, &options, sources, &mut diagnostics, kept);
+                done.rendered += shaders.rendered() - rendered;
+                report
             }
         };
         done.planned += usize::from(report.plan.is_some());

@@ -119,11 +119,14 @@ pub(crate) fn survey(
         let options = CheckOptions { registry, templates, profile, overrides, plan };
         let mut judge = judges(profile);
         let mut diagnostics = Diagnostics::new();
+        let shaders = loaded.kept_templates().shaders(profile);
+        let rendered = shaders.rendered();
         let mut coverage = check_configurations(
             document,
             &options,
             Examination {
                 configurations: &configurations,
+                shaders: &shaders,
                 verify: *verify,
                 judge: &mut *judge,
                 cancelled: cancel.flag(),
@@ -132,6 +135,7 @@ pub(crate) fn survey(
             &mut diagnostics,
         );
         cancel.check()?;
+        done.rendered += shaders.rendered() - rendered;
         done.loaded += configurations.list.len();
         done.planned += configurations.list.len();
         found.extend(diagnostics);

@@ -8,8 +8,7 @@ use crate::done::Done;
 use crate::files::{FileTable, Read, Role};
 use crate::graph::compose::Roots;
 use crate::graph::diagnostic::Diagnostics;
-use crate::graph::pipeline::Modules;
-use crate::graph::shader::{AxisValues, TargetProfile, TemplateSet};
+use crate::graph::shader::{AxisValues, ShaderCache, TargetProfile, TemplateSet};
 use crate::graph::source::FileId;
 
 /// A template, or the axes beside one, and where its text is. One that is in no library takes the place of one of its name
@@ -53,7 +52,7 @@ pub(crate) struct Templates {
     /// The files of those that are in no library.
     pub(crate) own: BTreeSet<FileId>,
     reads: Vec<Read>,
-    modules: Mutex<Vec<(TargetProfile, Modules)>>,
+    shaders: Mutex<Vec<Arc<ShaderCache>>>,
     pub(crate) proofs: Mutex<Vec<Proof>>,
 }
 
@@ -103,20 +102,21 @@ impl Templates {
         });
         set.check(&mut diagnostics);
         let (set, files) = (Arc::new(set), slots);
-        Self { set, diagnostics, files, own, reads, modules: Mutex::default(), proofs: Mutex::default() }
+        Self { set, diagnostics, files, own, reads, shaders: Mutex::default(), proofs: Mutex::default() }
     }
 
     pub(crate) fn is_current(&self, files: &FileTable) -> bool {
         files.are_unchanged(&self.reads)
     }
 
-    /// Lends the modules of a profile to a load.
-    pub(crate) fn with_modules<T>(&self, profile: &TargetProfile, work: impl FnOnce(&mut Modules) -> T) -> T {
-        let mut all = self.modules.lock().unwrap_or_else(PoisonError::into_inner);
-        let at = all.iter().position(|(known, _)| known == profile).unwrap_or_else(|| {
-            all.push((profile.clone(), Modules::default()));
-            all.len() - 1
-        });
-        work(&mut all[at].1)
+    /// The shader modules for a profile.
+    pub(crate) fn shaders(&self, profile: &TargetProfile) -> Arc<ShaderCache> {
+        let mut all = self.shaders.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = all.iter().find(|known| known.profile() == profile) {
+            return known.clone();
+        }
+        let new = Arc::new(ShaderCache::new(&self.set, profile));
+        all.push(new.clone());
+        new
     }
 }

@@ -11,9 +11,9 @@ use umbragraph::compiler::PlanOptions;
 use umbragraph::compose::{self, Disk, Files, Roots};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics};
 use umbragraph::node::Registry;
-use umbragraph::pipeline::{Modules, Overrides};
+use umbragraph::pipeline::Overrides;
 use umbragraph::session::{Session, Survey, Target};
-use umbragraph::shader::{TargetProfile, TemplateSet};
+use umbragraph::shader::{ShaderCache, TargetProfile, TemplateSet};
 use umbragraph::source::{FileId, Sources};
 use umbragraph::{Bundled, CheckOptions, DiskStorage, with_templates};
 use umbragraph_test_support::property;
@@ -53,14 +53,15 @@ struct Fresh {
     sources: Sources,
     templates: Arc<TemplateSet>,
     registry: Registry,
-    modules: Modules,
+    shaders: Arc<ShaderCache>,
 }
 
 impl Fresh {
     fn new() -> Self {
         let mut sources = Sources::new();
         let templates = umbragraph::templates(&mut sources, &mut Diagnostics::new());
-        Self { sources, templates, registry: umbragraph::registry(), modules: Modules::default() }
+        let shaders = Arc::new(ShaderCache::new(&templates, &TargetProfile::webgpu()));
+        Self { sources, templates, registry: umbragraph::registry(), shaders }
     }
 
     /// The diagnostics and the plan.
@@ -79,9 +80,8 @@ impl Fresh {
                 overrides: &Overrides::default(),
                 plan: &plan,
             };
-            self.modules.swap_schema(&mut None);
-            let document = &composed.document;
-            umbragraph::check_sharing(document, &options, &sources, &mut diagnostics, &mut self.modules).plan
+            let (document, kept) = (&composed.document, (&self.shaders, None));
+            umbragraph::check_sharing(document, &options, &sources, &mut diagnostics, kept).plan
         });
         diagnostics.sort();
         (shown(&diagnostics, &sources), plan.map(|plan| printed(&plan)))

@@ -67,6 +67,7 @@ impl Assembly {
             programs: vec![program],
             broken_settings: Default::default(),
             gaps: Vec::new(),
+            survey: None,
             rejected: Default::default(),
             uncertain: Default::default(),
             sources: Sources::default(),

@@ -32,6 +32,7 @@ mod written;
 pub use crate::diagnostic::{AxisValue, AxisValues, describe};
 pub use axes::{Axes, Axis, AxisKind, AxisMode, schema as axes_schema};
 pub use module::backend::Emitted;
+pub use permutations::ShaderCache;
 pub use reflection::{
     Binding, EntryPoint, FragmentOutput, Member, Reflection, Scalar, ScalarKind, Stage, TypeLayout,
     VertexInput, interface,

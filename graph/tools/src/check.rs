@@ -7,8 +7,8 @@ use crate::compose;
 use crate::diagnostic::Diagnostics;
 use crate::document::{self, Document};
 use crate::node::Registry;
-use crate::pipeline::{self, LoadOptions, Modules, Overrides, Pipeline};
-use crate::shader::{TargetProfile, TemplateSet};
+use crate::pipeline::{self, LoadOptions, Overrides, Pipeline};
+use crate::shader::{ShaderCache, TargetProfile, TemplateSet};
 use crate::source::{FileId, Sources};
 
 /// The results of checking a pipeline, as far as its diagnostics allow.
@@ -81,21 +81,23 @@ pub fn check_document(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> CheckReport {
-    check_sharing(document, options, sources, diagnostics, &mut Modules::default())
+    let shaders = Arc::new(ShaderCache::new(options.templates, options.profile));
+    check_sharing(document, options, sources, diagnostics, (&shaders, None))
 }
 
-/// The same, with shader modules that earlier checks with the same templates and profile have made.
+/// The same, with the shader modules that earlier checks with the same templates and profile have made, and what
+/// [`pipeline::check_schema`] says of the document, where that is known.
 pub fn check_sharing(
     document: &Document,
     options: &CheckOptions<'_>,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
-    modules: &mut Modules,
+    (shaders, schema): (&Arc<ShaderCache>, Option<&Diagnostics>),
 ) -> CheckReport {
     let mut own = Diagnostics::new();
-    let CheckOptions { registry, templates, profile, overrides, plan: options } = options;
-    let load = LoadOptions { registry, templates, profile, overrides };
-    let pipeline = pipeline::load(document, &load, sources, &mut own, modules);
+    let CheckOptions { registry, overrides, plan: options, .. } = options;
+    let load = LoadOptions { schema, ..LoadOptions::new(registry, shaders, overrides) };
+    let pipeline = pipeline::load(document, &load, sources, &mut own);
     let checked = pipeline.map(|pipeline| compiled(pipeline, options, sources, &mut own)).unwrap_or_default();
     diagnostics.extend(compose::as_written(document, own));
     checked

@@ -20,18 +20,17 @@
 //! through anyway.
 
 use std::collections::{BTreeSet, HashSet};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::check::CheckOptions;
 use crate::cover::{Cover, MAX_PAIRED, Rules, picks};
 use crate::dependence;
 use crate::diagnostic::{AxisValue, Count, Diagnostics, list_of};
 use crate::document::{Document, Value};
 use crate::expression::{BinaryOperator, Expression, ExpressionKind, UnaryOperator};
-use crate::pipeline::{
-    self, LoadOptions, Modules, Overrides, Pipeline, Setting, axis_value, inlined, of_preset,
-};
-use crate::shader::{TargetProfile, TemplateSet};
+use crate::node::Registry;
+use crate::pipeline::{self, LoadOptions, Overrides, Pipeline, Setting, axis_value, inlined, of_preset};
+use crate::shader::{ShaderCache, TargetProfile, TemplateSet};
 use crate::source::Sources;
 use crate::varied::{FEW_VALUES, Mentions, features, parse};
 use crate::varied_setting::Varied;
@@ -94,6 +93,16 @@ pub(super) struct FreeAxis {
     pub(super) reason: String,
 }
 
+/// What configurations are loaded with.
+pub(super) struct Loading<'a> {
+    pub(super) registry: &'a Registry,
+    pub(super) shaders: &'a Arc<ShaderCache>,
+    /// As of [`LoadOptions`].
+    pub(super) is_surveyed: bool,
+    /// Ends it before the next configuration, once it is set.
+    pub(super) cancelled: &'a AtomicBool,
+}
+
 impl Configurations {
     /// The caller's configuration alone.
     pub fn one(base: &Overrides) -> Self {
@@ -153,20 +162,20 @@ impl Configurations {
     pub(super) fn load(
         &self,
         document: &Document,
-        (options, cancelled): (&CheckOptions<'_>, &AtomicBool),
+        loading: Loading<'_>,
         sources: &Sources,
-        modules: &mut Modules,
-        mut each: impl FnMut(usize, &Overrides, Pipeline, Diagnostics, &mut Modules),
+        mut each: impl FnMut(usize, &Overrides, Pipeline, Diagnostics),
     ) -> Result<(), Diagnostics> {
-        let CheckOptions { registry, templates, profile, .. } = options;
+        let Loading { registry, shaders, is_surveyed, cancelled } = loading;
+        let schema = pipeline::check_schema(document, registry);
         for (at, Configuration { overrides, .. }) in self.list.iter().enumerate() {
             if cancelled.load(Ordering::Relaxed) {
                 break;
             }
             let mut own = Diagnostics::new();
-            let load = LoadOptions { registry, templates, profile, overrides };
-            match pipeline::load(document, &load, sources, &mut own, modules) {
-                Some(pipeline) => each(at, overrides, pipeline, own, modules),
+            let load = LoadOptions { registry, shaders, overrides, schema: Some(&schema), is_surveyed };
+            match pipeline::load(document, &load, sources, &mut own) {
+                Some(pipeline) => each(at, overrides, pipeline, own),
                 None => return Err(own),
             }
         }

@@ -10,12 +10,11 @@ use std::sync::atomic::AtomicBool;
 use crate::check::{CheckOptions, CheckReport, compiled};
 use crate::compiler::{Plan, PlanOptions};
 use crate::compose::as_written;
-use crate::configurations::Configurations;
+use crate::configurations::{Configurations, Loading};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, Severity};
 use crate::document::Document;
-use crate::pipeline::Modules;
 use crate::remarks::Remarks;
-use crate::shader::AxisValues;
+use crate::shader::{AxisValues, ShaderCache};
 use crate::source::Sources;
 use crate::unused::unused;
 
@@ -43,6 +42,8 @@ pub type Verify = fn(&Plan, &PlanOptions) -> Vec<String>;
 pub struct Examination<'a> {
     /// The configurations.
     pub configurations: &'a Configurations,
+    /// The shader modules of the templates and the profile of the options, as far as they are made.
+    pub shaders: &'a Arc<ShaderCache>,
     /// A second algorithm that checks each plan.
     pub verify: Option<Verify>,
     /// What is added to the diagnostics of a plan: those of a dry run, for one.
@@ -60,18 +61,16 @@ pub fn check_configurations(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Coverage {
-    let CheckOptions { templates, plan: options, .. } = check_options;
-    let Examination { configurations, verify, judge, cancelled } = examination;
+    let CheckOptions { registry, templates, plan: options, .. } = check_options;
+    let Examination { configurations, shaders, verify, judge, cancelled } = examination;
     let mut coverage = Coverage::default();
-    let mut modules = Modules::default();
     let mut found = Found::default();
     let mut violations: BTreeMap<String, Vec<usize>> = BTreeMap::new();
     let checked = configurations.load(
         document,
-        (check_options, cancelled),
+        Loading { registry, shaders, is_surveyed: false, cancelled },
         sources,
-        &mut modules,
-        |at, _, pipeline, mut own, _| {
+        |at, _, pipeline, mut own| {
             for program in &pipeline.programs {
                 let variants = program.variants.iter();
                 coverage

@@ -6,17 +6,18 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::configurations::{Configurations, FreeAxis, cannot_hold};
+use super::configurations::{Configurations, FreeAxis, Loading, cannot_hold};
 use crate::check::{CheckOptions, compiled};
 use crate::compose::as_written;
 use crate::coverage::Judge;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
 use crate::document::Document;
-use crate::pipeline::{Absent, Modules, Overrides, Pipeline, lacking};
+use crate::pipeline::{Absent, Overrides, Pipeline, Survey, lacking};
 use crate::shader::permutations::Count;
-use crate::shader::{self, AxisValue, AxisValues};
+use crate::shader::{self, AxisValue, AxisValues, ShaderCache};
 use crate::source::{Sources, Span};
 
 /// Values that axes can have together: each value of one with each of the others.
@@ -73,37 +74,42 @@ pub fn reach(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Reached {
-    let mut modules = Modules::proven_elsewhere();
+    let mut survey = Survey::default();
     let mut known = BTreeSet::new();
     let mut rejected = Rejected::default();
-    let mut present = BTreeSet::new();
-    let mut wanted = 0;
     let mut realized = Realized { judge, works: HashSet::new() };
     let loaded = configurations.load(
         document,
-        (options, &AtomicBool::new(false)),
+        Loading {
+            registry: options.registry,
+            shaders: &Arc::new(ShaderCache::new(options.templates, options.profile)),
+            is_surveyed: true,
+            cancelled: &AtomicBool::new(false),
+        },
         sources,
-        &mut modules,
-        |at, overrides, pipeline, mut own, modules| {
+        |at, overrides, mut pipeline, mut own| {
+            let here = pipeline.survey.take().unwrap_or_default();
             if !own.has_errors() {
                 own.extend(realized.judge(pipeline, options, sources));
             }
-            let mut here = std::mem::take(&mut modules.present);
             // What is known already is no matter of these values.
             let own = as_written(document, own);
             let new: Vec<Diagnostic> =
                 own.into_iter().filter(|diagnostic| !known.contains(&diagnostic.key())).collect();
             let do_not_fit = new.iter().any(is_about_values);
-            if do_not_fit {
-                modules.wanted.truncate(wanted);
+            let Survey { wanted, mut present, absent } = here;
+            for (entry, absent) in absent {
+                survey.absent.entry(entry).or_insert(absent);
             }
-            wanted = modules.wanted.len();
+            if !do_not_fit {
+                survey.wanted.extend(wanted);
+            }
             // The first is the default, or what the caller asked for: that has to work.
             if do_not_fit && at > 0 && !overrides.parameters.is_empty() {
                 rejected.add(new, overrides);
                 return;
             }
-            present.append(&mut here);
+            survey.present.append(&mut present);
             for mut diagnostic in new {
                 if known.insert(diagnostic.key()) {
                     if let Some(settings) = describe(overrides).filter(|_| configurations.are_all) {
@@ -118,11 +124,12 @@ pub fn reach(
         diagnostics.extend(as_written(document, own_diagnostics));
         return Reached::default();
     }
-    modules.absent.retain(|entry, _| !present.contains(entry));
+    let Survey { present, absent, .. } = &mut survey;
+    absent.retain(|entry, _| !present.contains(entry));
     if configurations.are_all {
-        diagnostics.extend(unproven(document, options, &modules, configurations.exact));
+        diagnostics.extend(unproven(document, options, &survey, configurations.exact));
     }
-    let programs = programs(options, &modules, &configurations.free, configurations.is_sampled());
+    let programs = programs(options, &survey, &configurations.free, configurations.is_sampled());
     let number_rejected = rejected.configurations;
     diagnostics.extend(rejected.notes());
     let (number, loaded) = (configurations.number, configurations.list.len());
@@ -161,13 +168,13 @@ impl Realized<'_> {
 fn unproven<'a>(
     document: &'a Document,
     options: &'a CheckOptions<'_>,
-    modules: &'a Modules,
+    survey: &'a Survey,
     exact: bool,
 ) -> impl Iterator<Item = Diagnostic> + 'a {
     let features = document.root.entries_of("features");
     // What one profile has no room for, another may have.
     let is_less = features.iter().any(|entry| lacking(entry, features, options.profile).is_some());
-    modules.absent.values().filter_map(move |absent| {
+    survey.absent.values().filter_map(move |absent| {
         let Absent { name, decided_by, is_top, pointer } = absent;
         let never = exact || *is_top && cannot_hold(document, options.templates, options.profile, pointer);
         let code = shader::codes::PASS_UNPROVEN;
@@ -250,13 +257,13 @@ fn describe(overrides: &Overrides) -> Option<String> {
 /// The programs that loads asked for; `spread` combines all values, where configurations were left out.
 fn programs(
     options: &CheckOptions<'_>,
-    modules: &Modules,
+    survey: &Survey,
     free: &[FreeAxis],
     spread: bool,
 ) -> Vec<ReachedProgram> {
     let mut order: Vec<(&str, &str)> = Vec::new();
     let mut reached: BTreeMap<(&str, &str), (BTreeSet<AxisValues>, Span)> = BTreeMap::new();
-    for wanted in &modules.wanted {
+    for wanted in &survey.wanted {
         let key = (wanted.pass.as_str(), wanted.chosen.template.as_str());
         let entry = reached.entry(key).or_insert_with(|| {
             order.push(key);

@@ -266,7 +266,9 @@ impl<'a, 's> Expander<'a, 's> {
                 }
             }
         }
-        self.shared.programs.modules.has(entry);
+        if let Some(survey) = &mut self.shared.programs.survey {
+            survey.has(entry);
+        }
         let mut inner = self.environment_of(pass, subgraph).ok_or(None)?;
         inner.toggles.clone_from(&environment.toggles);
         inner.toggles.extend(entry.value.get("toggle").and_then(document::Value::text).map(str::to_owned));
@@ -287,7 +289,9 @@ impl<'a, 's> Expander<'a, 's> {
     fn switch_off(&mut self, pass: &Instance<'a>, key: &str, is_top: bool) {
         self.wait(pass);
         self.absent.insert(pass.name.clone());
-        self.shared.programs.modules.lacks(pass.entry, &pass.pointer, key, is_top);
+        if let Some(survey) = &mut self.shared.programs.survey {
+            survey.lacks(pass.entry, &pass.pointer, key, is_top);
+        }
     }
 
     /// Notes what a loop or a use of a subgraph has to follow.

@@ -27,7 +27,6 @@ mod instance;
 mod live;
 mod load;
 mod located;
-mod modules;
 mod overrides;
 mod preset;
 mod profiles;
@@ -38,6 +37,7 @@ mod schema_overlays;
 mod scope;
 mod setting;
 mod subresource_range;
+mod survey;
 mod toggle;
 mod usage;
 mod version;
@@ -53,9 +53,9 @@ pub use expression_diagnostic::expression_diagnostic;
 pub use history::History;
 pub use inlined::inlined;
 pub use live::{Constraint, Following, LiveSetting, Structural, is_alike};
-pub use load::{LoadOptions, has_word, is_name, is_of, load};
+pub use load::{LoadOptions, check_schema, has_word, is_name, is_of, load};
 pub use located::Located;
-pub use modules::{Absent, Chosen, EntryPoints, Modules, Wanted};
+pub use survey::{Absent, Chosen, EntryPoints, Survey, Wanted};
 pub use usage::Usage;
 pub use version::Version;
 
@@ -122,6 +122,8 @@ pub struct Pipeline {
     pub broken_settings: BTreeSet<String>,
     /// The passes that are not there because of diagnostics of their own, and the subgraphs and loops of such.
     pub gaps: Vec<String>,
+    /// What it wants, has and lacks, where that was to be written down.
+    pub survey: Option<Survey>,
     /// The texts that places are in.
     pub sources: Sources,
 }

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::modules::EntryPoints;
+use super::survey::EntryPoints;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::shader::{AxisValues, EntryPoint, ShaderModule, Stage, TypeLayout, VertexInput};
 use crate::source::Span;

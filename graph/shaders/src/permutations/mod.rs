@@ -13,6 +13,7 @@
 
 mod agree;
 mod blame;
+mod cache;
 mod cause;
 mod dead;
 mod declared;
@@ -28,6 +29,7 @@ mod validator;
 
 pub use crate::axes::Space;
 pub use crate::diagnostic::Count;
+pub use cache::ShaderCache;
 pub use dead::dead;
 pub use declared::declares;
 pub use report::{Permutations, TemplateReport, ValueBytes, VariantReport};

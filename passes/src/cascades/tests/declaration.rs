@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use umbragraph_pipeline::data::BlackboardData;
 use umbragraph_pipeline::diagnostic::Diagnostics;
-use umbragraph_pipeline::pipeline::{LoadOptions, Modules, Overrides, Pipeline, load};
-use umbragraph_pipeline::shader::{TargetProfile, TemplateSet};
+use umbragraph_pipeline::pipeline::{LoadOptions, Overrides, Pipeline, load};
+use umbragraph_pipeline::shader::{ShaderCache, TargetProfile, TemplateSet};
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::{CpuContext, Work};
 use umbragraph_pipeline::{document, node::Registry};
@@ -26,13 +26,9 @@ fn declare(settings: &str, parameters: &str) -> (Option<Pipeline>, Diagnostics, 
     let mut diagnostics = Diagnostics::new();
     let templates = Arc::new(TemplateSet::new());
     let overrides = Overrides::default();
-    let options = LoadOptions {
-        registry: &registry,
-        templates: &templates,
-        profile: &TargetProfile::webgpu(),
-        overrides: &overrides,
-    };
-    let pipeline = load(&document, &options, &sources, &mut diagnostics, &mut Modules::default());
+    let shaders = Arc::new(ShaderCache::new(&templates, &TargetProfile::webgpu()));
+    let options = LoadOptions::new(&registry, &shaders, &overrides);
+    let pipeline = load(&document, &options, &sources, &mut diagnostics);
     (pipeline, diagnostics, sources)
 }
 

@@ -10,7 +10,7 @@ use crate::language::Expr;
 use crate::pipeline::Program;
 use crate::pipeline::live::Structural;
 use crate::pipeline::load::Shared;
-use crate::pipeline::modules::{Chosen, EntryPoints};
+use crate::pipeline::survey::{Chosen, EntryPoints};
 use crate::shader::{self, Axes, Axis, AxisKind, AxisValue, AxisValues};
 use crate::work::ProgramHandle;
 
@@ -32,7 +32,7 @@ impl PassBuilder<'_> {
         pointer: &str,
     ) -> Option<ProgramHandle> {
         let shader_at = [pointer, "/shader"].concat();
-        let templates = self.shared.programs.templates.clone();
+        let templates = self.shared.programs.shaders.templates().clone();
         let Some(known) = templates.axes(template) else {
             let diagnostic = templates.unknown(template, self.place(&shader_at));
             self.shared.diagnostics.push(diagnostic.pointer(self.absolute(&shader_at)));
@@ -112,7 +112,9 @@ impl PassBuilder<'_> {
         }
         let entry_points = entry_points.clone();
         let chosen = Chosen { template: template.to_owned(), axes: values, properties, entry_points };
-        self.shared.programs.modules.want(self.name, &chosen, place);
+        if let Some(survey) = &mut self.shared.programs.survey {
+            survey.want(self.name, &chosen, place);
+        }
         let named = chosen.entry_points.clone();
         let at = &self.pointer;
         let Shared { programs, diagnostics, .. } = &mut *self.shared;
@@ -124,7 +126,7 @@ impl PassBuilder<'_> {
     /// The axes of a program that have the same value in every configuration: what the pass says as a literal, and
     /// the default where neither the pass nor the pipeline says anything.
     pub(super) fn fixed_axes(&self, program: &Program) -> AxisValues {
-        let known = self.shared.programs.templates.axes(&program.template);
+        let known = self.shared.programs.shaders.templates().axes(&program.template);
         let mut values = known.map(Axes::defaults).unwrap_or_default();
         values.extend(program.axes.clone());
         values.retain(|name, _| !self.open_axes.contains(name));

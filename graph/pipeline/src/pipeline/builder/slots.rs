@@ -82,10 +82,8 @@ impl PassBuilder<'_> {
     ) -> bool {
         let template = &program.template;
         let mut own = self.fixed_axes(program);
-        let templates = self.shared.programs.templates.clone();
-        let mut declares = |fixed: &AxisValues| {
-            self.shared.programs.modules.declares(&templates, template, fixed, binding, member)
-        };
+        let shaders = self.shared.programs.shaders.clone();
+        let declares = |fixed: &AxisValues| shaders.declares(template, fixed, binding, member);
         if declares(&own).is_some() {
             return true;
         }

@@ -119,7 +119,9 @@ impl<'a> Passes<'a> {
                 self.absent.insert(instance.name.clone());
                 self.wait(instance, &declared);
                 let is_top = instance.environment.is_top();
-                shared.programs.modules.lacks(instance.entry, &instance.pointer, "when", is_top);
+                if let Some(survey) = &mut shared.programs.survey {
+                    survey.lacks(instance.entry, &instance.pointer, "when", is_top);
+                }
             }
             Outcome::Gap => self.gaps.push(gap),
             Outcome::Sound(produced, live) => {
@@ -192,7 +194,9 @@ fn produce(instance: &Instance<'_>, declared: &Declared<'_>, shared: &mut Shared
     };
     let live = std::mem::take(&mut builder.live);
     if present != Some(false) {
-        shared.programs.modules.has(entry);
+        if let Some(survey) = &mut shared.programs.survey {
+            survey.has(entry);
+        }
     }
     let own = std::mem::replace(&mut shared.diagnostics, outer);
     let is_sound = !own.has_errors() && shared.withheld == withheld;

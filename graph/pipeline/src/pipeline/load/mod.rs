@@ -21,26 +21,26 @@ mod versions;
 
 pub(super) use names::{VIEWPORT, name_diagnostic, twin_diagnostic};
 pub use names::{has_word, is_name, is_of};
+pub use sections::check_schema;
 pub(super) use shared::{Expected, Shared};
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::modules::Modules;
 use super::profiles::claimed_profiles;
-use super::{Overrides, Pass, Passthrough, Pipeline, Toggle, toggle};
+use super::{Overrides, Pass, Passthrough, Pipeline, Survey, Toggle, toggle};
 use crate::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
 use crate::document::{self, Document};
 use crate::draw::check_host;
 use crate::node::Registry;
-use crate::shader::{TargetProfile, TemplateSet};
+use crate::shader::ShaderCache;
 use crate::source::Sources;
 use crate::work::ResourceHandle;
 use connect::connect;
 use declare::{Passes, declare};
 use extension_points::check_extension_points;
 use programs::Programs;
-use sections::{as_suggested, check_schema, is_of_incomplete};
+use sections::{as_suggested, is_of_incomplete};
 use settings::Settings;
 use sound::{Broken, Sound};
 use versions::{check_versions, name_last_writers, uncertain};
@@ -50,16 +50,25 @@ use versions::{check_versions, name_last_writers, uncertain};
 pub struct LoadOptions<'a> {
     /// The node kinds that passes can name.
     pub registry: &'a Registry,
-    /// The templates.
-    pub templates: &'a Arc<TemplateSet>,
-    /// The target profile.
-    pub profile: &'a TargetProfile,
+    /// The templates and the target profile, with the shader modules that earlier loads have made.
+    pub shaders: &'a Arc<ShaderCache>,
     /// Values of parameters and features.
     pub overrides: &'a Overrides,
+    /// What [`check_schema`] says of the document, where that is known.
+    pub schema: Option<&'a Diagnostics>,
+    /// Whether all variants are proven together later: what is wrong with the shaders themselves is left to that, and
+    /// [`Pipeline::survey`] is written down for it.
+    pub is_surveyed: bool,
 }
 
-/// Makes the pipeline that a document describes, in the configuration that `overrides` names, with shader modules that
-/// earlier loads with the same templates and profile have made.
+impl<'a> LoadOptions<'a> {
+    /// One load by itself.
+    pub fn new(registry: &'a Registry, shaders: &'a Arc<ShaderCache>, overrides: &'a Overrides) -> Self {
+        Self { registry, shaders, overrides, schema: None, is_surveyed: false }
+    }
+}
+
+/// Makes the pipeline that a document describes, in the configuration that `overrides` names.
 ///
 /// Diagnostics go to `diagnostics`; the result is `None` only where the document is too broken to have passes at all,
 /// or has more errors than are looked for ([`MAX_DIAGNOSTICS`]). A pipeline with errors is good for further checks,
@@ -69,10 +78,10 @@ pub fn load(
     options: &LoadOptions<'_>,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
-    modules: &mut Modules,
 ) -> Option<Pipeline> {
-    let LoadOptions { registry, templates, profile, overrides } = *options;
-    let schema_diagnostics = modules.of_schema(|| check_schema(document, registry));
+    let LoadOptions { registry, shaders, overrides, schema, is_surveyed } = *options;
+    let profile = shaders.profile();
+    let schema_diagnostics = schema.cloned().unwrap_or_else(|| check_schema(document, registry));
     let read = as_suggested(document, &schema_diagnostics);
     let document = read.as_ref().unwrap_or(document);
     let broken = Broken::new(&schema_diagnostics);
@@ -87,7 +96,7 @@ pub fn load(
     let settings = Settings::choose(document, &sound, &broken, overrides, profile, diagnostics);
     let constraints = constraints::check(document, &sound, &settings, diagnostics);
     let toggles = toggle::toggles(document, &sound.toggles, diagnostics);
-    let programs = Programs::new(templates, profile, std::mem::take(modules));
+    let programs = Programs::new(shaders, is_surveyed.then(Survey::default));
     let names = toggles.iter().map(|toggle| toggle.name.clone()).collect();
     let mut shared =
         Shared::new(settings.scope(), settings.dependence(), names, sound.geometry, programs, sources);
@@ -97,7 +106,6 @@ pub fn load(
     let connected = declare(document, registry, &broken, &toggles, &mut shared)
         .map(|passes| Connected::new(document, passes, &toggles, &mut shared));
     diagnostics.extend(shared.diagnostics);
-    *modules = shared.programs.modules;
     let Connected { passes, uncertain, passthroughs, gaps } = connected?;
     diagnostics.extend(shared.argument_errors);
     let mut parameters = settings.parameters;
@@ -122,6 +130,7 @@ pub fn load(
         resources: shared.resources,
         passes,
         rejected: shared.programs.rejected,
+        survey: shared.programs.survey,
         programs: shared.programs.list.into_iter().map(Arc::unwrap_or_clone).collect(),
         uncertain,
         broken_settings: settings.broken,

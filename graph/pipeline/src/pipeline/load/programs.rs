@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::pipeline::modules::{Chosen, Modules};
+use crate::pipeline::survey::{Chosen, Survey};
 use crate::pipeline::{Program, ProgramBinding, ProgramVariant};
-use crate::shader::{AxisValue, AxisValues, ShaderModule, TargetProfile, TemplateSet, exceeded_by_layout};
+use crate::shader::{self, AxisValue, AxisValues, ShaderCache, ShaderModule, exceeded_by_layout};
 use crate::source::Span;
 use crate::work::ProgramHandle;
 
@@ -15,22 +15,21 @@ pub(in crate::pipeline) struct Programs {
     /// A [`ProgramHandle`] is a position here.
     pub(in crate::pipeline) list: Vec<Arc<Program>>,
     known: BTreeMap<Chosen, Option<ProgramHandle>>,
-    pub(in crate::pipeline) modules: Modules,
+    /// What is written down for the proof of all variants, where there will be one.
+    pub(in crate::pipeline) survey: Option<Survey>,
     /// The variants whose diagnostics are reported.
     pub(super) rejected: BTreeSet<(String, AxisValues)>,
-    pub(in crate::pipeline) templates: Arc<TemplateSet>,
-    profile: TargetProfile,
+    pub(in crate::pipeline) shaders: Arc<ShaderCache>,
 }
 
 impl Programs {
-    pub(super) fn new(templates: &Arc<TemplateSet>, profile: &TargetProfile, modules: Modules) -> Self {
+    pub(super) fn new(shaders: &Arc<ShaderCache>, survey: Option<Survey>) -> Self {
         Self {
             list: Vec::new(),
             known: BTreeMap::new(),
-            modules,
+            survey,
             rejected: BTreeSet::new(),
-            templates: templates.clone(),
-            profile: profile.clone(),
+            shaders: shaders.clone(),
         }
     }
 
@@ -94,18 +93,20 @@ impl Programs {
     fn excess(&self, program: &Program) -> Vec<String> {
         let is_own = |variant: &ProgramVariant| {
             let bindings = variant.module.reflection.bindings.iter();
-            !exceeded_by_layout(bindings.map(|binding| &binding.entry), &self.profile).is_empty()
+            !exceeded_by_layout(bindings.map(|binding| &binding.entry), self.shaders.profile()).is_empty()
         };
         if program.variants.len() < 2 || program.variants.iter().any(is_own) {
             return Vec::new();
         }
-        exceeded_by_layout(program.bindings.iter().map(|binding| &binding.entry), &self.profile)
+        exceeded_by_layout(program.bindings.iter().map(|binding| &binding.entry), self.shaders.profile())
     }
 
     /// The diagnostics of bindings with a number that no device of the profile allows.
     fn beyond(&self, program: &Program, place: Span) -> Vec<Diagnostic> {
-        let (groups, bindings) =
-            (self.profile.limits.max_bind_groups, self.profile.limits.max_bindings_per_bind_group);
+        let (groups, bindings) = (
+            self.shaders.profile().limits.max_bind_groups,
+            self.shaders.profile().limits.max_bindings_per_bind_group,
+        );
         let is_beyond = |one: &&ProgramBinding| one.group >= groups || one.entry.binding >= bindings;
         let diagnostic = |one: &ProgramBinding| {
             let (name, group, binding) = (&one.name, one.group, one.entry.binding);
@@ -117,6 +118,10 @@ impl Programs {
         program.bindings.iter().filter(is_beyond).map(diagnostic).collect()
     }
 
+    fn is_complete(&self, template: &str, values: &AxisValues) -> bool {
+        shader::complete(self.shaders.templates(), template, values).is_ok()
+    }
+
     fn module(
         &mut self,
         template: &str,
@@ -126,12 +131,13 @@ impl Programs {
         diagnostics: &mut Diagnostics,
     ) -> Option<Arc<ShaderModule>> {
         let key = (template.to_owned(), values.clone());
-        let (module, own_diagnostics) =
-            match self.modules.get(&self.templates, template, values, &self.profile) {
-                Ok(module) if module.warnings.is_empty() => return Some(module),
-                Ok(module) => (Some(module.clone()), module.warnings.clone()),
-                Err(own_diagnostics) => (None, own_diagnostics),
-            };
+        let (module, own_diagnostics) = match self.shaders.module(template, values) {
+            Ok(module) if self.survey.is_some() || module.warnings.is_empty() => return Some(module),
+            Ok(module) => (Some(module.clone()), module.warnings.clone()),
+            // What is wrong with a variant that can be rendered, its proof will say.
+            Err(_) if self.survey.is_some() && self.is_complete(template, &key.1) => (None, Vec::new()),
+            Err(own_diagnostics) => (None, own_diagnostics),
+        };
         if !self.rejected.insert(key) {
             return module;
         }

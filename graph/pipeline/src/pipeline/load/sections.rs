@@ -13,7 +13,7 @@ use crate::language::unknown_format;
 use crate::node::Registry;
 
 /// The diagnostics of the schema, also of what stands under misspelt sections.
-pub(super) fn check_schema(document: &Document, registry: &Registry) -> Diagnostics {
+pub fn check_schema(document: &Document, registry: &Registry) -> Diagnostics {
     let mut diagnostics = Diagnostics::new();
     registry.schema().check(&document.root, "", &mut diagnostics);
     if let Some(read) = as_suggested(document, &diagnostics) {
