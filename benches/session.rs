@@ -70,7 +70,8 @@ fn chain(count: usize) -> String {
              \"fullscreen\": {{ {shader}, \"color\": [{{ \"to\": \"{to}\" }}] }} }}{comma}"
         );
     }
-    let target = r#""target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#;
+    let target =
+        r#""target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#;
     format!(
         "{{\n  \"format\": 1, \"name\": \"chain\",\n  \"resources\": {{\n{resources}    {target}\n  }},\n  \"passes\": {{\n{passes}  }}\n}}\n"
     )
