@@ -19,7 +19,7 @@ use umbragraph_pipeline::work::{
 };
 
 use crate::blend::{BlendSettings, blend_constant};
-use crate::if_said;
+use crate::if_said::if_said;
 
 /// What every attachment says: what is attached, and what it holds before and after.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]

@@ -13,7 +13,7 @@ use umbragraph_pipeline::work::{
     BufferRegion, Deferred, Subresource, TextureRegion, TransferEnd, TransferWork, Work,
 };
 
-use crate::if_said;
+use crate::if_said::if_said;
 
 /// Copies a texture or buffer, or a subresource range of it, to another: texels to texels of the same extent and
 /// format, bytes to as many bytes. Between a texture and a buffer, texels lie in the buffer row by row, layer by layer,

@@ -14,7 +14,7 @@ use umbragraph_pipeline::work::{
 };
 
 use crate::attachment::Attachments;
-use crate::if_said;
+use crate::if_said::if_said;
 use crate::shader::ShaderSettings;
 
 /// The most frames that changed meshes can wait.

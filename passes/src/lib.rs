@@ -22,6 +22,7 @@ pub mod compute;
 pub mod copy;
 pub mod draw;
 pub mod fullscreen;
+mod if_said;
 pub mod importance;
 pub mod lights;
 pub mod mesh;
@@ -32,11 +33,6 @@ pub mod views;
 pub use codes::ALL as CODES;
 
 use umbragraph_pipeline::node::Registry;
-
-/// What a setting declares: `Some(None)` where nothing is said, `None` after a diagnostic.
-fn if_said<T, U>(setting: &Option<T>, declare: impl FnOnce(&T) -> Option<U>) -> Option<Option<U>> {
-    setting.as_ref().map_or(Some(None), |setting| declare(setting).map(Some))
-}
 
 /// All node kinds of this crate.
 pub fn registry() -> Registry {

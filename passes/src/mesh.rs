@@ -17,7 +17,7 @@ use umbragraph_pipeline::work::{BufferDraw, Draw, DrawCounts, IndexStream, Progr
 use crate::attachment::Attachments;
 use crate::compute::IndirectSettings;
 use crate::draw::Cull;
-use crate::if_said;
+use crate::if_said::if_said;
 use crate::shader::ShaderSettings;
 
 /// The maximum number of vertex buffers, which WebGPU guarantees.

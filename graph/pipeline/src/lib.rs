@@ -17,4 +17,5 @@ pub mod frame;
 pub mod node;
 pub mod pipeline;
 mod projection;
+mod whole_number;
 pub mod work;

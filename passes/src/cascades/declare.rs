@@ -15,7 +15,7 @@ use super::node::Cascades;
 use super::snap::Snap;
 use super::splits::{Blend, BlendOf, SplitScheme, Splits};
 use crate::codes;
-use crate::if_said;
+use crate::if_said::if_said;
 use crate::lights::described;
 
 /// Evaluates all settings; `None` after at least one diagnostic. All settings are looked at, whatever the first

@@ -14,7 +14,7 @@ use super::configuration::{Cascade, Configuration};
 use super::declare;
 use super::node::Cascades;
 use crate::codes;
-use crate::if_said;
+use crate::if_said::if_said;
 use crate::importance;
 use crate::lights::described::{self, DescribeShadows, LiveShadows, ShadowOutput};
 use crate::lights::descriptor::{self, Descriptor};

@@ -26,7 +26,7 @@ use super::slots::{self, SlotSettings, Slots};
 use super::{CONTACT_SHADOW, HARDNESS, descriptor, word};
 use crate::cascades::light::radiance;
 use crate::codes;
-use crate::if_said;
+use crate::if_said::if_said;
 use crate::importance::Eye;
 
 /// The first descriptor of a light without shadows.

@@ -24,7 +24,7 @@ use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 use super::{CAST_SHADOW, word};
 use crate::atlas::{self, Capacity, Fate, Key, Placement, Pool, PoolCounts, Request, Tile, TileRequest};
 use crate::codes;
-use crate::if_said;
+use crate::if_said::if_said;
 use crate::importance::{Eye, Importance};
 
 /// The maximum number of lights or descriptors of a list.

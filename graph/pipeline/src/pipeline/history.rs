@@ -7,9 +7,10 @@
 //! frame keeps those alive that write this one.
 
 use super::load::Shared;
-use super::{Resource, ResourceKind, resource_value, whole_number};
+use super::{Resource, ResourceKind, resource_value};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::{Expr, Lifetime};
+use crate::whole_number::whole_number;
 use crate::work::ResourceHandle;
 
 /// The maximum number of earlier frames that can be read.

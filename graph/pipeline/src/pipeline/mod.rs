@@ -42,10 +42,11 @@ mod toggle;
 mod usage;
 mod version;
 
+pub use crate::whole_number::whole_number;
 pub use availability::{Lacking, lacking, off};
 pub use binding::{Bind, BindObject, BufferBind, Contents, ValuesBind, element_type, member_runs};
 pub use builder::{
-    Evaluate, Face, LiveSettings, PassBuilder, Produced, SubresourceRangeSettings, axis_value, whole_number,
+    Evaluate, Face, LiveSettings, PassBuilder, Produced, SubresourceRangeSettings, axis_value,
 };
 pub use derived::Derived;
 pub use environment::{Environment, with_names};

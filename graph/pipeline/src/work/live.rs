@@ -6,7 +6,7 @@
 
 use crate::diagnostic::{Diagnostic, Place, codes};
 use crate::expression::Value;
-use crate::pipeline::whole_number;
+use crate::whole_number::whole_number;
 
 /// A value of a work, and the live setting that it follows from.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,8 @@
 
 use super::find::{Found, SubgraphUse};
 use super::plan_fact::{PlanFact, fact, said};
-use super::{Kind, Subject, given, reasons};
+use super::subject::{Kind, Subject};
+use super::{given, reasons};
 use crate::compiler::{KeepReason, Physical, Plan, PlannedPass};
 use crate::document::{Entry, Value, pointer_join};
 use crate::expression;

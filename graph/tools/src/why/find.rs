@@ -8,7 +8,8 @@
 use std::collections::BTreeSet;
 
 use super::origin::{computed, location, origins};
-use super::{Kind, Subject, Thing, explain, given};
+use super::subject::{Kind, Subject};
+use super::{Thing, explain, given};
 use crate::document::{Entry, Value, pointer_join};
 
 const SECTIONS: &[(&str, Kind)] = &[

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::origin::{self, Location, as_json, json, location};
-use super::{Kind, Subject};
+use super::subject::{Kind, Subject};
 use crate::compose::Layer;
 use crate::document::{Entry, Value, pointer_join};
 use crate::pipeline::{self, Lacking, Setting};

@@ -6,7 +6,7 @@
 
 use serde::{Serialize, Serializer};
 
-use super::Subject;
+use super::subject::Subject;
 use crate::compose::{Layer, SharedPlaces};
 use crate::document::{self, Kind, Value, pointer_join};
 use crate::source::{Sources, Span};

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::Subject;
 use super::origin::{Location, location};
+use super::subject::Subject;
 use crate::source::Span;
 
 /// One thing that the plan says of a name.

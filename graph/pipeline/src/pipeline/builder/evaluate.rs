@@ -5,7 +5,6 @@
 //! ([`CpuNode::update`](crate::work::CpuNode::update)). So both ask the same of a value.
 
 use std::fmt::Display;
-use std::ops::RangeInclusive;
 
 use serde::de::IntoDeserializer as _;
 
@@ -147,12 +146,6 @@ pub trait Evaluate {
         }
         known.ok()
     }
-}
-
-/// The whole number that a value is, within a range.
-pub fn whole_number(value: &Value, range: RangeInclusive<u32>) -> Option<u32> {
-    let number = value.number().filter(|number| number.fract() == 0.0)?;
-    (f64::from(*range.start())..=f64::from(*range.end())).contains(&number).then_some(number as u32)
 }
 
 /// The settings of a CPU node in a frame in which a live parameter has changed.

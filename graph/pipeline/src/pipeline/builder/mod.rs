@@ -16,7 +16,7 @@ mod slots;
 mod subresources;
 mod vertices;
 
-pub use evaluate::{Evaluate, LiveSettings, whole_number};
+pub use evaluate::{Evaluate, LiveSettings};
 pub use programs::axis_value;
 pub use subresources::{Face, SubresourceRangeSettings};
 

@@ -1,0 +1,11 @@
+//! Whole numbers among the values of expressions.
+
+use std::ops::RangeInclusive;
+
+use crate::expression::Value;
+
+/// The whole number of a value, within a range.
+pub fn whole_number(value: &Value, range: RangeInclusive<u32>) -> Option<u32> {
+    let number = value.number().filter(|number| number.fract() == 0.0)?;
+    (f64::from(*range.start())..=f64::from(*range.end())).contains(&number).then_some(number as u32)
+}
