@@ -11,6 +11,7 @@ pub use umbragraph_text::{
 };
 pub use wgpu_types;
 
+mod access;
 pub mod data;
 pub mod draw;
 pub mod frame;

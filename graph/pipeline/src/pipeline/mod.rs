@@ -36,12 +36,11 @@ mod schema;
 mod schema_overlays;
 mod scope;
 mod setting;
-mod subresource_range;
 mod survey;
 mod toggle;
-mod usage;
-mod version;
 
+pub use crate::access::usage::Usage;
+pub use crate::access::version::Version;
 pub use crate::whole_number::whole_number;
 pub use availability::{Lacking, lacking, off};
 pub use binding::{Bind, BindObject, BufferBind, Contents, ValuesBind, element_type, member_runs};
@@ -57,9 +56,8 @@ pub use live::{Constraint, Following, LiveSetting, Structural, is_alike};
 pub use load::{LoadOptions, check_schema, has_word, is_name, is_of, load};
 pub use located::Located;
 pub use survey::{Absent, Chosen, EntryPoints, Survey, Wanted};
-pub use usage::Usage;
-pub use version::Version;
 
+pub use crate::access::subresource_range::{Aspect, IndexRange, SubresourceRange, canonical};
 pub use overrides::{Overrides, Setting};
 pub use preset::{ParameterFile, of_preset};
 pub use profiles::{claimed_profiles, profile_named};
@@ -67,7 +65,6 @@ pub use program::{Program, ProgramBinding, ProgramVariant};
 pub use schema::{FileKind, schema, schema_of, schema_of_composed};
 pub use scope::StaticScope;
 pub use setting::{Feature, Parameter, rejected};
-pub use subresource_range::{Aspect, IndexRange, SubresourceRange, canonical};
 pub use toggle::{Condition, Passthrough, Toggle, add_fallbacks};
 
 use std::collections::{BTreeMap, BTreeSet};

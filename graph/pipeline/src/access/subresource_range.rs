@@ -7,7 +7,7 @@
 
 use serde::Serialize;
 
-use super::Usage;
+use super::usage::Usage;
 
 use crate::language::{TextureDeclaration, parse_format};
 
