@@ -193,10 +193,10 @@ fn produce(instance: &Instance<'_>, declared: &Declared<'_>, shared: &mut Shared
         _ => None,
     };
     let live = std::mem::take(&mut builder.live);
-    if present != Some(false) {
-        if let Some(survey) = &mut shared.programs.survey {
-            survey.has(entry);
-        }
+    if present != Some(false)
+        && let Some(survey) = &mut shared.programs.survey
+    {
+        survey.has(entry);
     }
     let own = std::mem::replace(&mut shared.diagnostics, outer);
     let is_sound = !own.has_errors() && shared.withheld == withheld;
