@@ -10,10 +10,8 @@
 //! - A [`TargetProfile`] says what a target guarantees.
 //! - [`Reflection`] is the one source of what host and shader agree on: bindings, memory layouts, entry points.
 //!
-//! Folders, the lowest first: `target`, `written` (the text), `reflection`, `rules`, `module` (text to a validated
+//! Folders, the lowest first: `targets`, `written` (the text), `reflection`, `rules`, `module` (text to a validated
 //! module), `axes`, `jinja` (the template language), `rendering`, `variant`, `permutations`.
-
-use umbragraph_text::{diagnostic, document, language, source};
 
 pub mod axes;
 pub mod codes;
@@ -23,13 +21,12 @@ pub mod permutations;
 mod reflection;
 mod rendering;
 mod rules;
-mod target;
+mod targets;
 #[cfg(test)]
 mod tests;
 mod variant;
 mod written;
 
-pub use crate::diagnostic::{AxisValue, AxisValues, describe};
 pub use axes::{Axes, Axis, AxisKind, AxisMode, schema as axes_schema};
 pub use module::backend::Emitted;
 pub use permutations::ShaderCache;
@@ -39,7 +36,8 @@ pub use reflection::{
 };
 pub use rendering::templates::{TEMPLATE_ENDS, TemplateSet};
 pub use rules::limits::exceeded_by_layout;
-pub use target::profile::{TargetLanguage, TargetProfile};
+pub use targets::profile::{TargetLanguage, TargetProfile};
+pub use umbragraph_text::diagnostic::{AxisValue, AxisValues, describe};
 pub use variant::compile::{ShaderModule, compile, complete, generate};
 pub use variant::texture_reads::texture_reads;
 pub use written::text_map::TextMap;

@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 
-use crate::compiler::{Plan, PlannedAttachment, PlannedPass, StoreOperation};
-use crate::language::Lifetime;
 use crate::violation::{ViolationKind as Kind, Violations};
-use crate::work::{AttachmentTarget, LoadOperation, RenderWork, ResourceHandle, Work};
+use umbragraph_compiler::{Plan, PlannedAttachment, PlannedPass, StoreOperation};
+use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::work::{AttachmentTarget, LoadOperation, RenderWork, ResourceHandle, Work};
 
 /// Checks the attachments, their marks and the groups of passes.
 pub(crate) fn check(plan: &Plan, violations: &mut Violations) {

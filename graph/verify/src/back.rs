@@ -11,11 +11,11 @@ use std::collections::HashSet;
 
 use rustc_hash::FxHashSet;
 
-use crate::compiler::KeepReason;
-use crate::language::Lifetime;
-use crate::pipeline::Condition;
 use crate::regions::{Flow, Uses};
-use crate::work::PassHandle;
+use umbragraph_compiler::KeepReason;
+use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::pipeline::Condition;
+use umbragraph_pipeline::work::PassHandle;
 
 /// Adds to a flow which accesses of one resource feed which.
 pub(crate) fn search(uses: &Uses<'_>, flow: &mut Flow) {

@@ -21,14 +21,14 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use crate::compiler::Plan;
-use crate::language::Lifetime;
-use crate::pipeline::{Access, Condition, Usage, Version};
 use crate::regions::{Event, Flow, Regions, Uses};
 use crate::schedule::Schedule;
 use crate::violation::{ViolationKind as Kind, Violations};
-use crate::work::{PassHandle, ResourceHandle, Work};
 use crate::{attachments, back, uninitialised};
+use umbragraph_compiler::Plan;
+use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::pipeline::{Access, Condition, Usage, Version};
+use umbragraph_pipeline::work::{PassHandle, ResourceHandle, Work};
 
 /// The maximum number of toggles of which every combination is tried for one resource.
 const MAX_TOGGLES: usize = 6;

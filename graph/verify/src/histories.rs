@@ -8,10 +8,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use wgpu_types::{BufferUsages, TextureUsages};
 
-use crate::compiler::{InitialValue, Physical, Plan};
-use crate::pipeline::ResourceKind;
 use crate::violation::{ViolationKind as Kind, Violations};
-use crate::work::ResourceHandle;
+use umbragraph_compiler::{InitialValue, Physical, Plan};
+use umbragraph_pipeline::pipeline::ResourceKind;
+use umbragraph_pipeline::work::ResourceHandle;
 
 /// Checks the histories; the places that no planned resource stands at.
 pub(crate) fn check(plan: &Plan, violations: &mut Violations) -> BTreeSet<Physical> {

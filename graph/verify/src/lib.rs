@@ -21,9 +21,6 @@
 //!
 //! Cost: about linear; writers whose order only a long detour explains cost more.
 
-use umbragraph_compiler as compiler;
-use umbragraph_pipeline::{language, pipeline, work};
-
 mod attachments;
 mod back;
 mod contents;
@@ -41,7 +38,7 @@ mod violation;
 
 pub use violation::{Violation, ViolationKind};
 
-use compiler::{Plan, PlanOptions};
+use umbragraph_compiler::{Plan, PlanOptions};
 use violation::Violations;
 
 /// Finds everything that is wrong with a plan. `options` are those that it was made with.

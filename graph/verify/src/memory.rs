@@ -5,12 +5,12 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use wgpu_types::{BufferUsages, TextureUsages};
 
-use crate::compiler::{Physical, PhysicalBuffer, PhysicalTexture, Plan, PlanOptions, PlannedResource};
-use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{IndexRange, ResourceKind, SubresourceRange, Usage};
 use crate::regions::extents;
 use crate::violation::{ViolationKind as Kind, Violations};
-use crate::work::ResourceHandle;
+use umbragraph_compiler::{Physical, PhysicalBuffer, PhysicalTexture, Plan, PlanOptions, PlannedResource};
+use umbragraph_pipeline::language::{Lifetime, TextureShape};
+use umbragraph_pipeline::pipeline::{IndexRange, ResourceKind, SubresourceRange, Usage};
+use umbragraph_pipeline::work::ResourceHandle;
 
 /// Where a resource is really used, and how.
 struct Used {

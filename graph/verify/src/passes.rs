@@ -2,13 +2,13 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::compiler::{CullReason, KeepReason, Kept, Plan};
-use crate::language::Lifetime;
-use crate::pipeline::{Access, History, Pass, Pipeline, SubresourceRange};
 use crate::regions::Flow;
 use crate::schedule::Schedule;
 use crate::violation::{ViolationKind as Kind, Violations};
-use crate::work::{Dispatch, PassHandle, ResourceHandle, Work};
+use umbragraph_compiler::{CullReason, KeepReason, Kept, Plan};
+use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::pipeline::{Access, History, Pass, Pipeline, SubresourceRange};
+use umbragraph_pipeline::work::{Dispatch, PassHandle, ResourceHandle, Work};
 
 /// Up to so many writers of subresource ranges, or with toggles, a plan has to say for certain who reads them.
 const TOLD_APART: usize = 64;

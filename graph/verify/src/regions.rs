@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use crate::compiler::{Plan, StoreOperation};
-use crate::pipeline::{Access, Aspect, Condition, IndexRange, SubresourceRange, Usage};
 use crate::schedule::Schedule;
-use crate::work::{PassHandle, ResourceHandle};
+use umbragraph_compiler::{Plan, StoreOperation};
+use umbragraph_pipeline::pipeline::{Access, Aspect, Condition, IndexRange, SubresourceRange, Usage};
+use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
 /// Which writes reach which reads.
 pub(crate) struct Flow {

@@ -1,6 +1,6 @@
 //! The order of passes in a plan.
 
-use crate::work::PassHandle;
+use umbragraph_pipeline::work::PassHandle;
 
 /// When each pass of the pipeline runs; `None` for a culled one.
 pub(crate) struct Schedule {

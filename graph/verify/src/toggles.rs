@@ -1,11 +1,11 @@
 //! Whether readers use the fallback of a resource with a passthrough in just the frames without it, and whether that
 //! fits.
 
-use crate::compiler::Plan;
-use crate::language::TextureShape;
-use crate::pipeline::{Condition, Pass, Version};
 use crate::violation::{ViolationKind as Kind, Violations};
-use crate::work::ResourceHandle;
+use umbragraph_compiler::Plan;
+use umbragraph_pipeline::language::TextureShape;
+use umbragraph_pipeline::pipeline::{Condition, Pass, Version};
+use umbragraph_pipeline::work::ResourceHandle;
 
 /// Checks the stated toggles and passthroughs, the accesses of fallbacks, and that they fit.
 pub(crate) fn check(plan: &Plan, violations: &mut Violations) {

@@ -10,11 +10,13 @@
 
 use wgpu_types::{COPY_BYTES_PER_ROW_ALIGNMENT, TextureFormat};
 
-use crate::compiler::{Plan, PlannedCopy, PlannedPass, PlannedResource, TexelOrigin, TexelRows};
-use crate::language::TextureShape;
-use crate::pipeline::{Aspect, IndexRange, SubresourceRange, Usage};
 use crate::violation::{ViolationKind as Kind, Violations};
-use crate::work::{BufferRegion, ResourceHandle, TextureRegion, TransferEnd, TransferWork, Work};
+use umbragraph_compiler::{Plan, PlannedCopy, PlannedPass, PlannedResource, TexelOrigin, TexelRows};
+use umbragraph_pipeline::language::TextureShape;
+use umbragraph_pipeline::pipeline::{Aspect, IndexRange, SubresourceRange, Usage};
+use umbragraph_pipeline::work::{
+    BufferRegion, ResourceHandle, TextureRegion, TransferEnd, TransferWork, Work,
+};
 
 /// Checks the accesses and the copies of every planned transfer.
 pub(crate) fn check(plan: &Plan, violations: &mut Violations) {

@@ -9,11 +9,11 @@
 
 use std::collections::BTreeSet;
 
-use crate::compiler::PlannedResource;
-use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::Condition;
 use crate::regions::{Regions, Uses};
 use crate::violation::{ViolationKind as Kind, Violations};
+use umbragraph_compiler::PlannedResource;
+use umbragraph_pipeline::language::{Lifetime, TextureShape};
+use umbragraph_pipeline::pipeline::Condition;
 
 /// When a region was written so far.
 #[derive(Clone, Default)]

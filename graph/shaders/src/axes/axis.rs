@@ -1,7 +1,7 @@
 //! One axis: its name, its values, its form in WGSL.
 
-use crate::diagnostic::{AxisValue, list_of};
-use crate::source::Span;
+use umbragraph_text::diagnostic::{AxisValue, list_of};
+use umbragraph_text::source::Span;
 
 /// The values of an axis.
 #[derive(Clone, Debug, PartialEq, Eq)]

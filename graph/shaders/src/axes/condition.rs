@@ -6,7 +6,7 @@
 use std::fmt;
 
 use super::axis::{Axis, AxisKind};
-use crate::diagnostic::{AxisValue, AxisValues};
+use umbragraph_text::diagnostic::{AxisValue, AxisValues};
 
 /// A condition on one axis.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -7,8 +7,8 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use super::condition::Condition;
-use crate::diagnostic::{AxisValues, list_of};
-use crate::source::Span;
+use umbragraph_text::diagnostic::{AxisValues, list_of};
+use umbragraph_text::source::Span;
 
 /// The kind of a constraint.
 #[derive(Clone, Debug, PartialEq, Eq)]

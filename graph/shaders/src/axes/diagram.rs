@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::condition::Condition;
 use super::constraint::{Constraint, Rule};
 use super::domain::Domain;
-use crate::diagnostic::AxisValue;
+use umbragraph_text::diagnostic::AxisValue;
 
 /// The shape of the decision diagram of some constraints: one layer per axis that they name.
 #[derive(Clone, Debug, Default)]

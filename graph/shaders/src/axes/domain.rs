@@ -1,7 +1,7 @@
 //! The values that an axis may still have.
 
 use super::axis::AxisKind;
-use crate::diagnostic::AxisValue;
+use umbragraph_text::diagnostic::AxisValue;
 
 /// The values that an axis may still have.
 #[derive(Clone, Debug, PartialEq, Eq)]

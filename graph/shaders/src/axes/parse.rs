@@ -11,11 +11,11 @@ use super::condition::Condition;
 use super::constraint::{Constraint, Rule};
 use super::set::{Axes, Lost};
 use crate::codes;
-use crate::diagnostic::{AxisValue, Diagnostic, Diagnostics};
-use crate::document::schema::{unknown_key, unknown_word};
-use crate::document::{Entry, Value};
-use crate::language::parse_format;
-use crate::source::{FileId, Sources, Span};
+use umbragraph_text::diagnostic::{AxisValue, Diagnostic, Diagnostics};
+use umbragraph_text::document::schema::{unknown_key, unknown_word};
+use umbragraph_text::document::{Entry, Value};
+use umbragraph_text::language::parse_format;
+use umbragraph_text::source::{FileId, Sources, Span};
 
 /// One side file as it is written: axes, and constraints that are not yet tied to axes.
 #[derive(Clone, Debug)]
@@ -41,7 +41,7 @@ struct WrittenCondition {
 
 /// Parses a side file. What can be understood is returned; every diagnostic is in `diagnostics`.
 pub(crate) fn parse(sources: &Sources, file: FileId, diagnostics: &mut Diagnostics) -> Declaration {
-    let document = match crate::document::parse(sources, file).valid() {
+    let document = match umbragraph_text::document::parse(sources, file).valid() {
         Ok(document) => document,
         Err(own_diagnostics) => {
             diagnostics.extend(own_diagnostics.iter().cloned());

@@ -85,15 +85,15 @@ pub fn schema() -> Value {
 #[cfg(test)]
 mod tests {
     use super::schema;
-    use crate::diagnostic::Diagnostics;
-    use crate::source::Sources;
+    use umbragraph_text::diagnostic::Diagnostics;
+    use umbragraph_text::source::Sources;
 
     fn diagnostics(text: &str) -> usize {
         let mut sources = Sources::new();
         let file = sources.add("a.axes.json", text);
-        let document = crate::document::parse(&sources, file).valid().unwrap();
+        let document = umbragraph_text::document::parse(&sources, file).valid().unwrap();
         let (schema, mut diagnostics) = (schema(), Diagnostics::new());
-        crate::document::schema::Schema::new(&schema).check(&document.root, "", &mut diagnostics);
+        umbragraph_text::document::schema::Schema::new(&schema).check(&document.root, "", &mut diagnostics);
         diagnostics.len()
     }
 

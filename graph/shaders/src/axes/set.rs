@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::axis::Axis;
 use super::constraint::Constraint;
-use crate::diagnostic::{AxisValues, Diagnostic};
-use crate::source::Span;
+use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
+use umbragraph_text::source::Span;
 
 /// Axes that are declared, but not so that anybody could tell what they are. A template that has them cannot be rendered,
 /// and that its text knows nothing of them only follows.

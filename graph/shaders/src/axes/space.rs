@@ -18,7 +18,7 @@ use super::constraint::Constraint;
 use super::diagram::{Diagram, classes};
 use super::domain::Domain;
 use super::set::Axes;
-use crate::diagnostic::{AxisValue, AxisValues, Count};
+use umbragraph_text::diagnostic::{AxisValue, AxisValues, Count};
 
 /// The maximum number of nodes of one layer of the diagram.
 const MAX_NODES: usize = 1 << 16;

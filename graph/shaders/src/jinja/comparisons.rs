@@ -8,8 +8,8 @@ use super::template::Template;
 use super::tree::Compared;
 use crate::axes::{Axes, Axis, AxisKind, AxisMode};
 use crate::codes;
-use crate::diagnostic::{AxisValue, Diagnostic};
-use crate::source::Span;
+use umbragraph_text::diagnostic::{AxisValue, Diagnostic};
+use umbragraph_text::source::Span;
 
 /// The diagnostics about a template with these axes.
 pub(crate) fn check(template: &Template, axes: &Axes) -> Vec<Diagnostic> {

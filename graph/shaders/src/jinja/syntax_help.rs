@@ -11,8 +11,8 @@ use minijinja::Error;
 use super::scan::{Tag, TagKind};
 use super::template::Template;
 use crate::codes;
-use crate::diagnostic::{Diagnostic, list_of};
-use crate::source::Span;
+use umbragraph_text::diagnostic::{Diagnostic, list_of};
+use umbragraph_text::source::Span;
 
 /// The statements that are allowed anywhere.
 const STATEMENTS: &[&str] = &[

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::scan::Scan;
 use super::tree;
-use crate::diagnostic::Diagnostic;
-use crate::source::FileId;
+use umbragraph_text::diagnostic::Diagnostic;
+use umbragraph_text::source::FileId;
 
 /// One template.
 #[derive(Debug)]

@@ -13,7 +13,7 @@ use naga::{Expression, ImageClass, Module, Span, TypeInner};
 
 use super::wgsl::guarded;
 use crate::codes;
-use crate::target::profile::TargetLanguage;
+use crate::targets::profile::TargetLanguage;
 use crate::written::ir;
 use crate::written::rejection::{Rejection, one_line};
 

@@ -15,9 +15,9 @@ use naga::valid::{EntryPointError, FunctionError, ValidationError};
 use naga::{GlobalVariable, Handle, Module, Span, Type, WithSpan};
 
 use crate::codes;
-use crate::diagnostic::Code;
 use crate::rules::uniformity;
 use crate::written::rejection::{Rejection, one_line};
+use umbragraph_text::diagnostic::Code;
 
 pub(crate) fn parse(text: &str, error: &ParseError) -> Rejection {
     let mut labels: Vec<(Range<usize>, String)> =

@@ -19,13 +19,13 @@ use super::proven::Explored;
 use super::report::TemplateReport;
 use crate::axes::Axes;
 use crate::codes;
-use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe, select_axes};
 use crate::reflection::Reflection;
 use crate::reflection::interface;
 use crate::reflection::interface::InterfaceConflict;
 use crate::rendering::templates::TemplateSet;
-use crate::source::Span;
 use crate::written::stages;
+use umbragraph_text::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe, select_axes};
+use umbragraph_text::source::Span;
 
 /// The maximum number of variants of either view among which the closest pair is looked for.
 const MAX_CANDIDATES: usize = 256;

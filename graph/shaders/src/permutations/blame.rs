@@ -18,11 +18,11 @@ use naga::{Arena, BinaryOperator, Expression, Handle, Module, ShaderStage, Span,
 
 use super::overrides::Set;
 use crate::axes::Axes;
-use crate::diagnostic::AxisValues;
 use crate::module::wgsl;
 use crate::variant::compile;
 use crate::written::rejection::Rejection;
 use crate::written::stages;
+use umbragraph_text::diagnostic::AxisValues;
 
 /// The rejection of a module with one of several sets of values, with the values that provoke it and its place.
 pub(super) fn blame(

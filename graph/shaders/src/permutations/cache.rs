@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::declares;
-use crate::diagnostic::{AxisValues, Diagnostic};
 use crate::{ShaderModule, TargetProfile, TemplateSet, compile};
+use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
 type Made = Result<Arc<ShaderModule>, Vec<Diagnostic>>;
 /// Template, fixed values of axes, binding, member of it.

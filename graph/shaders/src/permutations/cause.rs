@@ -9,8 +9,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::explore::Leaf;
 use crate::axes::Space;
-use crate::diagnostic::{AxisValues, Count, Diagnostic, Extent, Place, describe, list_of};
 use crate::written::rejection::Excess;
+use umbragraph_text::diagnostic::{AxisValues, Count, Diagnostic, Extent, Place, describe, list_of};
 
 /// A failure of one template for some of its leaves.
 #[derive(Clone, Debug)]

@@ -12,12 +12,12 @@ use super::request::{Request, space_of};
 use crate::axes::Axes;
 use crate::axes::AxisMode;
 use crate::codes;
-use crate::diagnostic::{AxisValue, Diagnostic};
 use crate::jinja::scan::{Piece, TagKind};
 use crate::jinja::template::Template;
 use crate::rendering::templates::TemplateSet;
-use crate::source::{FileId, Span};
 use crate::written::text_map::Origin;
+use umbragraph_text::diagnostic::{AxisValue, Diagnostic};
+use umbragraph_text::source::{FileId, Span};
 
 /// The maximum number of paths whose pairs are compared; with more, every axis that is read counts as alive.
 const MAX_COMPARED: usize = 1 << 10;

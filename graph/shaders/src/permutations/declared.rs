@@ -15,9 +15,9 @@ use naga::{Module, TypeInner};
 
 use super::explore::Explorer;
 use crate::axes::Space;
-use crate::diagnostic::AxisValues;
 use crate::module::wgsl;
 use crate::rendering::templates::TemplateSet;
+use umbragraph_text::diagnostic::AxisValues;
 
 /// The values with which some variant of a template in which these axes are `fixed` declares a binding, with a member of
 /// that name where one is given; `None` if no variant does.

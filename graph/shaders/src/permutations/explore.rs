@@ -22,11 +22,11 @@ use minijinja::value::{Object, Value};
 use crate::axes::AxisKind;
 use crate::axes::Domain;
 use crate::axes::Space;
-use crate::diagnostic::{AxisValues, Diagnostic, Place};
 use crate::rendering::context::to_template_value;
 use crate::rendering::render;
-use crate::source::FileId;
 use crate::written::text_map::{Origin, Segment, Source};
+use umbragraph_text::diagnostic::{AxisValues, Diagnostic, Place};
+use umbragraph_text::source::FileId;
 
 use crate::codes;
 use crate::jinja::guard;
@@ -296,7 +296,7 @@ impl<'a> Explorer<'a> {
                 "\"{template}\" has more than {paths} paths with {texts} texts; the others are not proven"
             );
             if let Some(file) = set.file(template) {
-                let place = crate::source::Span::new(file, 0..0);
+                let place = umbragraph_text::source::Span::new(file, 0..0);
                 exploration.diagnostics.push(Diagnostic::error(codes::PATHS_LIMIT, place, message).help(
                     "declare constraints between its axes, or make those that the WGSL can read overrides (\"as\": \"override\")",
                 ));

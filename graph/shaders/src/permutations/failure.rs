@@ -9,11 +9,11 @@ use super::prove::{Proof, Task};
 use super::proven::{Explored, Proven};
 use super::validator::{Opinion, Validator};
 use crate::codes;
-use crate::diagnostic::{Diagnostic, Place};
 use crate::rendering::markers;
 use crate::rendering::templates::TemplateSet;
 use crate::written::rejection::Rejection;
 use crate::written::text_map::Source;
+use umbragraph_text::diagnostic::{Diagnostic, Place};
 
 /// The verdict of each external validator on a text, if naga accepts it.
 pub(super) fn judge(task: &Task<'_>, proof: &Proof, validators: &[&dyn Validator]) -> Vec<Opinion> {

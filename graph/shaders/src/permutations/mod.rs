@@ -28,13 +28,13 @@ mod summary;
 mod validator;
 
 pub use crate::axes::Space;
-pub use crate::diagnostic::Count;
 pub use cache::ShaderCache;
 pub use dead::dead;
 pub use declared::declares;
 pub use report::{Permutations, TemplateReport, ValueBytes, VariantReport};
 pub use request::Request;
 use request::space_of;
+pub use umbragraph_text::diagnostic::Count;
 pub use validator::{Opinion, Validator};
 
 use std::collections::{BTreeSet, HashMap, HashSet};
@@ -49,9 +49,9 @@ use proven::{Explored, Proven};
 use rayon::iter::{ParallelBridge, ParallelIterator};
 
 use super::{Reflection, TemplateSet};
-use crate::diagnostic::{AxisValues, Diagnostic, Diagnostics};
 use crate::module::wgsl;
-use crate::source::FileId;
+use umbragraph_text::diagnostic::{AxisValues, Diagnostic, Diagnostics};
+use umbragraph_text::source::FileId;
 
 /// The options of a check.
 pub struct Options<'a> {

@@ -10,10 +10,10 @@ use naga::back::PipelineConstants;
 use naga::{Arena, ArraySize, BinaryOperator, Expression, Module, TypeInner, UnaryOperator};
 
 use crate::axes::{Axes, AxisKind, AxisMode};
-use crate::diagnostic::{AxisValue, AxisValues};
 use crate::variant::compile;
 use crate::written::ir;
 use crate::written::rejection::Rejection;
+use umbragraph_text::diagnostic::{AxisValue, AxisValues};
 
 /// Values of all override axes, and the constants that they are in a module.
 pub(super) struct Set {

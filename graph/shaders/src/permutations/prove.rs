@@ -8,16 +8,16 @@ use std::sync::Arc;
 use super::blame::{self, blame};
 use super::overrides;
 use crate::axes::Axes;
-use crate::diagnostic::AxisValues;
 use crate::module::wgsl::Resolved;
 use crate::module::{backend, wgsl};
 use crate::reflection::{self, Reflection};
 use crate::rules::{limits, uniform_branches};
-use crate::target::profile::{TargetLanguage, TargetProfile};
+use crate::targets::profile::{TargetLanguage, TargetProfile};
 use crate::variant::compile;
 use crate::written::rejection::Rejection;
 use crate::written::stages;
 use crate::written::text_map::Source;
+use umbragraph_text::diagnostic::AxisValues;
 
 /// The profiles and limits that all texts of a template are proven for.
 pub(crate) struct Subject<'a> {

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::diagnostic::{AxisValue, AxisValues, Count, Diagnostics};
 use crate::reflection::{Binding, Reflection};
 use crate::rendering::render;
 use crate::rendering::templates::TemplateSet;
+use umbragraph_text::diagnostic::{AxisValue, AxisValues, Count, Diagnostics};
 
 /// The outcome of a check.
 #[derive(Clone, Debug, Default)]

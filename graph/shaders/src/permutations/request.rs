@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use crate::axes::Space;
 use crate::codes;
-use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
 use crate::rendering::templates::TemplateSet;
 use crate::rendering::templates::contradiction;
-use crate::target::profile::TargetProfile;
+use crate::targets::profile::TargetProfile;
 use crate::variant::compile::unknown_axis;
+use umbragraph_text::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
 
 /// A template that is to be proven.
 #[derive(Clone, Debug)]

@@ -7,11 +7,11 @@ use super::dead;
 use super::proven::{Explored, Proven};
 use super::report::{TemplateReport, ValueBytes, VariantReport};
 use crate::axes::{Axes, AxisMode};
-use crate::diagnostic::{AxisValues, Count};
 use crate::reflection::interface;
 use crate::rendering::render;
 use crate::rendering::templates::TemplateSet;
 use crate::variant::compile::template_values;
+use umbragraph_text::diagnostic::{AxisValues, Count};
 
 /// The report on one request.
 pub(super) fn report_on(templates: &TemplateSet, each: &Explored<'_>, proven: &[Proven]) -> TemplateReport {

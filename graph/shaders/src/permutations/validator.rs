@@ -1,6 +1,6 @@
 //! A second opinion on every distinct text, by whatever a host has for it: the command starts a program.
 
-use crate::diagnostic::Place;
+use umbragraph_text::diagnostic::Place;
 
 /// Judges texts that naga accepts, on several threads.
 pub trait Validator: Sync {

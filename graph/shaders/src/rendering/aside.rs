@@ -13,8 +13,8 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::templates::TemplateSet;
-use crate::source::{FileId, Span};
 use crate::written::text_map::{Origin, Segment, Source, TextMap};
+use umbragraph_text::source::{FileId, Span};
 
 /// The first number that the library's bindings move to; WebGPU has numbers below 1000.
 const FIRST: u32 = 500;

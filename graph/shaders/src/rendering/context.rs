@@ -2,7 +2,7 @@
 
 use minijinja::value::Value;
 
-use crate::diagnostic::{AxisValue, AxisValues};
+use umbragraph_text::diagnostic::{AxisValue, AxisValues};
 
 /// A context with these values and nothing else.
 pub(crate) fn fixed_context(values: &AxisValues) -> Value {

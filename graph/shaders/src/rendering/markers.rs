@@ -10,13 +10,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::context::fixed_context;
-use crate::diagnostic::{AxisValues, Diagnostic};
 use crate::jinja::scan::{Piece, TagKind, scan};
 use crate::jinja::template::Template;
 use crate::jinja::{filters, guard, tree};
-use crate::source::{FileId, Span};
 use crate::written::rejection::Rejection;
 use crate::written::text_map::{Origin, Segment, TextMap};
+use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
+use umbragraph_text::source::{FileId, Span};
 
 const OPEN: char = '\u{E000}';
 const CLOSE: char = '\u{E001}';

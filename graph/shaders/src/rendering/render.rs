@@ -17,11 +17,11 @@ use super::templates::TemplateSet;
 use super::{aside, template_error};
 use crate::axes::{Axes, AxisMode};
 use crate::codes;
-use crate::diagnostic::{AxisValues, Diagnostic};
 use crate::jinja::{filters, guard};
-use crate::source::{FileId, Span};
 use crate::written::complexity;
 use crate::written::text_map::{Origin, Segment, Source, TextMap};
+use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
+use umbragraph_text::source::{FileId, Span};
 
 /// Renders a template with the values of all its axes; with the text come the axes that were read.
 ///
@@ -69,7 +69,7 @@ pub(crate) fn render_fixed(set: &TemplateSet, name: &str, values: &AxisValues) -
 /// Renders a template with a context object.
 pub(crate) fn render_with(set: &TemplateSet, name: &str, context: Value) -> Result<Source, Box<Diagnostic>> {
     let Some(template) = set.templates.get(name) else {
-        return Err(Box::new(set.unknown(name, crate::diagnostic::Place::Nowhere)));
+        return Err(Box::new(set.unknown(name, umbragraph_text::diagnostic::Place::Nowhere)));
     };
     if let Some(diagnostic) = &template.broken {
         return Err(Box::new(diagnostic.clone()));

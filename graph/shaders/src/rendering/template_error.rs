@@ -9,11 +9,11 @@ use minijinja::{Error, ErrorKind};
 
 use super::templates::TemplateSet;
 use crate::codes;
-use crate::diagnostic::{Code, Diagnostic, Place, list_of};
 use crate::jinja::scan::WordKind;
 use crate::jinja::template::Template;
 use crate::jinja::{filters, guard, syntax_help};
-use crate::source::Span;
+use umbragraph_text::diagnostic::{Code, Diagnostic, Place, list_of};
+use umbragraph_text::source::Span;
 
 /// A rendering of `root` that failed. `last` is where literal text was written last, for errors that know no place.
 pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option<Span>) -> Diagnostic {

@@ -20,11 +20,11 @@ use crate::axes;
 use crate::axes::Space;
 use crate::axes::{Axes, Constraint};
 use crate::codes;
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
 use crate::jinja::scan::{Scan, scan};
 use crate::jinja::template::Template;
 use crate::jinja::{comparisons, filters, guard, length, syntax_help, tree};
-use crate::source::{FileId, Sources, Span};
+use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
+use umbragraph_text::source::{FileId, Sources, Span};
 
 /// What the names of the files of templates end in.
 pub const TEMPLATE_ENDS: [&str; 2] = [".jinja", ".axes.json"];

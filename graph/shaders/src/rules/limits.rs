@@ -9,13 +9,13 @@ use naga::{BuiltIn, Module, ShaderStage, Span, TypeInner};
 use wgpu_types::{BindGroupLayoutEntry, BindingType, BufferBindingType};
 
 use crate::codes;
-use crate::diagnostic::list_of;
 use crate::reflection::{Binding, EntryPoint, Reflection, Stage};
-use crate::target::profile::TargetProfile;
+use crate::targets::profile::TargetProfile;
 use crate::written::ir;
 use crate::written::ir::Bound;
 use crate::written::rejection::{Excess, Rejection};
 use crate::written::stages;
+use umbragraph_text::diagnostic::list_of;
 
 /// Every limit of the profile that the module exceeds.
 pub(crate) fn exceeded(

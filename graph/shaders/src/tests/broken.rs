@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 
 use super::Fixture;
 use crate::TargetProfile;
-use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::permutations::{Options, Request, check};
+use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, Place};
 
 struct Case<'a> {
     files: Vec<(&'a str, String)>,

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::{FRAGMENT, Fixture};
 use crate::TargetProfile;
 use crate::permutations::{Options, Request, check, dead};
-use crate::source::FileId;
+use umbragraph_text::source::FileId;
 
 fn proven(fixture: &Fixture) -> Vec<String> {
     let options = Options { threads: 1, report_dead: true, ..Options::default() };

@@ -8,11 +8,11 @@ use umbragraph_test_support::property;
 use super::{FRAGMENT, Fixture, values};
 use crate::axes::Domain;
 use crate::compile;
-use crate::diagnostic::{Place, Severity};
 use crate::permutations::{Count, Opinion, Options, Permutations, Request, Validator, check};
 use crate::rendering::render;
 use crate::variant::compile::template_values;
 use crate::{AxisValue, AxisValues, TargetProfile};
+use umbragraph_text::diagnostic::{Place, Severity};
 
 const AXES: &str = r#"{ "axes": {
     "a": { "type": "bool", "default": false },
@@ -334,7 +334,7 @@ fn another_validator_judges_distinct_texts_and_its_messages_are_mapped() {
 }
 
 /// Reads `provoked by a=true, taps=6` back into values.
-fn provocation(diagnostic: &crate::diagnostic::Diagnostic) -> AxisValues {
+fn provocation(diagnostic: &umbragraph_text::diagnostic::Diagnostic) -> AxisValues {
     let effect = diagnostic.related.iter().find_map(|related| related.message.split_once("provoked by "));
     let (_, list) = effect.expect("the diagnostic says what provokes it");
     let value = |text: &str| match (text.parse::<bool>(), text.parse::<i64>()) {

@@ -14,8 +14,8 @@ mod second_compiler;
 mod texture_reads;
 
 use super::{AxisValue, AxisValues, TargetProfile, TemplateSet};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place};
-use crate::source::Sources;
+use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, Place};
+use umbragraph_text::source::Sources;
 
 /// Templates, their texts, and what was found while they were added.
 pub(super) struct Fixture {

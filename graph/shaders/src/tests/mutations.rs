@@ -13,11 +13,11 @@ use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
 
 use super::Fixture;
-use crate::diagnostic::{Diagnostic, Place};
 use crate::module::wgsl;
 use crate::permutations::{Options, Request, check};
 use crate::rendering::render;
 use crate::{AxisKind, AxisValues, TargetProfile};
+use umbragraph_text::diagnostic::{Diagnostic, Place};
 
 /// Replaces the template `name` by `text` in the project's set.
 fn corrupted(name: &str, text: &str) -> Fixture {

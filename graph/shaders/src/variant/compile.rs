@@ -8,17 +8,19 @@ use naga::{Module, Scalar, Span, TypeInner};
 
 use crate::axes::{Axes, AxisMode};
 use crate::codes;
-use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, Severity, describe, list_of, select_axes};
 use crate::module::wgsl;
 use crate::reflection;
 use crate::reflection::Reflection;
 use crate::rendering::markers;
 use crate::rendering::render;
 use crate::rendering::templates::TemplateSet;
-use crate::source::Span as SourceSpan;
-use crate::target::profile::TargetProfile;
+use crate::targets::profile::TargetProfile;
 use crate::written::rejection::Rejection;
 use crate::written::text_map::{Source, TextMap};
+use umbragraph_text::diagnostic::{
+    AxisValue, AxisValues, Diagnostic, Place, Severity, describe, list_of, select_axes,
+};
+use umbragraph_text::source::Span as SourceSpan;
 
 /// One variant of a template, proven valid for a profile.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,13 +3,13 @@
 use std::fmt::Write as _;
 
 use super::compile::ShaderModule;
-use crate::diagnostic::{Diagnostic, Place};
 use crate::module::backend::Emitted;
 use crate::module::{backend, wgsl};
-use crate::source::Sources;
-use crate::target::profile::TargetLanguage;
-use crate::target::profile::TargetProfile;
+use crate::targets::profile::TargetLanguage;
+use crate::targets::profile::TargetProfile;
 use crate::written::rejection::Rejection;
+use umbragraph_text::diagnostic::{Diagnostic, Place};
+use umbragraph_text::source::Sources;
 
 impl ShaderModule {
     /// The module in the language of a target, its overrides set to [`ShaderModule::constants`].

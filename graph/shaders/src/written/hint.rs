@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use super::complexity;
 use super::rejection::Rejection;
-use crate::diagnostic::suggested_name;
+use umbragraph_text::diagnostic::suggested_name;
 
 /// Moves a rejection to the bracket that provoked it, or adds the name that was meant.
 pub(crate) fn improve(text: &str, mut rejection: Rejection) -> Rejection {

@@ -6,8 +6,8 @@ use naga::Span;
 
 use super::text_map::TextMap;
 use crate::codes;
-use crate::diagnostic::{AxisValues, Code, Diagnostic, Place};
-use crate::source::{self, FileId};
+use umbragraph_text::diagnostic::{AxisValues, Code, Diagnostic, Place};
+use umbragraph_text::source::{self, FileId};
 
 /// Why a text was rejected, in terms of that text.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use crate::source::{FileId, Span};
+use umbragraph_text::source::{FileId, Span};
 
 /// A generated text with its map.
 #[derive(Clone, Debug)]
