@@ -12,9 +12,11 @@ use std::collections::BTreeSet;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::pipeline::{Access, Aspect, Located as _, Pipeline, ResourceKind, SubresourceRange, Version};
-use crate::work::{PassHandle, Work};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
+use umbragraph_pipeline::pipeline::{
+    Access, Aspect, Located as _, Pipeline, ResourceKind, SubresourceRange, Version,
+};
+use umbragraph_pipeline::work::{PassHandle, Work};
 
 /// One pass's access to a subresource range of a resource.
 #[derive(Clone, Copy, Debug)]

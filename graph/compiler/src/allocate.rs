@@ -12,8 +12,8 @@ use super::lifetime::{AllocationRequest, Assignment, assign, by_start};
 use super::physical::{Physical, PhysicalBuffer, PhysicalTexture};
 use super::planned::{Fixed, Plan, PlannedResource};
 use super::resolved_resources::{Descriptor, ResolvedResources, TextureProperties};
-use crate::language::Lifetime;
-use crate::pipeline::ResourceKind;
+use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::pipeline::ResourceKind;
 
 /// The maximum number of bytes that a label grows to before the rest of its names is left out.
 const LABEL_BYTES: usize = 120;

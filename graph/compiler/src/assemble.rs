@@ -6,15 +6,17 @@
 
 use std::sync::Arc;
 
-use crate::document::{Kind, Value};
-use crate::language::{BufferDeclaration, Expr, FormatCandidates, Lifetime, TextureDeclaration};
-use crate::pipeline::{
+use umbragraph_pipeline::document::{Kind, Value};
+use umbragraph_pipeline::language::{
+    BufferDeclaration, Expr, FormatCandidates, Lifetime, TextureDeclaration,
+};
+use umbragraph_pipeline::pipeline::{
     Access, Condition, History, Pass, Passthrough, Pipeline, Program, Resource, ResourceKind,
     SubresourceRange, Toggle, Usage, Version,
 };
-use crate::shader::TargetProfile;
-use crate::source::{Sources, Span};
-use crate::work::{
+use umbragraph_pipeline::shader::TargetProfile;
+use umbragraph_pipeline::source::{Sources, Span};
+use umbragraph_pipeline::work::{
     Color, ColorAttachment, Depth, DepthAttachment, Draw, LoadOperation, PassHandle, ProgramHandle,
     RenderWork, ResourceHandle, Subresource, TransferEnd, TransferWork, Work,
 };
@@ -228,7 +230,7 @@ impl Assembly {
         for (pass, (work, others)) in self.pipeline.passes.iter_mut().zip(self.works) {
             pass.set_work(work, others, &self.pipeline.resources);
             // Attachments with a passthrough have a diagnostic when they are read from a text; here nobody makes them.
-            let _ = crate::pipeline::add_fallbacks(pass, &self.pipeline.passthroughs);
+            let _ = umbragraph_pipeline::pipeline::add_fallbacks(pass, &self.pipeline.passthroughs);
         }
         (Arc::new(self.pipeline), self.sources)
     }

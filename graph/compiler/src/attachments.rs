@@ -15,11 +15,11 @@ use super::cull::single_layer;
 use super::planned::{PlannedAttachment, PlannedPass, StoreOperation};
 use super::planner::Planner;
 use super::resolved_resources::TextureProperties;
-use crate::diagnostic::{Diagnostic, codes};
-use crate::language::Lifetime;
-use crate::pipeline::{Located as _, SubresourceRange, canonical};
-use crate::shader::{ScalarKind, Stage};
-use crate::work::{Attachment, LoadOperation, PassHandle, RenderWork};
+use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
+use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::pipeline::{Located as _, SubresourceRange, canonical};
+use umbragraph_pipeline::shader::{ScalarKind, Stage};
+use umbragraph_pipeline::work::{Attachment, LoadOperation, PassHandle, RenderWork};
 
 impl Planner<'_> {
     /// Plans an attachment of the pass at a position.

@@ -5,8 +5,8 @@ use super::discards;
 use super::graph::Graph;
 use super::history;
 use super::writers::Builder;
-use crate::diagnostic::Diagnostics;
-use crate::pipeline::Pipeline;
+use umbragraph_pipeline::diagnostic::Diagnostics;
+use umbragraph_pipeline::pipeline::Pipeline;
 
 /// Builds the graph of a pipeline.
 ///

@@ -2,10 +2,10 @@
 //!
 //! Seen from a reader in a frame in which it runs, another pass runs always, never, or [sometimes](Runs).
 
-use crate::diagnostic::{Diagnostic, codes};
-use crate::pipeline::{Access, Condition, Located as _, Pass, Pipeline};
-use crate::source::Span;
-use crate::work::PassHandle;
+use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
+use umbragraph_pipeline::pipeline::{Access, Condition, Located as _, Pass, Pipeline};
+use umbragraph_pipeline::source::Span;
+use umbragraph_pipeline::work::PassHandle;
 
 /// Whether a pass runs in the frames in which something else happens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -17,10 +17,10 @@ use wgpu_types::{COPY_BUFFER_ALIGNMENT, COPY_BYTES_PER_ROW_ALIGNMENT, TextureAsp
 use super::resolved_resources::{ResolvedResources, TextureProperties};
 use super::runs::Runs;
 use super::runs::joined;
-use crate::diagnostic::{Diagnostic, codes};
-use crate::language::format_name;
-use crate::pipeline::{Aspect, Located as _, Pass, whole_number};
-use crate::work::{
+use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
+use umbragraph_pipeline::language::format_name;
+use umbragraph_pipeline::pipeline::{Aspect, Located as _, Pass, whole_number};
+use umbragraph_pipeline::work::{
     BufferRegion, Deferred, PassHandle, ResourceHandle, TextureRegion, TransferEnd, TransferWork, Work,
 };
 

@@ -25,13 +25,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::data::{BlackboardData, DataShape};
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::pipeline::{LiveSettings, Located as _, ResourceKind};
 use crate::planned::Plan;
 use crate::switches::Switches;
-use crate::work::{CpuContext, CpuRun, CpuWork, PassHandle, ResourceHandle, Subresource, Work};
+use umbragraph_pipeline::data::{BlackboardData, DataShape};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_pipeline::frame::FrameInput;
+use umbragraph_pipeline::pipeline::{LiveSettings, Located as _, ResourceKind};
+use umbragraph_pipeline::work::{CpuContext, CpuRun, CpuWork, PassHandle, ResourceHandle, Subresource, Work};
 
 /// How many inputs of a pass are given without allocating.
 const FEW_INPUTS: usize = 8;

@@ -17,9 +17,9 @@ use serde::Serialize;
 use super::discards;
 use super::graph::Graph;
 use super::visible::{Effort, View, Write};
-use crate::language::Lifetime;
-use crate::pipeline::{Access, Pipeline, SubresourceRange};
-use crate::work::{PassHandle, ResourceHandle, Work};
+use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::pipeline::{Access, Pipeline, SubresourceRange};
+use umbragraph_pipeline::work::{PassHandle, ResourceHandle, Work};
 
 /// Why a pass is kept: by handles, or by names ([`Kept`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

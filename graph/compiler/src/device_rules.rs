@@ -9,11 +9,11 @@
 use super::drawn_buffers::{Counted, DrawnBuffer};
 use super::planned::{Plan, PlannedPass};
 use super::texture_size::TextureSize;
-use crate::diagnostic::{Diagnostic, codes, list_of};
-use crate::language::{TextureShape, format_name};
-use crate::pipeline::{Located as _, Pass, Program, ProgramBinding};
-use crate::shader::Stage;
-use crate::work::{
+use umbragraph_pipeline::diagnostic::{Diagnostic, codes, list_of};
+use umbragraph_pipeline::language::{TextureShape, format_name};
+use umbragraph_pipeline::pipeline::{Located as _, Pass, Program, ProgramBinding};
+use umbragraph_pipeline::shader::Stage;
+use umbragraph_pipeline::work::{
     BoundSlot, BufferDraw, ColorAttachment, Draw, DrawCounts, ResourceHandle, SlotSource, Work,
 };
 use wgpu_types::{

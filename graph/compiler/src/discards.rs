@@ -12,10 +12,10 @@
 use super::conditions;
 use super::graph::Graph;
 use super::visible::{Effort, View, Write};
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::language::Lifetime;
-use crate::pipeline::{Access, Aspect, Located as _, Pipeline, SubresourceRange};
-use crate::work::{AttachmentTarget, PassHandle, RenderWork, ResourceHandle, Work};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
+use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::pipeline::{Access, Aspect, Located as _, Pipeline, SubresourceRange};
+use umbragraph_pipeline::work::{AttachmentTarget, PassHandle, RenderWork, ResourceHandle, Work};
 
 /// Finds the readers of what passes discard.
 pub(super) fn check(pipeline: &Pipeline, graph: &Graph, diagnostics: &mut Diagnostics) {

@@ -1,11 +1,11 @@
 //! How many workgroups a compute pass runs.
 
 use super::resolved_resources::ResolvedResources;
-use crate::diagnostic::{Diagnostic, Place, codes, shorten};
-use crate::expression::Value;
-use crate::pipeline::{Located as _, whole_number};
-use crate::shader::Stage;
-use crate::work::{ComputeWork, Dispatch, Live, PassHandle};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Place, codes, shorten};
+use umbragraph_pipeline::expression::Value;
+use umbragraph_pipeline::pipeline::{Located as _, whole_number};
+use umbragraph_pipeline::shader::Stage;
+use umbragraph_pipeline::work::{ComputeWork, Dispatch, Live, PassHandle};
 
 /// The number of workgroups that a value is.
 ///

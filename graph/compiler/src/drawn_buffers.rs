@@ -3,7 +3,7 @@
 //! WebGPU rejects a draw that counts more than its buffers hold. Of an indexed draw that are indices, and elements by
 //! instance; which vertices indices name is not known, and what lies beyond is cut off by the device.
 
-use crate::work::{BufferDraw, ResourceHandle};
+use umbragraph_pipeline::work::{BufferDraw, ResourceHandle};
 
 /// The count of a draw that says how much of a buffer is read.
 #[derive(Clone, Copy, PartialEq, Eq)]

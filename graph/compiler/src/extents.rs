@@ -2,7 +2,7 @@
 
 use smallvec::SmallVec;
 
-use crate::pipeline::{Aspect, IndexRange, SubresourceRange};
+use umbragraph_pipeline::pipeline::{Aspect, IndexRange, SubresourceRange};
 
 /// What a subresource range covers of mips, layers, aspects and bytes: the first, and the first after it. Everything
 /// has no end.

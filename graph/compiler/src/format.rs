@@ -9,10 +9,12 @@ use wgpu_types::{BindingType, TextureFormat, TextureFormatFeatureFlags, TextureS
 
 use super::texture_rules;
 use super::texture_size::TextureSize;
-use crate::diagnostic::{Diagnostic, codes, list_of};
-use crate::language::{TextureDeclaration, TextureShape, format_name, parse_format, unknown_format};
-use crate::pipeline::{Access, Aspect, Pipeline, Program, Resource, Usage};
-use crate::work::{
+use umbragraph_pipeline::diagnostic::{Diagnostic, codes, list_of};
+use umbragraph_pipeline::language::{
+    TextureDeclaration, TextureShape, format_name, parse_format, unknown_format,
+};
+use umbragraph_pipeline::pipeline::{Access, Aspect, Pipeline, Program, Resource, Usage};
+use umbragraph_pipeline::work::{
     BoundSlot, ColorAttachment, PassHandle, ResourceHandle, SlotSource, TextureView, TransferEnd, Work,
 };
 

@@ -22,8 +22,8 @@ use petgraph::visit::EdgeRef as _;
 
 use super::jagged_array::JaggedArray;
 use super::partial_read::PartialRead;
-use crate::pipeline::SubresourceRange;
-use crate::work::{PassHandle, ResourceHandle};
+use umbragraph_pipeline::pipeline::SubresourceRange;
+use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
 /// A node of the graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

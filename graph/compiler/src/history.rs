@@ -11,12 +11,12 @@ use serde::Serialize;
 use super::physical::Physical;
 use super::resolved_resources::ResolvedResources;
 use super::values::to_word;
-use crate::data::Component;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::expression::Value;
-use crate::language::WordValue;
-use crate::pipeline::{Pass, Pipeline, ResourceKind};
-use crate::work::ResourceHandle;
+use umbragraph_pipeline::data::Component;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
+use umbragraph_pipeline::expression::Value;
+use umbragraph_pipeline::language::WordValue;
+use umbragraph_pipeline::pipeline::{Pass, Pipeline, ResourceKind};
+use umbragraph_pipeline::work::ResourceHandle;
 
 /// A history that live passes use.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -9,7 +9,7 @@
 //! are looked for than are needed.
 
 use super::extents::{Extents, beside, common, extents};
-use crate::pipeline::{Condition, SubresourceRange};
+use umbragraph_pipeline::pipeline::{Condition, SubresourceRange};
 
 /// The maximum number of boxes that are told apart.
 const MAX_BOXES: usize = 64;
@@ -69,8 +69,8 @@ impl Unmet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::IndexRange;
     use proptest::prelude::*;
+    use umbragraph_pipeline::pipeline::IndexRange;
     use umbragraph_test_support::property;
 
     fn accesses() -> impl Strategy<Value = Vec<(SubresourceRange, Option<Condition>)>> {

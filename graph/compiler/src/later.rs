@@ -12,8 +12,8 @@ use std::collections::{HashMap, HashSet};
 
 use super::access::{PassAccess, Writers};
 use super::ready::{positions, sorted};
-use crate::pipeline::{Access, Pass, Pipeline, SubresourceRange, Version};
-use crate::work::PassHandle;
+use umbragraph_pipeline::pipeline::{Access, Pass, Pipeline, SubresourceRange, Version};
+use umbragraph_pipeline::work::PassHandle;
 
 /// The writers of a resource that a reader does not see, by rank.
 pub(super) enum Later {

@@ -10,8 +10,6 @@
 //!
 //! [`Assembly`] makes pipelines in code, without a text.
 
-use umbragraph_pipeline::{data, diagnostic, document, expression, language, pipeline, shader, source, work};
-
 mod access;
 mod allocate;
 mod assemble;

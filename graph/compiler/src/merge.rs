@@ -10,8 +10,8 @@
 use std::collections::HashSet;
 
 use super::resolved_resources::ResolvedResources;
-use crate::pipeline::{Access, Aspect, Condition, Pipeline};
-use crate::work::{AttachmentTarget, Draw, LoadOperation, PassHandle, ResourceHandle, Work};
+use umbragraph_pipeline::pipeline::{Access, Aspect, Condition, Pipeline};
+use umbragraph_pipeline::work::{AttachmentTarget, Draw, LoadOperation, PassHandle, ResourceHandle, Work};
 
 /// What has to be equal: the attachments and their aspects, and the toggle.
 pub(super) type Key = (Vec<(AttachmentTarget, Aspect)>, Option<Condition>);

@@ -18,7 +18,7 @@ use super::order_memory;
 use super::order_report::{Objective, OrderMethod, OrderReport};
 use super::ready::Ready;
 use super::resolved_resources::ResolvedResources;
-use crate::work::{PassHandle, Work};
+use umbragraph_pipeline::work::{PassHandle, Work};
 
 /// Puts the live passes, which come in the order of the document, into the order of an objective.
 pub(super) fn choose(

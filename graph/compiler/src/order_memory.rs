@@ -23,8 +23,8 @@ use super::lifetime::{AllocationRequest, assign};
 use super::order_report::{MemoryOrder, OrderMethod};
 use super::ready::Ready;
 use super::resolved_resources::ResolvedResources;
-use crate::language::Lifetime;
-use crate::work::PassHandle;
+use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::work::PassHandle;
 
 /// The maximum number of passes whose best order is searched for.
 const EXACT_PASSES: usize = 20;

@@ -18,11 +18,11 @@ use super::cpu_passes::CpuPasses;
 use super::dispatch;
 use super::planned::Plan;
 use super::values::PackedBlock;
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
-use crate::expression::{self, Expression, Scope as _, Value};
-use crate::pipeline::{Constraint, Following, LiveSettings, Pipeline, StaticScope, rejected};
-use crate::source::Span;
-use crate::work::Deferred;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
+use umbragraph_pipeline::expression::{self, Expression, Scope as _, Value};
+use umbragraph_pipeline::pipeline::{Constraint, Following, LiveSettings, Pipeline, StaticScope, rejected};
+use umbragraph_pipeline::source::Span;
+use umbragraph_pipeline::work::Deferred;
 
 pub(super) use settings::{Bound, of_pass, planned};
 pub use settings::{PlannedParameter, PlannedSetting};

@@ -1,9 +1,9 @@
 //! Reads of which something may not be written, as the graph leaves them to be decided when sizes are known.
 
 use super::extents::Extents;
-use crate::pipeline::{Condition, SubresourceRange};
-use crate::source::Span;
-use crate::work::PassHandle;
+use umbragraph_pipeline::pipeline::{Condition, SubresourceRange};
+use umbragraph_pipeline::source::Span;
+use umbragraph_pipeline::work::PassHandle;
 
 /// A read of which a subresource range may not be written.
 #[derive(Clone, Debug)]

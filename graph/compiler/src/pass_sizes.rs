@@ -11,9 +11,9 @@ use super::parameters::{self, Bound, PlannedSetting};
 use super::planned::{PlannedAttachment, PlannedPass};
 use super::resolved_resources::{Descriptor, ResolvedResources, TextureProperties};
 use super::values::{self, PackedBlock};
-use crate::diagnostic::{Diagnostic, codes};
-use crate::pipeline::{Access, ResourceKind};
-use crate::work::{
+use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
+use umbragraph_pipeline::pipeline::{Access, ResourceKind};
+use umbragraph_pipeline::work::{
     AttachmentTarget, Dispatch, Draw, DrawCounts, PassHandle, Redraw, RenderWork, SceneDraw, Work,
 };
 

@@ -25,10 +25,10 @@ use super::resolved_resources::ResolvedResources;
 use super::toggles;
 use super::uninitialised;
 use super::{history, subresources};
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::pipeline::Pipeline;
-use crate::source::Sources;
-use crate::work::PassHandle;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
+use umbragraph_pipeline::pipeline::Pipeline;
+use umbragraph_pipeline::source::Sources;
+use umbragraph_pipeline::work::PassHandle;
 
 /// Plans a frame.
 ///

@@ -15,9 +15,9 @@ use super::physical::{Physical, PhysicalBuffer, PhysicalTexture};
 use super::resolved_resources::ResolvedResource;
 use super::texture_size::TextureSize;
 use super::values::PackedBlock;
-use crate::language::Lifetime;
-use crate::pipeline::Pipeline;
-use crate::work::{AttachmentTarget, LoadOperation, PassHandle, ResourceHandle};
+use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::pipeline::Pipeline;
+use umbragraph_pipeline::work::{AttachmentTarget, LoadOperation, PassHandle, ResourceHandle};
 
 /// Everything about a frame that is known before it.
 #[derive(Clone, Debug, Serialize)]

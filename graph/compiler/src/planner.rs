@@ -5,9 +5,9 @@ use super::cull::KeepReason;
 use super::format;
 use super::planned::{PlannedAttachment, PlannedPass};
 use super::resolved_resources::ResolvedResources;
-use crate::diagnostic::Diagnostic;
-use crate::pipeline::{Access, Aspect, Condition, Pipeline};
-use crate::work::{PassHandle, Work};
+use umbragraph_pipeline::diagnostic::Diagnostic;
+use umbragraph_pipeline::pipeline::{Access, Aspect, Condition, Pipeline};
+use umbragraph_pipeline::work::{PassHandle, Work};
 
 /// Plans the live passes of one order.
 pub(super) struct Planner<'a> {
@@ -74,7 +74,7 @@ impl<'a> Planner<'a> {
                     let hash: String = module.hash[..4].iter().map(|byte| format!("{byte:02x}")).collect();
                     let constants: String =
                         module.constants.iter().map(|(name, value)| format!(" {name}={value}")).collect();
-                    let axes = crate::shader::describe(&module.axes);
+                    let axes = umbragraph_pipeline::shader::describe(&module.axes);
                     format!("{} [{axes}] {hash}{constants}", program.template)
                 })
                 .collect();

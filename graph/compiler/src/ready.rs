@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
 use super::graph::Graph;
-use crate::work::PassHandle;
+use umbragraph_pipeline::work::PassHandle;
 
 /// Kahn's algorithm over the successors of each pass; among the passes that are ready the first of the document goes
 /// first. Those in or behind a cycle are left out.

@@ -18,8 +18,8 @@ use super::order_report::Objective;
 use super::plan::{check, plan};
 use super::planned::Plan;
 use super::resolved_resources::ResolvedResources;
-use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
-use crate::source::Sources;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Severity};
+use umbragraph_pipeline::source::Sources;
 
 impl Plan {
     /// Plans the same pipeline with other options. `graph` is the graph of which this plan was made.
@@ -79,10 +79,10 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
-    use crate::diagnostic::codes;
-    use crate::language::{Expr, Lifetime};
-    use crate::pipeline::SubresourceRange;
     use crate::{Assembly, build};
+    use umbragraph_pipeline::diagnostic::codes;
+    use umbragraph_pipeline::language::{Expr, Lifetime};
+    use umbragraph_pipeline::pipeline::SubresourceRange;
 
     #[test]
     fn a_viewport_changes_sizes_only_and_layers_or_an_objective_change_more() {

@@ -19,11 +19,11 @@ use super::options::{Import, PlanOptions};
 use super::size::{Size, Sizes};
 use super::texture_rules;
 use super::texture_size::TextureSize;
-use crate::diagnostic::{Diagnostic, codes};
-use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{Located as _, Pipeline, Resource, ResourceKind};
-use crate::source::Sources;
-use crate::work::{PassHandle, ResourceHandle, Work};
+use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
+use umbragraph_pipeline::language::{Lifetime, TextureShape};
+use umbragraph_pipeline::pipeline::{Located as _, Pipeline, Resource, ResourceKind};
+use umbragraph_pipeline::source::Sources;
+use umbragraph_pipeline::work::{PassHandle, ResourceHandle, Work};
 
 /// The properties of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -12,13 +12,13 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::texture_rules;
 use super::texture_size::TextureSize;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::document;
-use crate::expression::{self, ExpressionError, Scope, Value};
-use crate::language::{Expr, TextureShape};
-use crate::pipeline::{Pipeline, Resource, ResourceKind, StaticScope, expression_diagnostic};
-use crate::source::Sources;
-use crate::work::{Deferred, ResourceHandle};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
+use umbragraph_pipeline::document;
+use umbragraph_pipeline::expression::{self, ExpressionError, Scope, Value};
+use umbragraph_pipeline::language::{Expr, TextureShape};
+use umbragraph_pipeline::pipeline::{Pipeline, Resource, ResourceKind, StaticScope, expression_diagnostic};
+use umbragraph_pipeline::source::Sources;
+use umbragraph_pipeline::work::{Deferred, ResourceHandle};
 
 /// The maximum number of resources that one size may lead through; evaluation is recursive.
 const MAX_STEPS: u32 = 64;
@@ -310,7 +310,7 @@ impl<'a> Sizes<'a> {
 
     fn reject_at<T>(
         &self,
-        code: crate::diagnostic::Code,
+        code: umbragraph_pipeline::diagnostic::Code,
         resource: &Resource,
         pointer: &str,
         message: String,

@@ -11,11 +11,11 @@ use std::collections::BTreeSet;
 use super::options::PlanOptions;
 use super::resolved_resources::sizes;
 use super::size::{Size, Sizes};
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::language::TextureShape;
-use crate::pipeline::{Access, History, Located as _, Pass, Pipeline, SubresourceRange};
-use crate::source::Sources;
-use crate::work::PassHandle;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
+use umbragraph_pipeline::language::TextureShape;
+use umbragraph_pipeline::pipeline::{Access, History, Located as _, Pass, Pipeline, SubresourceRange};
+use umbragraph_pipeline::source::Sources;
+use umbragraph_pipeline::work::PassHandle;
 
 /// Takes the passes that use what is not there out of a pipeline.
 pub fn set_aside(

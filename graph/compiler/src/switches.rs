@@ -4,9 +4,9 @@
 //! on nothing else, so one table serves all passes: a reader that has the toggle of the writers runs only where the
 //! resource stands for itself. In a frame without diagnostics nothing is allocated.
 
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use crate::planned::Plan;
-use crate::work::{PassHandle, ResourceHandle};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
+use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
 /// The state of the toggles, and the resources that readers see.
 pub struct Switches {

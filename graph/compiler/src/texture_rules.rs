@@ -12,7 +12,7 @@
 use wgpu_types::{TextureFormat, TextureUsages};
 
 use super::texture_size::TextureSize;
-use crate::language::{TextureDeclaration, TextureShape};
+use umbragraph_pipeline::language::{TextureDeclaration, TextureShape};
 
 /// The errors in the sizes of a texture: key, message, and the way out.
 pub(super) fn of_size(

@@ -14,10 +14,12 @@ use super::partial_read::Left;
 use super::resolved_resources::{Descriptor, ResolvedResources};
 use super::uninitialised;
 use super::visible::{Effort, View, Write};
-use crate::diagnostic::{Diagnostic, codes};
-use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{Access, Located as _, Pass, Passthrough, Pipeline, SubresourceRange, Usage};
-use crate::work::{PassHandle, ResourceHandle};
+use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
+use umbragraph_pipeline::language::{Lifetime, TextureShape};
+use umbragraph_pipeline::pipeline::{
+    Access, Located as _, Pass, Passthrough, Pipeline, SubresourceRange, Usage,
+};
+use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
 /// The passthroughs of what a pass writes, by names; a version as it is written in a reference.
 pub(super) fn passthrough_names(pipeline: &Pipeline, pass: &Pass) -> BTreeMap<String, String> {
@@ -28,9 +30,9 @@ pub(super) fn passthrough_names(pipeline: &Pipeline, pass: &Pass) -> BTreeMap<St
     passthroughs
         .map(|(resource, passthrough)| {
             let version = match &passthrough.version {
-                crate::pipeline::Version::WrittenBy(pass) => format!("@{pass}"),
-                crate::pipeline::Version::Before => "@0".to_owned(),
-                crate::pipeline::Version::Newest => String::new(),
+                umbragraph_pipeline::pipeline::Version::WrittenBy(pass) => format!("@{pass}"),
+                umbragraph_pipeline::pipeline::Version::Before => "@0".to_owned(),
+                umbragraph_pipeline::pipeline::Version::Newest => String::new(),
             };
             (name(resource), format!("{}{version}", name(passthrough.fallback)))
         })

@@ -27,10 +27,10 @@ use super::resolved_resources::{Descriptor, ResolvedResources};
 
 use super::runs::{Runs, between, joined};
 use super::visible::{Effort, View, Write};
-use crate::diagnostic::{Diagnostic, codes};
-use crate::language::Lifetime;
-use crate::pipeline::{Access, Condition, Located as _, Pipeline, ResourceKind, Usage};
-use crate::work::PassHandle;
+use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
+use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::pipeline::{Access, Condition, Located as _, Pipeline, ResourceKind, Usage};
+use umbragraph_pipeline::work::PassHandle;
 
 /// The maximum number of mips, ranges of layers or of bytes that a diagnostic names.
 const SHOWN: usize = 8;

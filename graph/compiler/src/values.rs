@@ -3,13 +3,13 @@
 use serde::Serialize;
 
 use super::size::Sizes;
-use crate::data::{Component, ValueType};
-use crate::diagnostic::{Diagnostic, Place, codes};
-use crate::expression::Value;
 use crate::parameters::{Bound, PlannedSetting};
-use crate::pipeline::{element_type, member_runs, whole_number};
-use crate::shader::{Member, TypeLayout};
-use crate::work::{BlockValues, Live};
+use umbragraph_pipeline::data::{Component, ValueType};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Place, codes};
+use umbragraph_pipeline::expression::Value;
+use umbragraph_pipeline::pipeline::{element_type, member_runs, whole_number};
+use umbragraph_pipeline::shader::{Member, TypeLayout};
+use umbragraph_pipeline::work::{BlockValues, Live};
 
 /// The bytes of one block.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

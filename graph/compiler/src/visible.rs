@@ -25,7 +25,7 @@
 use smallvec::SmallVec;
 
 use super::extents::{Extents, beside, common, extents};
-use crate::pipeline::{Condition, SubresourceRange};
+use umbragraph_pipeline::pipeline::{Condition, SubresourceRange};
 
 /// The maximum number of boxes that one look tells apart.
 const MAX_BOXES: usize = 1024;
@@ -207,7 +207,7 @@ fn exists(extents: Extents) -> bool {
 #[cfg(test)]
 mod tests {
     use super::{Effort, MAX_BOXES, View, Write, extents};
-    use crate::pipeline::{Aspect, Condition, IndexRange, SubresourceRange};
+    use umbragraph_pipeline::pipeline::{Aspect, Condition, IndexRange, SubresourceRange};
 
     fn write(range: SubresourceRange, condition: Option<Condition>, writer: usize) -> Write<usize> {
         Write { range, condition, writer, passes_on: false }

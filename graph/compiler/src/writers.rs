@@ -28,10 +28,10 @@ use super::jagged_array::JaggedArray;
 use super::later::Stated;
 use super::partial_read::PartialRead;
 use super::ready::{positions, sorted};
-use crate::diagnostic::Diagnostics;
-use crate::pipeline::{Condition, Pipeline, Version};
-use crate::work::{PassHandle, ResourceHandle};
 use diagnostics::unordered_writers;
+use umbragraph_pipeline::diagnostic::Diagnostics;
+use umbragraph_pipeline::pipeline::{Condition, Pipeline, Version};
+use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
 /// The reason why one pass comes before another.
 #[derive(Clone, Copy, PartialEq, Eq)]

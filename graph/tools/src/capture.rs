@@ -3,7 +3,7 @@
 //! A capture is an ordinary copy at the end of the document, into an imported texture of the host. The compiler orders
 //! it behind the pass whose version it names and before the next writer, keeps the contents until then, and lets nothing
 //! that shares the memory come between; no part of the executor knows of captures. [`document`] writes the text of such
-//! copies, to be included in the pipeline ([`Composed::include`](crate::compose::Composed::include)).
+//! copies, to be included in the pipeline ([`Composed::include`](umbragraph_pipeline::compose::Composed::include)).
 //!
 //! Limits: a texture of several samples or a volume cannot be captured; one mip level each, all of its layers.
 
@@ -11,10 +11,10 @@ use std::fmt::Write as _;
 
 use serde_json::json;
 
-use crate::compiler::{Physical, Plan, PlannedPass, PlannedResource};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
-use crate::language::{Reference, TextureShape};
-use crate::pipeline::{SubresourceRange, is_of};
+use umbragraph_compiler::{Physical, Plan, PlannedPass, PlannedResource};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
+use umbragraph_pipeline::language::{Reference, TextureShape};
+use umbragraph_pipeline::pipeline::{SubresourceRange, is_of};
 
 /// What is captured: a texture, or the version of it that one pass wrote.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,7 +59,7 @@ pub fn document(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Di
         };
         overwritten.push(overwriter(plan, resource, capture).map(|pass| pass.name.clone()));
         let name = free_name(plan, imports.len());
-        let format = resource.format.map(crate::language::format_name).unwrap_or_default();
+        let format = resource.format.map(umbragraph_pipeline::language::format_name).unwrap_or_default();
         let side = |side: &str| format!("max(1, floor(captured.{side} / {}))", 1u64 << capture.mip);
         let texture = json!({
             "format": format,

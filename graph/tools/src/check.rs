@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use crate::compiler::{self, Graph, Plan, PlanOptions};
-use crate::compose;
-use crate::diagnostic::Diagnostics;
-use crate::document::{self, Document};
-use crate::node::Registry;
-use crate::pipeline::{self, LoadOptions, Overrides, Pipeline};
-use crate::shader::{ShaderCache, TargetProfile, TemplateSet};
-use crate::source::{FileId, Sources};
+use umbragraph_compiler::{Graph, Plan, PlanOptions};
+use umbragraph_pipeline::compose;
+use umbragraph_pipeline::diagnostic::Diagnostics;
+use umbragraph_pipeline::document::{self, Document};
+use umbragraph_pipeline::node::Registry;
+use umbragraph_pipeline::pipeline::{self, LoadOptions, Overrides, Pipeline};
+use umbragraph_pipeline::shader::{ShaderCache, TargetProfile, TemplateSet};
+use umbragraph_pipeline::source::{FileId, Sources};
 
 /// The results of checking a pipeline, as far as its diagnostics allow.
 #[derive(Clone, Debug, Default)]
@@ -36,7 +36,7 @@ impl CheckReport {
         if let Some(plan) = &self.plan {
             return plan.resized(graph, options, sources);
         }
-        compiler::plan(pipeline, graph, options, sources, &mut diagnostics).ok_or(diagnostics)
+        umbragraph_compiler::plan(pipeline, graph, options, sources, &mut diagnostics).ok_or(diagnostics)
     }
 }
 
@@ -110,10 +110,10 @@ pub(crate) fn compiled(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> CheckReport {
-    compiler::set_aside(&mut pipeline, options, sources, diagnostics);
+    umbragraph_compiler::set_aside(&mut pipeline, options, sources, diagnostics);
     let pipeline = Arc::new(pipeline);
-    let graph = compiler::build(&pipeline, diagnostics);
-    let plan = |graph| compiler::plan(&pipeline, graph, options, sources, diagnostics);
+    let graph = umbragraph_compiler::build(&pipeline, diagnostics);
+    let plan = |graph| umbragraph_compiler::plan(&pipeline, graph, options, sources, diagnostics);
     let plan = graph.as_ref().and_then(plan).map(Arc::new);
     CheckReport { plan, graph: graph.map(Arc::new), pipeline: Some(pipeline) }
 }

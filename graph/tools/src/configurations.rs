@@ -25,16 +25,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::cover::{Cover, MAX_PAIRED, Rules, picks};
 use crate::dependence;
-use crate::diagnostic::{AxisValue, Count, Diagnostics, list_of};
-use crate::document::{Document, Value};
-use crate::expression::{BinaryOperator, Expression, ExpressionKind, UnaryOperator};
-use crate::node::Registry;
-use crate::pipeline::{self, LoadOptions, Overrides, Pipeline, Setting, axis_value, inlined, of_preset};
-use crate::shader::{ShaderCache, TargetProfile, TemplateSet};
-use crate::source::Sources;
 use crate::varied::{FEW_VALUES, Mentions, features, parse};
 use crate::varied_setting::Varied;
 use crate::witness::{Settings, Witness};
+use umbragraph_pipeline::diagnostic::{AxisValue, Count, Diagnostics, list_of};
+use umbragraph_pipeline::document::{Document, Value};
+use umbragraph_pipeline::expression::{BinaryOperator, Expression, ExpressionKind, UnaryOperator};
+use umbragraph_pipeline::node::Registry;
+use umbragraph_pipeline::pipeline::{
+    self, LoadOptions, Overrides, Pipeline, Setting, axis_value, inlined, of_preset,
+};
+use umbragraph_pipeline::shader::{ShaderCache, TargetProfile, TemplateSet};
+use umbragraph_pipeline::source::Sources;
 
 /// The maximum number of configurations of features that are listed one by one.
 pub const MAX: usize = 256;
@@ -474,7 +476,7 @@ fn overrides(varied: &[Varied], pick: &[usize]) -> Overrides {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::Sources;
+    use umbragraph_pipeline::source::Sources;
 
     #[test]
     fn what_the_profile_has_no_room_for_is_off_with_all_that_requires_it() {
@@ -497,7 +499,7 @@ mod tests {
     fn configurations(features: &str) -> Configurations {
         let mut sources = Sources::new();
         let file = sources.add("t", format!("{{ \"features\": {{ {features} }} }}"));
-        let document = crate::document::parse(&sources, file).valid().unwrap();
+        let document = umbragraph_pipeline::document::parse(&sources, file).valid().unwrap();
         Configurations::of_features(&document, &Overrides::default(), &TargetProfile::webgpu())
     }
 

@@ -7,12 +7,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::diagnostic::{AxisValue, AxisValues, Count};
-use crate::language::FeatureDeclaration;
-use crate::shader::axes::{Condition, Constraint, Rule};
-use crate::shader::permutations::Space;
-use crate::source::Span;
 use crate::varied_setting::Varied;
+use umbragraph_pipeline::diagnostic::{AxisValue, AxisValues, Count};
+use umbragraph_pipeline::language::FeatureDeclaration;
+use umbragraph_pipeline::shader::axes::{Condition, Constraint, Rule};
+use umbragraph_pipeline::shader::permutations::Space;
+use umbragraph_pipeline::source::Span;
 
 /// The maximum number of settings of which pairs are covered.
 pub(super) const MAX_PAIRED: usize = 128;

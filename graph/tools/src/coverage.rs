@@ -8,15 +8,15 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use crate::check::{CheckOptions, CheckReport, compiled};
-use crate::compiler::{Plan, PlanOptions};
-use crate::compose::as_written;
 use crate::configurations::{Configurations, Loading};
-use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, Severity};
-use crate::document::Document;
 use crate::remarks::Remarks;
-use crate::shader::{AxisValues, ShaderCache};
-use crate::source::Sources;
 use crate::unused::unused;
+use umbragraph_compiler::{Plan, PlanOptions};
+use umbragraph_pipeline::compose::as_written;
+use umbragraph_pipeline::diagnostic::{Code, Diagnostic, Diagnostics, Place, Severity};
+use umbragraph_pipeline::document::Document;
+use umbragraph_pipeline::shader::{AxisValues, ShaderCache};
+use umbragraph_pipeline::source::Sources;
 
 /// The results of checking the configurations of a pipeline.
 #[derive(Clone, Debug, Default)]

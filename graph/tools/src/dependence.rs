@@ -5,7 +5,7 @@
 //! pass that it names, or with which it shares the name of data that one of them publishes. Data passes through CPU
 //! passes, those without a shader, however many.
 //!
-//! The document is one in which derived values are inlined ([`crate::pipeline::inlined`]): a template with an axis of the
+//! The document is one in which derived values are inlined ([`umbragraph_pipeline::pipeline::inlined`]): a template with an axis of the
 //! name of one makes the pass depend on what that follows from.
 //!
 //! Names are looked for as words, without asking what they mean, so a pass may count as depending on more than it does.
@@ -13,9 +13,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::document::{Document, Entry, Kind, Value};
-use crate::pipeline::{has_word, is_name};
-use crate::shader::TemplateSet;
+use umbragraph_pipeline::document::{Document, Entry, Kind, Value};
+use umbragraph_pipeline::pipeline::{has_word, is_name};
+use umbragraph_pipeline::shader::TemplateSet;
 
 /// One entry of `passes`, `resources` or `subgraphs`.
 struct Node<'a> {
@@ -115,8 +115,8 @@ fn collect<'a>(value: &'a Value, texts: &mut Vec<&'a str>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnostic::Diagnostics;
-    use crate::source::Sources;
+    use umbragraph_pipeline::diagnostic::Diagnostics;
+    use umbragraph_pipeline::source::Sources;
 
     #[test]
     fn passes_depend_on_what_they_mention_and_on_what_they_refer_to() {
@@ -139,7 +139,7 @@ mod tests {
             templates.add(&mut sources, name, text, &mut diagnostics);
         }
         let file = sources.add("p.json", text);
-        let document = crate::document::parse(&sources, file).valid().unwrap();
+        let document = umbragraph_pipeline::document::parse(&sources, file).valid().unwrap();
         let names = ["f", "g", "h", "i", "j", "k", "l"];
         let found: Vec<String> = groups(&document, names.into_iter(), &templates)
             .into_iter()

@@ -6,11 +6,6 @@
 //! - [`report`] and [`why`]: a plan shown, and the reasons for it;
 //! - [`capture`]: textures of a frame for somebody to look at.
 
-use umbragraph_compiler as compiler;
-use umbragraph_pipeline::{
-    compose, data, diagnostic, document, expression, language, node, pipeline, shader, source, work,
-};
-
 pub mod capture;
 mod check;
 mod configurations;

@@ -11,14 +11,14 @@ use std::sync::atomic::AtomicBool;
 
 use super::configurations::{Configurations, FreeAxis, Loading, cannot_hold};
 use crate::check::{CheckOptions, compiled};
-use crate::compose::as_written;
 use crate::coverage::Judge;
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
-use crate::document::Document;
-use crate::pipeline::{Absent, Overrides, Pipeline, Survey, lacking};
-use crate::shader::permutations::Count;
-use crate::shader::{self, AxisValue, AxisValues, ShaderCache};
-use crate::source::{Sources, Span};
+use umbragraph_pipeline::compose::as_written;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
+use umbragraph_pipeline::document::Document;
+use umbragraph_pipeline::pipeline::{Absent, Overrides, Pipeline, Survey, lacking};
+use umbragraph_pipeline::shader::permutations::Count;
+use umbragraph_pipeline::shader::{self, AxisValue, AxisValues, ShaderCache};
+use umbragraph_pipeline::source::{Sources, Span};
 
 /// Values that axes can have together: each value of one with each of the others.
 pub type AxisProduct = BTreeMap<String, Vec<AxisValue>>;
@@ -57,7 +57,7 @@ pub struct ReachedProgram {
 
 /// Loads the configurations of a document one after the other.
 ///
-/// Diagnostics of shaders themselves are left to the proof of all variants ([`crate::shader::permutations`]); each
+/// Diagnostics of shaders themselves are left to the proof of all variants ([`umbragraph_pipeline::shader::permutations`]); each
 /// other diagnostic is reported once, with the settings that show it.
 ///
 /// A node kind or an expression can reject values that are each within their range: four levels with three distances.

@@ -8,13 +8,13 @@
 use std::collections::BTreeSet;
 
 use crate::check::CheckReport;
-use crate::compiler::Plan;
-use crate::document::{Document, Entry};
-use crate::pipeline::{Pipeline, Usage};
-use crate::shader::Stage;
 use crate::unused::Mentioned;
 use crate::why::why_culled;
-use crate::work::{Dispatch, Work};
+use umbragraph_compiler::Plan;
+use umbragraph_pipeline::document::{Document, Entry};
+use umbragraph_pipeline::pipeline::{Pipeline, Usage};
+use umbragraph_pipeline::shader::Stage;
+use umbragraph_pipeline::work::{Dispatch, Work};
 
 /// What a plan does not use.
 #[derive(Clone, Debug, Default)]
@@ -82,7 +82,9 @@ fn entry_points(pipeline: &Pipeline) -> Vec<(String, String)> {
         let Some(program) = pass.work().program() else { continue };
         let program = pipeline.program(program);
         for variant in &program.variants {
-            let name = |entry: &crate::shader::EntryPoint| (program.template.clone(), entry.name.clone());
+            let name = |entry: &umbragraph_pipeline::shader::EntryPoint| {
+                (program.template.clone(), entry.name.clone())
+            };
             all.extend(variant.module.reflection.entry_points.iter().map(name));
             run.extend(stages.iter().filter_map(|stage| variant.entry_point(*stage)).map(name));
         }

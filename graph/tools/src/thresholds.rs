@@ -11,7 +11,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::expression::{BinaryOperator, Expression, ExpressionKind, Value, evaluate};
+use umbragraph_pipeline::expression::{BinaryOperator, Expression, ExpressionKind, Value, evaluate};
 
 /// The points of a range between which changes of sign are looked for.
 const POINTS: usize = 64;
@@ -147,7 +147,7 @@ pub(super) fn mentions(expression: &Expression, name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::expression::parse;
+    use umbragraph_pipeline::expression::parse;
 
     #[test]
     fn a_value_of_every_part_of_the_range_and_every_bound_is_found() {

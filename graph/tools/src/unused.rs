@@ -9,10 +9,10 @@
 
 use std::collections::BTreeSet;
 
-use crate::compose::is_path;
-use crate::diagnostic::{Diagnostic, Diagnostics, Severity, codes};
-use crate::document::{Document, Entry, Kind, Value, pointer_join};
-use crate::shader::TemplateSet;
+use umbragraph_pipeline::compose::is_path;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Severity, codes};
+use umbragraph_pipeline::document::{Document, Entry, Kind, Value, pointer_join};
+use umbragraph_pipeline::shader::TemplateSet;
 
 /// The names that a part of a document mentions.
 #[derive(Default)]

@@ -9,14 +9,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::cover::Rules;
-use crate::document::{Document, Entry, Kind, Value};
-use crate::expression::{self, Expression};
-use crate::language::{FeatureDeclaration, Order, ParameterDeclaration, ParameterType};
-use crate::pipeline::{Overrides, has_word, lacking, off};
-use crate::shader::{TargetProfile, TemplateSet};
 use crate::thresholds::Number;
 use crate::varied_setting::Varied;
 use crate::witness::value_of;
+use umbragraph_pipeline::document::{Document, Entry, Kind, Value};
+use umbragraph_pipeline::expression::{self, Expression};
+use umbragraph_pipeline::language::{FeatureDeclaration, Order, ParameterDeclaration, ParameterType};
+use umbragraph_pipeline::pipeline::{Overrides, has_word, lacking, off};
+use umbragraph_pipeline::shader::{TargetProfile, TemplateSet};
 
 /// The maximum number of lengths of a list.
 pub(super) const FEW_VALUES: usize = 16;

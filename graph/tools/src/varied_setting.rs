@@ -1,7 +1,7 @@
 //! A setting that varies between configurations.
 
-use crate::document::{Kind, Value};
-use crate::language::FeatureDeclaration;
+use umbragraph_pipeline::document::{Kind, Value};
+use umbragraph_pipeline::language::FeatureDeclaration;
 
 /// A feature or parameter with the values that are tried, the default first.
 #[derive(Clone, Debug)]

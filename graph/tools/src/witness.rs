@@ -10,9 +10,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::cover::Rules;
-use crate::document;
-use crate::expression::{BinaryOperator, Expression, ExpressionKind, UnaryOperator, Value, evaluate};
 use crate::varied_setting::Varied;
+use umbragraph_pipeline::document;
+use umbragraph_pipeline::expression::{
+    BinaryOperator, Expression, ExpressionKind, UnaryOperator, Value, evaluate,
+};
 
 /// The maximum number of values that one condition's settings get.
 const MAX_STEPS: usize = 20_000;

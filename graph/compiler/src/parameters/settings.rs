@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::expression::{Expression, ExpressionKind, Scope as _};
-use crate::pipeline::{LiveSetting, Pipeline, with_names};
 use crate::size::Sizes;
 use crate::values::Packing;
+use umbragraph_pipeline::expression::{Expression, ExpressionKind, Scope as _};
+use umbragraph_pipeline::pipeline::{LiveSetting, Pipeline, with_names};
 
 /// A parameter in a plan: live, or structural.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -18,7 +18,7 @@ pub struct PlannedParameter {
     pub structural_at: Option<String>,
 }
 
-/// A live setting of a pass, as [`crate::pipeline::Pass::live`] has it at the same position.
+/// A live setting of a pass, as [`umbragraph_pipeline::pipeline::Pass::live`] has it at the same position.
 #[derive(Clone, Debug)]
 pub struct PlannedSetting {
     /// Over live parameters and what follows from them alone.
@@ -40,7 +40,7 @@ pub(in super::super) enum Bound {
 
 /// The parameters of a pipeline, as its plan has them.
 pub(in super::super) fn planned(pipeline: &Pipeline) -> std::collections::BTreeMap<String, PlannedParameter> {
-    let of = |structural: &Option<crate::pipeline::Structural>| PlannedParameter {
+    let of = |structural: &Option<umbragraph_pipeline::pipeline::Structural>| PlannedParameter {
         live: structural.is_none(),
         structural_at: structural.as_ref().map(|structural| structural.pointer.clone()),
     };

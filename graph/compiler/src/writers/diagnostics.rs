@@ -3,10 +3,10 @@
 use super::{Builder, Via};
 use crate::access::PassAccess;
 use crate::cycle;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::graph::Hazard;
-use crate::pipeline::{Located as _, Pipeline, ResourceKind};
-use crate::work::ResourceHandle;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
+use umbragraph_pipeline::pipeline::{Located as _, Pipeline, ResourceKind};
+use umbragraph_pipeline::work::ResourceHandle;
 
 /// The maximum number of members of a cycle that a diagnostic names.
 const SHOWN: usize = 32;

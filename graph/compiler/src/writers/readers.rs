@@ -25,16 +25,16 @@ use super::diagnostics::never_written;
 use super::{Builder, Via, named_writers, never_together};
 use crate::access::{PassAccess, Writers};
 use crate::conditions::{self, Runs};
-use crate::diagnostic::Diagnostics;
 use crate::extents::extents;
 use crate::graph::Hazard;
 use crate::implied::Unmet;
-use crate::language::Lifetime;
 use crate::later::Later;
 use crate::partial_read::{Left, PartialRead};
-use crate::pipeline::{Condition, ResourceKind, SubresourceRange, Version};
 use crate::visible::{Effort, View, Write};
-use crate::work::{PassHandle, ResourceHandle};
+use umbragraph_pipeline::diagnostic::Diagnostics;
+use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::pipeline::{Condition, ResourceKind, SubresourceRange, Version};
+use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
 /// How many hazards of an access have edges though they may follow from others.
 const SHOWN_EDGES: usize = 16;

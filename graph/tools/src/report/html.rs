@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::model::Report;
 use super::svg::{self, escape};
-use crate::diagnostic::render::visible_json;
+use umbragraph_pipeline::diagnostic::render::visible_json;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");

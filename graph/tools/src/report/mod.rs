@@ -6,7 +6,7 @@
 //!
 //! Everything is deterministic: no times, no addresses, nothing from outside.
 
-use crate::diagnostic::render::visible;
+use umbragraph_pipeline::diagnostic::render::visible;
 
 mod diff;
 mod html;

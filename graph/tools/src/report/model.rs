@@ -6,12 +6,14 @@ use petgraph::visit::EdgeRef as _;
 use serde::{Deserialize, Serialize};
 
 use super::settings::settings;
-use crate::compiler::{Edge, Graph, GraphNode, Hazard, Physical, Plan, StoreOperation, surviving_writers};
-use crate::language::{Lifetime, format_name};
-use crate::pipeline::{ResourceKind, SubresourceRange};
-use crate::source::{Sources, Span};
 use crate::why::{why_culled, why_kept};
-use crate::work::{LoadOperation, PassHandle, ResourceHandle, Work};
+use umbragraph_compiler::{
+    Edge, Graph, GraphNode, Hazard, Physical, Plan, StoreOperation, surviving_writers,
+};
+use umbragraph_pipeline::language::{Lifetime, format_name};
+use umbragraph_pipeline::pipeline::{ResourceKind, SubresourceRange};
+use umbragraph_pipeline::source::{Sources, Span};
+use umbragraph_pipeline::work::{LoadOperation, PassHandle, ResourceHandle, Work};
 
 /// The steps of a reason that a report tells, so that it does not grow with the square of a long chain.
 pub const MAX_STEPS: usize = 16;
@@ -256,7 +258,7 @@ fn place_of(sources: &Sources, span: Span) -> String {
 fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport {
     let pass = plan.pipeline.pass(handle);
     let planned = plan.pass(handle);
-    let names = |wanted: fn(crate::pipeline::Usage) -> bool| -> Vec<String> {
+    let names = |wanted: fn(umbragraph_pipeline::pipeline::Usage) -> bool| -> Vec<String> {
         let names: BTreeSet<&String> = pass
             .accesses()
             .iter()
@@ -308,8 +310,8 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
             Some(_) => shortened(why_kept(plan, handle)),
             None => shortened(why_culled(plan, &pass.name)),
         },
-        reads: names(crate::pipeline::Usage::reads),
-        writes: names(crate::pipeline::Usage::writes),
+        reads: names(umbragraph_pipeline::pipeline::Usage::reads),
+        writes: names(umbragraph_pipeline::pipeline::Usage::writes),
         attachments,
         settings: planned.map_or_else(BTreeMap::new, |planned| settings(plan, planned)),
         workgroups: planned.and_then(|planned| planned.workgroups),
@@ -396,7 +398,7 @@ fn resources(plan: &Plan, sources: &Sources, columns: &[PassHandle]) -> Vec<Reso
 
 fn describe(
     format: Option<wgpu_types::TextureFormat>,
-    size: Option<crate::compiler::TextureSize>,
+    size: Option<umbragraph_compiler::TextureSize>,
     bytes: u64,
 ) -> String {
     let (Some(format), Some(size)) = (format, size) else {

@@ -6,11 +6,11 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::compiler::{Plan, PlannedPass};
-use crate::data::Component;
-use crate::pipeline::element_type;
-use crate::shader::{Member, TypeLayout};
-use crate::work::{
+use umbragraph_compiler::{Plan, PlannedPass};
+use umbragraph_pipeline::data::Component;
+use umbragraph_pipeline::pipeline::element_type;
+use umbragraph_pipeline::shader::{Member, TypeLayout};
+use umbragraph_pipeline::work::{
     BlockValues, BoundSlot, Draw, DrawCounts, Live, LoadOperation, Redraw, RenderWork, ResourceHandle,
     SlotSource, Subresource, TextureView, Work,
 };
@@ -177,7 +177,7 @@ impl Settings<'_> {
 
     fn values(&mut self, slot: &BoundSlot, values: &BlockValues) {
         let TypeLayout::Struct { members, .. } = &values.layout else { return };
-        let block = |block: &&crate::compiler::PackedBlock| {
+        let block = |block: &&umbragraph_compiler::PackedBlock| {
             (block.group, block.binding) == (slot.group, slot.binding)
         };
         let Some(block) = self.planned.blocks.iter().find(block) else { return };

@@ -13,9 +13,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use crate::diagnostic::counted;
-use crate::diagnostic::render::visible;
-use crate::language::Lifetime;
+use umbragraph_pipeline::diagnostic::counted;
+use umbragraph_pipeline::diagnostic::render::visible;
+use umbragraph_pipeline::language::Lifetime;
 
 use super::model::{EdgeKind, EdgeReport, PassReport, Report, ResourceReport, bytes_in_words};
 use super::settings::word;

@@ -4,13 +4,13 @@ use super::find::{Found, SubgraphUse};
 use super::plan_fact::{PlanFact, fact, said};
 use super::subject::{Kind, Subject};
 use super::{given, reasons};
-use crate::compiler::{KeepReason, Physical, Plan, PlannedPass};
-use crate::document::{Entry, Value, pointer_join};
-use crate::expression;
-use crate::language::{Lifetime, format_name, node_kind};
-use crate::pipeline::{Lacking, Pipeline, ResourceKind, is_of};
-use crate::source::Span;
-use crate::work::PassHandle;
+use umbragraph_compiler::{KeepReason, Physical, Plan, PlannedPass};
+use umbragraph_pipeline::document::{Entry, Value, pointer_join};
+use umbragraph_pipeline::expression;
+use umbragraph_pipeline::language::{Lifetime, format_name, node_kind};
+use umbragraph_pipeline::pipeline::{Lacking, Pipeline, ResourceKind, is_of};
+use umbragraph_pipeline::source::Span;
+use umbragraph_pipeline::work::PassHandle;
 
 /// The kind in words, more exactly than the enumeration.
 pub(super) fn what(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> String {
@@ -70,7 +70,7 @@ pub(super) fn of_pass(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> V
     }
     let plan = subject.checked.plan.as_ref();
     if passes != [name] {
-        facts.push(fact("stands for", crate::diagnostic::list_of(passes.iter().copied())));
+        facts.push(fact("stands for", umbragraph_pipeline::diagnostic::list_of(passes.iter().copied())));
         let Some(plan) = plan else { return facts };
         for pass in passes.iter().take(MOST) {
             // The first step of the way; the whole of it is told of the pass itself.
@@ -279,7 +279,7 @@ pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[SubgraphUse
         Physical::Blackboard => "data on the CPU".to_owned(),
         Physical::Texture(index) | Physical::Buffer(index) => {
             let kind = if matches!(planned.physical, Physical::Texture(_)) { "texture" } else { "buffer" };
-            match crate::diagnostic::list_of(shares) {
+            match umbragraph_pipeline::diagnostic::list_of(shares) {
                 none if none.is_empty() => format!("{kind} {index} of the plan, for itself"),
                 others => format!("{kind} {index} of the plan, shared with {others}"),
             }
@@ -333,7 +333,7 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
         Kind::Toggle => {
             let mut facts = Vec::new();
             if let Some(pipeline) = subject.checked.pipeline.as_deref() {
-                let of_toggle = |condition: &crate::pipeline::Condition| {
+                let of_toggle = |condition: &umbragraph_pipeline::pipeline::Condition| {
                     pipeline.toggles.get(condition.toggle).is_some_and(|toggle| toggle.name == name)
                 };
                 for pass in

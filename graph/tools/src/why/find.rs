@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use super::origin::{computed, location, origins};
 use super::subject::{Kind, Subject};
 use super::{Thing, explain, given};
-use crate::document::{Entry, Value, pointer_join};
+use umbragraph_pipeline::document::{Entry, Value, pointer_join};
 
 const SECTIONS: &[(&str, Kind)] = &[
     ("parameters", Kind::Parameter),
@@ -72,7 +72,7 @@ pub(super) fn things(subject: &Subject<'_>, name: &str) -> Vec<Thing> {
                 facts: explain::of_resource(subject, name, &[]),
                 // What only a pass names is not written anywhere.
                 values: match resource.value.kind {
-                    crate::document::Kind::Null => Vec::new(),
+                    umbragraph_pipeline::document::Kind::Null => Vec::new(),
                     _ => origins(subject, &resource.pointer, &resource.value, ""),
                 },
             },

@@ -4,10 +4,10 @@ use serde::Serialize;
 
 use super::origin::{self, Location, as_json, json, location};
 use super::subject::{Kind, Subject};
-use crate::compose::Layer;
-use crate::document::{Entry, Value, pointer_join};
-use crate::pipeline::{self, Lacking, Setting};
-use crate::shader::TargetProfile;
+use umbragraph_pipeline::compose::Layer;
+use umbragraph_pipeline::document::{Entry, Value, pointer_join};
+use umbragraph_pipeline::pipeline::{self, Lacking, Setting};
+use umbragraph_pipeline::shader::TargetProfile;
 
 /// One value that was given.
 #[derive(Clone, Debug, Serialize)]

@@ -1,8 +1,8 @@
 //! Things as text for people: what it is, what gave it its value, what became of it, and its values in a table.
 
 use super::{Origin, Thing, Written};
-use crate::compose::Layer;
-use crate::diagnostic::render::visible;
+use umbragraph_pipeline::compose::Layer;
+use umbragraph_pipeline::diagnostic::render::visible;
 
 const WIDEST: usize = 44;
 

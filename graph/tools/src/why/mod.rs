@@ -5,7 +5,7 @@
 //! both are told), and tells of each thing
 //!
 //! - its values with the places that set them, and what those places replaced ([`Origin`]): a value of a document
-//!   made of several files knows where it was written, and [`crate::compose::Composed`] keeps what it was laid over;
+//!   made of several files knows where it was written, and [`umbragraph_pipeline::compose::Composed`] keeps what it was laid over;
 //! - for parameters and features everything that gave a value, the lowest first: default, preset, parameter files,
 //!   command line; for derived values the expression, and what it follows from;
 //! - for passes and resources what the plan says of them ([`PlanFact`]): why they are kept or culled, and what shares memory.
@@ -37,9 +37,9 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use crate::compiler::Physical;
-use crate::diagnostic::{Diagnostic, codes, list_of};
-use crate::source::Span;
+use umbragraph_compiler::Physical;
+use umbragraph_pipeline::diagnostic::{Diagnostic, codes, list_of};
+use umbragraph_pipeline::source::Span;
 
 /// The facts about one named thing.
 #[derive(Clone, Debug, Serialize)]

@@ -7,9 +7,9 @@
 use serde::{Serialize, Serializer};
 
 use super::subject::Subject;
-use crate::compose::{Layer, SharedPlaces};
-use crate::document::{self, Kind, Value, pointer_join};
-use crate::source::{Sources, Span};
+use umbragraph_pipeline::compose::{Layer, SharedPlaces};
+use umbragraph_pipeline::document::{self, Kind, Value, pointer_join};
+use umbragraph_pipeline::source::{Sources, Span};
 
 /// A place as people read it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -76,8 +76,8 @@ pub(super) fn location(sources: &Sources, span: Span) -> Location {
 }
 
 /// The value of an expression as JSON on one line.
-pub(super) fn computed(value: &crate::expression::Value) -> String {
-    use crate::expression::Value as V;
+pub(super) fn computed(value: &umbragraph_pipeline::expression::Value) -> String {
+    use umbragraph_pipeline::expression::Value as V;
     match value {
         V::Text(_) | V::Reference(_) => serde_json::Value::from(value.to_string()).to_string(),
         V::List(list) => format!("[{}]", list.iter().map(computed).collect::<Vec<_>>().join(", ")),

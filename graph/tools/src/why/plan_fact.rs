@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::origin::{Location, location};
 use super::subject::Subject;
-use crate::source::Span;
+use umbragraph_pipeline::source::Span;
 
 /// One thing that the plan says of a name.
 #[derive(Clone, Debug, Serialize)]

@@ -1,8 +1,8 @@
 //! The words of why the compiler keeps or culls a pass.
 
-use crate::compiler::{CullReason, KeepReason, Plan, PlannedPass};
-use crate::diagnostic::list_of;
-use crate::work::PassHandle;
+use umbragraph_compiler::{CullReason, KeepReason, Plan, PlannedPass};
+use umbragraph_pipeline::diagnostic::list_of;
+use umbragraph_pipeline::work::PassHandle;
 
 /// The steps of the way from a live pass to an output; none of a culled pass.
 pub fn why_kept(plan: &Plan, pass: PassHandle) -> impl Iterator<Item = String> {

@@ -1,7 +1,7 @@
 //! The words of why two resources share memory, or do not.
 
-use crate::compiler::{Physical, Plan, PlannedResource};
-use crate::language::{Lifetime, format_name};
+use umbragraph_compiler::{Physical, Plan, PlannedResource};
+use umbragraph_pipeline::language::{Lifetime, format_name};
 
 /// The reason why two named resources share memory, or every reason why they do not.
 pub fn why_apart(plan: &Plan, first: &str, second: &str) -> Vec<String> {

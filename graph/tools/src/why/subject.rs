@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use crate::check::CheckReport;
-use crate::compose::Composed;
-use crate::pipeline::Overrides;
-use crate::source::Sources;
+use umbragraph_pipeline::compose::Composed;
+use umbragraph_pipeline::pipeline::Overrides;
+use umbragraph_pipeline::source::Sources;
 
 /// A pipeline that is asked about.
 #[derive(Clone, Copy, Debug)]
