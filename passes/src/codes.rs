@@ -37,6 +37,12 @@ umbragraph_pipeline::codes! {
     /// Shadows that a frame has no room for.
     SHADOWS_LEFT_OUT = "UG0621", "shadows that are reduced or left out",
         "A frame has more lights with shadows than the shadow atlas, its number of spots, the cubes, the layers, the descriptors or the views can hold. Spots get smaller tiles first; then the least important lights go without shadows. Each is named with the reason.";
+    /// A frame whose bounds are not told.
+    NO_BOUNDS = "UG0623", "frame without bounds",
+        "Cascades reach towards the light as far as casters do, and with a camera whose far plane is at infinity as far as the scene does: the bounds of a frame tell both (`FrameInput::scene_bounds`, and `filter_bounds` of \"casters\" where they are another box). Without them casters count that stand between the light and what the camera sees within its range, which for a camera without a far plane is taken to be 1000 m.";
+    /// Lights of which none casts shadows.
+    NO_CASTING_LIGHT = "UG0624", "no light casts shadows",
+        "The pipeline draws shadow maps, but no light of the frame has the property \"cast_shadow\". Lights cast shadows if they say so: `Light::directional(...).casts_shadow()` with `umbragraph::prelude`, or `.property(\"cast_shadow\")`; in glTF scenes all do, unless `castShadow` is false.";
     /// A filter that is wider or narrower than was wanted.
     FILTER_BOUNDED = "UG0622", "filter bounded in texels",
         "Filters are measured in the world, so that the edges of shadows are equally wide in every map. A filter of less than a texel or two shows the texels, one of very many leaves gaps between its taps; so pipelines bound it in texels. Where a bound bites, the width is another one: in the cascades that are named, or, since the texels of spots and point lights grow with the distance, narrower within a distance and wider beyond one.";

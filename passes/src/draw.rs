@@ -29,7 +29,8 @@ const MAX_DETAIL: f64 = 255.0;
 pub struct Draw {
     /// The contract under "geometry" that the meshes follow: its name, or after an equals sign an expression that yields it.
     pub geometry: Word<String>,
-    /// Which of the host's meshes: a word that the host knows, such as "opaque" or "casters".
+    /// Which of the host's meshes: a word that the host knows. The pipelines that come with the module write "opaque",
+    /// "transparent" (what is blended), "casters", and where maps are kept "static_casters" and "dynamic_casters".
     pub mesh_filter: String,
     /// The blackboard data whose views are drawn, such as what a camera or a cascade fit publishes.
     pub views: Ref,

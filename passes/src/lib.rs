@@ -11,6 +11,8 @@
 //! | [`copy`] | copies a texture or a buffer, clears a buffer |
 //! | [`view`] | publishes one view of a set, for a texture of its own |
 //! | [`lights`] | places the shadows of all lights, and publishes lights and shadow descriptors |
+//!
+//! [`words`] are the properties of lights and the filters of draws that they know.
 
 pub mod atlas;
 pub mod attachment;
@@ -29,6 +31,7 @@ pub mod mesh;
 pub mod shader;
 pub mod view;
 pub mod views;
+pub mod words;
 
 pub use codes::ALL as CODES;
 

@@ -18,7 +18,8 @@ use super::layout::Layout;
 use super::snap::{self, Snap, Texels};
 use super::splits::{Blend, Slice, Splits};
 use super::{MAX_CASCADES, light};
-use crate::lights::{CAST_SHADOW, CASTERS};
+use crate::lights::missing::{self, NoBounds};
+use crate::words::{CAST_SHADOW, filters::CASTERS};
 
 /// All settings of a cascade fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,7 +99,7 @@ impl Configuration {
             rotation = fit::aligned(&rotation, &frame.camera);
         }
         let (near, mut far) = frame.camera.projection.depth_range();
-        if far.is_infinite() && matches!(self.splits, Splits::Whole { .. }) {
+        if self.needs_far(far) {
             far = farthest(frame).max(2.0 * near);
         }
         for (at, slice) in self.splits.slices(self.blend, near, far).enumerate() {
@@ -109,6 +110,20 @@ impl Configuration {
             }
         }
         set
+    }
+
+    /// Whether the scene has to say how far cascades go.
+    fn needs_far(&self, far: f64) -> bool {
+        far.is_infinite() && matches!(self.splits, Splits::Whole { .. })
+    }
+
+    /// Whether a fit lacks the bounds of a frame.
+    pub(crate) fn lacks_bounds(&self, frame: &FrameInput) -> Option<NoBounds> {
+        let needed = matches!(self.near_pull, NearPull::Casters | NearPull::Scene);
+        let (_, far) = frame.camera.projection.depth_range();
+        let guessed = self.needs_far(far) && frame.scene_bounds.is_empty();
+        let lacks = (needed && missing::has_no_bounds(frame)) || guessed;
+        lacks.then(|| NoBounds { reach: guessed.then_some(FAR_WITHOUT_BOUNDS) })
     }
 
     /// One cascade; `None` if its numbers are beyond measure.
@@ -173,11 +188,15 @@ impl Cascade {
     }
 }
 
+/// How far shadows reach along the view of a camera without a far plane in a scene without bounds, in metres: as in
+/// landscapes, with maps that are fitted to what is seen of it.
+const FAR_WITHOUT_BOUNDS: f64 = 1000.0;
+
 /// How far the scene reaches along the view axis, for a camera without a far plane.
 fn farthest(frame: &FrameInput) -> f64 {
     let FrameInput { camera, scene_bounds, .. } = frame;
     if scene_bounds.is_empty() {
-        return 0.0;
+        return FAR_WITHOUT_BOUNDS;
     }
     let along = |corner: DVec3| (corner - camera.position).dot(camera.forward());
     scene_bounds.corners().map(along).into_iter().fold(0.0, f64::max)

@@ -13,7 +13,7 @@
 use glam::{DMat3, DVec3, Vec3};
 use umbragraph_pipeline::frame::{Light, LightKind};
 
-use crate::lights::CAST_SHADOW;
+use crate::words::CAST_SHADOW;
 
 /// The cosine between light and up vector from which on another up vector is taken.
 const PARALLEL: f64 = 0.99;

@@ -24,6 +24,8 @@ use super::{declare, light, placed};
 use crate::importance;
 use crate::lights::descriptor;
 use crate::lights::filter::FilterSettings;
+use crate::lights::missing::{self, NoBounds};
+use crate::words::CAST_SHADOW;
 
 /// Fits cascades of a directional light to the frame's camera, and publishes a view for each.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -164,12 +166,23 @@ struct RunCascades {
     configuration: Configuration,
 }
 
-impl CpuNode for RunCascades {
-    type State = ();
+/// What was said last: that bounds are missing, that the light casts no shadows.
+type Said = (bool, bool);
 
-    fn run(&self, (): &mut (), context: &CpuContext<'_>, data: &mut BlackboardData) {
+impl CpuNode for RunCascades {
+    type State = Said;
+
+    fn run(&self, said: &mut Said, context: &CpuContext<'_>, data: &mut BlackboardData) {
         let mut set = CascadeSet::default();
         let chosen = light::choose(&context.frame.lights, self.configuration.light.as_deref());
+        let dark = chosen.map(|(_, light)| light).filter(|light| !light.has(CAST_SHADOW));
+        let is_lit = chosen.is_some() && dark.is_none() && context.frame.camera.check().is_none();
+        let lacking = is_lit.then(|| self.configuration.lacks_bounds(context.frame)).flatten();
+        let says = (lacking.is_some(), dark.is_some());
+        if std::mem::replace(said, says) != says {
+            let dark = dark.map(|light| missing::casting_light([light].into_iter()));
+            data.set_notices(lacking.map(NoBounds::notice).into_iter().chain(dark).collect());
+        }
         if let Some((at, light)) = chosen {
             data.read_light(at);
             set = self.configuration.fit_light(light, context.frame);

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, DVec4, UVec2};
 use umbragraph_pipeline::data::View;
+use umbragraph_pipeline::frame::FrameInput;
 use umbragraph_pipeline::language::Ref;
 use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, PassBuilder, Produced};
 
@@ -18,6 +19,7 @@ use crate::if_said::if_said;
 use crate::importance;
 use crate::lights::described::{self, DescribeShadows, LiveShadows, ShadowOutput};
 use crate::lights::descriptor::{self, Descriptor};
+use crate::lights::missing::NoBounds;
 use crate::lights::placement::{self, Backing, Entry};
 
 pub(super) fn declare(
@@ -57,6 +59,10 @@ struct Placed {
 }
 
 impl DescribeShadows for Placed {
+    fn lacks(&self, frame: &FrameInput) -> Option<NoBounds> {
+        self.configuration.lacks_bounds(frame)
+    }
+
     fn update(&mut self, settings: &mut LiveSettings<'_>) -> Option<()> {
         declare::update(&mut self.configuration, &self.settings, settings)
     }

@@ -18,6 +18,7 @@ use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Subresource, Work}
 
 use super::descriptor::{self, Descriptor};
 use super::filter::{Bounded, Filter, FilterSettings, receivers};
+use super::missing::NoBounds;
 use super::placement::{self, Entry};
 use super::word;
 use crate::importance::Eye;
@@ -96,6 +97,10 @@ impl DescribedSettings {
 pub(crate) trait DescribeShadows: Clone + Debug + PartialEq + Send + Sync + 'static {
     /// Tells of a placed light what it has here; nothing of one that another backing has.
     fn describe(&self, entry: &Entry, output: &mut ShadowOutput<'_>);
+    /// Whether a frame with lights of this backing lacks bounds.
+    fn lacks(&self, _frame: &FrameInput) -> Option<NoBounds> {
+        None
+    }
     /// Takes over live settings of its own; `None` after a diagnostic.
     fn update(&mut self, _settings: &mut LiveSettings<'_>) -> Option<()> {
         Some(())
@@ -202,8 +207,9 @@ impl<D: DescribeShadows> CpuNode for Run<D> {
             output.cadence = importance.map_or(1, |importance| importance.cadence(self.cadence));
             self.describe.describe(&entry, &mut output);
         }
+        let lacks = (!descriptors.is_empty()).then(|| self.describe.lacks(context.frame)).flatten();
         descriptor::publish(data, descriptors);
-        bounded.report(self.filter, context.frame, data);
+        bounded.report(self.filter, context.frame, lacks, data);
     }
 
     fn update(&mut self, settings: &mut LiveSettings<'_>) -> Option<()> {

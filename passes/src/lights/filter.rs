@@ -21,6 +21,7 @@ use umbragraph_pipeline::frame::{Bounds, FrameInput, Light};
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::pipeline::Evaluate;
 
+use super::missing::NoBounds;
 use crate::codes;
 
 /// Half the width of a filter, and its bounds.
@@ -129,6 +130,8 @@ pub(crate) struct Bounded {
     places: Vec<(u32, Where)>,
     /// The light and what bites, of each place of the last notice.
     reported: Vec<(u32, usize)>,
+    /// Whether the last notices said what the frame lacks.
+    said_lacks: bool,
 }
 
 /// What bites, without distance and width.
@@ -151,14 +154,23 @@ impl Bounded {
         self.places.extend(places.into_iter().map(|place| (light, place)));
     }
 
-    /// Replaces the notices where others are due.
-    pub(crate) fn report(&mut self, filter: Option<Filter>, frame: &FrameInput, data: &mut BlackboardData) {
-        let Some(filter) = filter else { return };
-        if !self.places.iter().map(key).eq(self.reported.iter().copied()) {
-            self.reported.clear();
-            self.reported.extend(self.places.iter().map(key));
-            data.set_notices(self.notice(filter, &frame.lights).into_iter().collect());
+    /// Replaces the notices where others are due: on bounds of the filter, and on what the frame lacks.
+    pub(crate) fn report(
+        &mut self,
+        filter: Option<Filter>,
+        frame: &FrameInput,
+        lacks: Option<NoBounds>,
+        data: &mut BlackboardData,
+    ) {
+        let are_same = self.places.iter().map(key).eq(self.reported.iter().copied());
+        if are_same && self.said_lacks == lacks.is_some() {
+            return;
         }
+        self.reported.clear();
+        self.reported.extend(self.places.iter().map(key));
+        self.said_lacks = lacks.is_some();
+        let bounded = filter.and_then(|filter| self.notice(filter, &frame.lights));
+        data.set_notices(lacks.map(NoBounds::notice).into_iter().chain(bounded).collect());
     }
 
     fn notice(&self, filter: Filter, lights: &[Light]) -> Option<Diagnostic> {
@@ -257,7 +269,7 @@ mod tests {
             bounded.clear();
             places.iter().for_each(|(light, place)| bounded.add(*light, [*place]));
             let mut data = BlackboardData::new(DataShape::new());
-            bounded.report(Some(filter), &frame, &mut data);
+            bounded.report(Some(filter), &frame, None, &mut data);
             data.notices().iter().map(|notice| notice.message.clone()).collect::<Vec<_>>().join("; ")
         };
         let first = told(FILTER, &[(0, Where::Cascade(1, 0.2)), (1, Where::Within(2.0))]);

@@ -23,11 +23,12 @@ use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 use super::placement::{self, rank};
 use super::slots::{self, SlotSettings, Slots};
-use super::{CONTACT_SHADOW, HARDNESS, descriptor, word};
+use super::{descriptor, word};
 use crate::cascades::light::radiance;
 use crate::codes;
 use crate::if_said::if_said;
 use crate::importance::Eye;
+use crate::words::{CONTACT_SHADOW, HARDNESS};
 
 /// The first descriptor of a light without shadows.
 pub const NO_SHADOW: u32 = u32::MAX;

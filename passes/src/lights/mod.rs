@@ -24,24 +24,12 @@ pub(crate) mod described;
 pub mod descriptor;
 pub mod filter;
 pub mod list;
+pub(crate) mod missing;
 pub mod placement;
 pub mod slots;
 pub mod spots;
 
 use umbragraph_pipeline::data::BlackboardData;
-
-/// The property of a light in which things cast shadows.
-pub const CAST_SHADOW: &str = "cast_shadow";
-
-/// The property of a light whose shadows are refined where things touch, by what the picture shows.
-pub const CONTACT_SHADOW: &str = "contact_shadow";
-
-/// The properties of a light that say how hard its shadows are, in the order of their numbers in `light.shadow`, from 1:
-/// one comparison, a filter of fixed width, one as wide as the penumbra.
-pub const HARDNESS: [&str; 3] = ["hard_shadow", "soft_shadow", "pcss_shadow"];
-
-/// The draw filter of what casts shadows.
-pub const CASTERS: &str = "casters";
 
 /// A number of published data; 0 where it has none of that name.
 fn word(data: &BlackboardData, name: &str) -> u32 {

@@ -21,11 +21,12 @@ use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Evaluate, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
-use super::{CAST_SHADOW, word};
+use super::{missing, word};
 use crate::atlas::{self, Capacity, Fate, Key, Placement, Pool, PoolCounts, Request, Tile, TileRequest};
 use crate::codes;
 use crate::if_said::if_said;
 use crate::importance::{Eye, Importance};
+use crate::words::CAST_SHADOW;
 
 /// The maximum number of lights or descriptors of a list.
 pub const MAX_CAPACITY: u32 = 4096;
@@ -349,6 +350,15 @@ impl RunShadowAtlas {
         ])
     }
 
+    /// Whether lights of its kind have shadows here.
+    fn has_room(&self, light: &Light) -> bool {
+        match light.kind {
+            LightKind::Spot { .. } => self.spots > 0,
+            LightKind::Point => self.cubes > 0,
+            LightKind::Directional => self.directional > 0,
+        }
+    }
+
     /// What a light asks for; nothing for a kind that has no shadows here.
     fn wants(&self, light: &Light, importance: &Importance) -> Option<(TileRequest, PoolCounts)> {
         use Pool::{Cubes, Descriptors, Layers, Spots, Views};
@@ -379,13 +389,15 @@ struct State {
     requests: Vec<Request>,
     /// What is published: entries by backing, then by name.
     entries: Vec<Entry>,
+    /// Whether the last notices said that no light casts shadows.
+    said_dark: bool,
 }
 
 impl CpuNode for RunShadowAtlas {
     type State = State;
 
     fn run(&self, state: &mut State, context: &CpuContext<'_>, data: &mut BlackboardData) {
-        let State { placement, asking, requests, entries } = state;
+        let State { placement, asking, requests, entries, said_dark } = state;
         let max_layers = self.directional * self.cascades;
         let placement = placement.get_or_insert_with(|| {
             let max_pools = self.pools(self.cubes, max_layers);
@@ -420,8 +432,14 @@ impl CpuNode for RunShadowAtlas {
             a.backing.rank().cmp(&b.backing.rank()).then_with(|| compare(of(a), of(b)))
         });
         publish(entries, lights, side, data);
-        if placement.fates_changed() {
-            data.set_notices(notices(asking, lights, placement));
+        // Lights that could cast shadows here, where none does.
+        let dark = || lights.iter().filter(|light| light.check().is_none() && self.has_room(light));
+        let is_dark = dark().next().is_some() && !dark().any(|light| light.has(CAST_SHADOW));
+        if placement.fates_changed() || *said_dark != is_dark {
+            let mut notices = notices(asking, lights, placement);
+            notices.extend(is_dark.then(|| missing::casting_light(dark())));
+            data.set_notices(notices);
+            *said_dark = is_dark;
         }
     }
 }

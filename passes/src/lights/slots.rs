@@ -14,8 +14,8 @@ use umbragraph_pipeline::pipeline::{Evaluate, PassBuilder};
 
 use super::list::NO_SHADOW;
 use super::placement::{self, capacity};
-use super::{CAST_SHADOW, CONTACT_SHADOW};
 use crate::importance::Eye;
+use crate::words::{CAST_SHADOW, CONTACT_SHADOW};
 
 /// The maximum number of slots.
 pub const MAX_SLOTS: u32 = 32;

@@ -1,0 +1,49 @@
+//! Notices about what a frame lacks for shadows: bounds, or a light that casts any.
+
+use umbragraph_pipeline::diagnostic::{Diagnostic, Place, Severity};
+use umbragraph_pipeline::frame::{FrameInput, Light};
+
+use crate::codes;
+use crate::words::{CAST_SHADOW, filters::CASTERS};
+
+/// Whether nothing tells how far the scene and its casters reach.
+pub(crate) fn has_no_bounds(frame: &FrameInput) -> bool {
+    frame.scene_bounds.is_empty() && frame.bounds_of(CASTERS).is_empty()
+}
+
+/// Cascades are fitted to a frame without bounds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NoBounds {
+    /// How far they go along the view, if that is a guess.
+    pub(crate) reach: Option<f64>,
+}
+
+impl NoBounds {
+    pub(crate) fn notice(self) -> Diagnostic {
+        let reach = self.reach.map(|reach| format!(", and shadows end {reach} m before the camera"));
+        let message = format!(
+            "the frame has no bounds: casters outside of what the camera sees cast no shadows{}",
+            reach.unwrap_or_default()
+        );
+        Diagnostic::warning(codes::NO_BOUNDS, Place::Nowhere, message)
+            .help("give the box around the scene with FrameInput::scene_bounds")
+    }
+}
+
+/// No light of a frame casts shadows, of those that could.
+pub(crate) fn casting_light<'a>(lights: impl Iterator<Item = &'a Light>) -> Diagnostic {
+    let names: Vec<&str> = lights.map(|light| &*light.name).collect();
+    let shown = names[..names.len().min(5)].iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>();
+    let more = match names.len().saturating_sub(shown.len()) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let (light, has) = if names.len() == 1 { ("the light", "does") } else { ("the lights", "do") };
+    let message = format!(
+        "nothing casts shadows: {light} {}{more} {has} not have the property \"{CAST_SHADOW}\"",
+        shown.join(", ")
+    );
+    Diagnostic::warning(codes::NO_CASTING_LIGHT, Place::Nowhere, message)
+        .help("give it to lights that cast shadows: Light::casts_shadow (umbragraph::prelude), or Light::property")
+        .severity(Severity::Note)
+}
