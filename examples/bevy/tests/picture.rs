@@ -30,7 +30,7 @@ fn the_picture_is_the_committed_one_and_follows_the_file() {
     // Of a file that is broken, and of one that cannot be planned, errors are logged, and the picture stays.
     write("{ \"format\": ");
     assert_eq!(picture(&mut app, &without, 3), None);
-    write(&text.replace("tinted.wgsl", "tinetd.wgsl"));
+    write(&text.replace("\"name\": \"bevy\"", "\"name\": \"bevy\", \"presetz\": {}"));
     assert_eq!(picture(&mut app, &without, 3), None);
     write(&text);
     assert!(picture(&mut app, &without, 60).expect("a picture again") == first);
