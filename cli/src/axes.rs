@@ -15,9 +15,10 @@ pub(crate) fn human<'n>(templates: &TemplateSet, names: impl IntoIterator<Item =
             let mode = if axis.mode == AxisMode::Override { ", an override of the module" } else { "" };
             let ends = if axis.ends { ", proven by its ends and the default" } else { "" };
             let layout = if axis.own_layout { ", with layouts of their own" } else { "" };
+            let from = if axis.from_target { ", true where the target has no -srgb" } else { "" };
             let values = axis.kind.describe();
-            let _ =
-                writeln!(text, "  {}: {values} (default {}){mode}{ends}{layout}", axis.name, axis.default);
+            let (name, default) = (&axis.name, &axis.default);
+            let _ = writeln!(text, "  {name}: {values} (default {default}){mode}{from}{ends}{layout}");
             if !axis.description.is_empty() {
                 let _ = writeln!(text, "      {}", axis.description);
             }
@@ -47,6 +48,7 @@ pub(crate) fn json<'n>(
                     "override": axis.mode == AxisMode::Override,
                     "ends": axis.ends,
                     "own_layout": axis.own_layout,
+                    "from_target": axis.from_target,
                     "description": axis.description,
                 })
             })

@@ -214,6 +214,7 @@ impl Reader<'_> {
             "prove",
             "as",
             "own_layout",
+            "from",
             "requires",
             "excludes",
         ];
@@ -230,6 +231,7 @@ impl Reader<'_> {
         let mode = self.mode(entry, &kind);
         let ends = self.ends(entry);
         let own_layout = self.own_layout(entry, mode);
+        let from_target = self.follows_target(entry, &kind, mode);
         let default = self.default(entry, &kind);
         let description =
             entry.value.get("description").and_then(|value| self.text(value, "\"description\""));
@@ -239,8 +241,9 @@ impl Reader<'_> {
         }
         let (default, mode) = (default?, mode?);
         let span = entry.key_span;
-        let axis = Axis { name: name.to_owned(), kind, default, description, mode, ends, own_layout, span };
-        self.declaration.axes.axes.insert(name.to_owned(), axis);
+        let name = name.to_owned();
+        let axis = Axis { name, kind, default, description, mode, ends, own_layout, from_target, span };
+        self.declaration.axes.axes.insert(axis.name.clone(), axis);
         Some(())
     }
 
@@ -348,6 +351,17 @@ impl Reader<'_> {
             self.wrong(written.value.span, format!("\"own_layout\" is a boolean, not {kind}"));
             false
         })
+    }
+
+    fn follows_target(&mut self, entry: &Entry, kind: &AxisKind, mode: Option<AxisMode>) -> bool {
+        let Some(written) = entry.value.get("from") else { return false };
+        if mode.is_some_and(|mode| mode != AxisMode::Override) || *kind != AxisKind::Bool {
+            let message =
+                "\"from\" is for boolean axes that are overrides: the target's format is known last";
+            self.wrong(written.span, message);
+            return false;
+        }
+        self.word(written, &["linear_target"]).is_some()
     }
 
     fn default(&mut self, entry: &Entry, kind: &AxisKind) -> Option<AxisValue> {

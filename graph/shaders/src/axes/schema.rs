@@ -58,6 +58,10 @@ pub fn schema() -> Value {
                             "description": "Whether the axis is there to choose between layouts, so that variants with different values of it may mean different things by one binding. All other variants of the template have to agree.",
                             "type": "boolean", "default": false
                         },
+                        "from": {
+                            "description": "What a boolean override follows from where nothing gives it a value: `linear_target` is true where the first color attachment of a pass has a format without `-srgb`.",
+                            "enum": ["linear_target"]
+                        },
                         "requires": conditions,
                         "excludes": conditions
                     }
