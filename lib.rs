@@ -43,6 +43,32 @@ pub use executor::{Executor, Frame, Parameter};
 pub use front::Renderer;
 pub use umbragraph_graph::compiler::Plan;
 
+/// Names that most applications use: the front door, frames and lights, the draw contract, and the words of properties and
+/// filters.
+///
+/// ```
+/// use umbragraph::prelude::*;
+///
+/// let sun = Light::directional("sun", [-0.8, -0.7, -0.35], [1.0, 0.9, 0.8], 4.0).casts_shadow();
+/// let camera = Camera::look_at([0.0, 2.0, 5.0], [0.0; 3], 0.8, 16.0 / 9.0);
+/// let input = FrameInput::new(camera).lights(vec![sun]).scene_bounds(Bounds::between([-9.0; 3], [9.0; 3]));
+/// assert!(input.lights[0].has(CAST_SHADOW));
+/// ```
+pub mod prelude {
+    pub use crate::data::ValueType;
+    pub use crate::draw::{HostInterface, HostResource, HostVertexBuffer, PropertySet};
+    pub use crate::frame::{Bounds, Camera, FrameInput, Light, LightKind, Projection};
+    pub use crate::passes::words::{CAST_SHADOW, CONTACT_SHADOW, LightProperties, filters};
+    pub use crate::{Error, Library, Options, Pipeline, Plan};
+
+    #[cfg(feature = "gpu")]
+    pub use crate::{
+        Executor, Frame, Renderer,
+        draw::{DrawPass, DrawSource},
+        executor::{Import, Texels},
+    };
+}
+
 use std::sync::Arc;
 
 use crate::diagnostic::{Code, Diagnostics};

@@ -5,8 +5,7 @@ use std::panic::Location;
 
 use serde_json::Value;
 
-use crate::compiler::{Import, Objective, PlanOptions};
-use crate::wgpu_types;
+use crate::compiler::{ImportDescriptor, Objective, PlanOptions};
 
 /// What a pipeline is planned with: the size of the picture, values of parameters and features, what the host's own
 /// textures are. A name that the pipeline does not have, or a value of a wrong type, is an error of
@@ -154,25 +153,21 @@ impl Options {
         self
     }
 
-    /// With the format and the size of a texture of the host's own, where they are not as the pipeline declares them.
+    /// With the format, the size and the usages of a texture of the application's own, where they are not as the pipeline
+    /// declares them.
     #[must_use]
-    pub fn import(mut self, resource: impl Into<String>, import: Import) -> Self {
+    pub fn import(mut self, resource: impl Into<String>, import: ImportDescriptor) -> Self {
         self.plan.imports.insert(resource.into(), import);
         self
     }
 
-    /// With the format, the size and the usages of a texture of the host's own.
+    /// For textures of the application's own, or parts of them: the list that frames get (`Frame::imports`).
     #[cfg(feature = "gpu")]
     #[must_use]
-    pub fn import_texture(self, resource: impl Into<String>, texture: &crate::wgpu::Texture) -> Self {
-        let (resource, (import, usages)) = (resource.into(), import_of(texture));
-        self.import(resource.clone(), import).import_usages(resource, usages)
-    }
-
-    /// With the usages that a texture of the host's own was created with; without it everything is allowed.
-    #[must_use]
-    pub fn import_usages(mut self, resource: impl Into<String>, usages: wgpu_types::TextureUsages) -> Self {
-        self.plan.import_usages.insert(resource.into(), usages);
+    pub fn imports<'a>(mut self, imports: impl Into<crate::executor::FrameImports<'a>>) -> Self {
+        for (resource, import) in imports.into().iter() {
+            self.plan.imports.insert(resource.to_owned(), import.descriptor());
+        }
         self
     }
 
@@ -196,20 +191,6 @@ impl Options {
         self.plan.objective = objective;
         self
     }
-}
-
-/// What a texture of the host's own is.
-#[cfg(feature = "gpu")]
-pub(super) fn import_of(texture: &crate::wgpu::Texture) -> (Import, wgpu_types::TextureUsages) {
-    let size = texture.size();
-    let size = crate::compiler::TextureSize {
-        width: size.width,
-        height: size.height,
-        layers: size.depth_or_array_layers,
-        mips: texture.mip_level_count(),
-        samples: texture.sample_count(),
-    };
-    (Import::new(texture.format(), size), texture.usage())
 }
 
 #[cfg(test)]

@@ -1,16 +1,15 @@
 //! [`Renderer`]: a pipeline recorded frame by frame, whatever becomes of it.
 
-use crate::compiler::Import;
-use crate::executor::{Executor, Frame};
-use crate::front::options::import_of;
+use crate::compiler::ImportDescriptor;
+use crate::executor::{Executor, Frame, Import};
 use crate::front::{Options, Pipeline};
-use crate::{Error, wgpu, wgpu_types};
+use crate::{Error, wgpu};
 
 /// Records frames of a pipeline, and plans it anew where something is other than in the frame before: the pipeline (as
 /// when its file was loaded again), the options, the format, the size or the usages of the host's textures.
 ///
 /// In a frame in which nothing is, this is [`Executor::record`]. An application that wants to say itself when it plans, or
-/// to plan off its thread ([`Executor::preparation`]), has an executor of its own instead.
+/// to plan off its thread ([`Executor::preparer`]), has an executor of its own instead.
 pub struct Renderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -22,7 +21,7 @@ pub struct Renderer {
 struct MadeOf {
     pipeline: Pipeline,
     options: Options,
-    imports: Vec<(String, (Import, wgpu_types::TextureUsages))>,
+    imports: Vec<(String, ImportDescriptor)>,
 }
 
 impl Renderer {
@@ -44,19 +43,17 @@ impl Renderer {
         frame: &Frame<'_>,
     ) -> Result<(), Error> {
         if !self.made_of.as_ref().is_some_and(|made_of| made_of.is_of(pipeline, options, frame)) {
-            let given = frame.imports.iter();
+            let imports = frame.imports.iter();
             self.made_of = Some(MadeOf {
                 pipeline: pipeline.clone(),
                 options: options.clone(),
-                imports: given.map(|(name, texture)| ((*name).to_owned(), import_of(texture))).collect(),
+                imports: imports.map(|(name, import)| (name.to_owned(), import.descriptor())).collect(),
             });
-            let given = frame.imports.iter();
-            let options = given
-                .fold(options.clone(), |options, (name, texture)| options.import_texture(*name, texture));
-            let plan = pipeline.plan(&options)?;
-            match &mut self.executor {
-                Some(executor) => executor.set_plan(plan, frame.draws)?,
-                none => *none = Some(Executor::new(&self.device, &self.queue, plan, frame.draws)?),
+            let plan = pipeline.plan(&options.clone().imports(frame.imports))?;
+            match (&mut self.executor, frame.draws) {
+                (Some(executor), Some(draws)) => executor.set_plan_and_source(plan, draws)?,
+                (Some(executor), None) => executor.set_plan(plan)?,
+                (none, _) => *none = Some(Executor::new(&self.device, &self.queue, plan, frame.draws)?),
             }
         }
         self.executor.as_mut().map_or(Ok(()), |executor| executor.record(encoder, frame))
@@ -70,12 +67,13 @@ impl Renderer {
 
 impl MadeOf {
     fn is_of(&self, pipeline: &Pipeline, options: &Options, frame: &Frame<'_>) -> bool {
-        let is_same = |((name, known), (given, texture)): (&(String, _), &(&str, &wgpu::Texture))| {
-            name == given && *known == import_of(texture)
-        };
+        let is_same =
+            |((name, known), (given, import)): (&(String, ImportDescriptor), (&str, Import<'_>))| {
+                name == given && *known == import.descriptor()
+            };
         self.pipeline == *pipeline
             && self.options == *options
-            && self.imports.len() == frame.imports.len()
-            && self.imports.iter().zip(frame.imports).all(is_same)
+            && self.imports.len() == frame.imports.iter().len()
+            && self.imports.iter().zip(frame.imports.iter()).all(is_same)
     }
 }

@@ -77,7 +77,7 @@ fn play(host: &mut Host<'_>, scene: &Scene, at: u64, size: [u32; 2]) -> Vec<[u8;
         host.options = PlanOptions::new(size[0], size[1]).data_sizes(data_sizes);
         let plan = host.outcome.checked.plan_again(&host.options, &host.outcome.sources).expect("a plan");
         host.target = import(host.gpu, &plan, "target");
-        host.executor.set_plan(Arc::new(plan), Some(&host.scene)).expect("a plan");
+        host.executor.set_plan(Arc::new(plan)).expect("a plan");
     }
     host.scene.update(&host.gpu.queue, scene, &scene.pose(time(at)));
     host.frame(&frame(scene, at, size));

@@ -81,7 +81,7 @@ fn said(dry_run: &mut DryRun, path: &str, text: &str) -> Option<String> {
     let mut plan = Arc::unwrap_or_clone(outcome.checked.plan?);
     Arc::make_mut(&mut plan.pipeline)
         .hosts
-        .insert(interface::GEOMETRY.into(), interface::any_scene().filters(&[]));
+        .insert(interface::GEOMETRY.into(), interface::any_scene().any_filter());
     let said = pollster::block_on(dry_run.run(&Arc::new(plan)));
     let messages: Vec<&str> = said.iter().map(|one| one.message.as_str()).collect();
     Some(messages.join("; "))

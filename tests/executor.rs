@@ -398,7 +398,7 @@ fn an_import_has_at_least_the_mips_that_are_planned() {
         recorded.err().map(|error| error.to_string())
     };
     let said = record(1).expect("a diagnostic");
-    assert!(said.contains("has 1 mips and 1 samples, planned are 2 and 1"), "{said}");
+    assert!(said.contains("has 1 mips and 1 samples; the plan needs 2 and 1"), "{said}");
     assert_eq!([2, 3].map(record), [None, None]);
 }
 
@@ -473,18 +473,21 @@ fn a_buffer_of_the_hosts_is_read_by_passes() {
     );
     let storage = wgpu::BufferUsages::STORAGE;
     for (name, colors, usage, why) in [
-        ("colors", &[1.0; 3][..], storage, "12 bytes, planned are 16"),
+        ("colors", &[1.0; 3][..], storage, "12 bytes; the plan needs 16"),
         ("colors", &[1.0; 4], wgpu::BufferUsages::VERTEX, "without the usage"),
         ("target", &[1.0; 4], storage, "imports no buffer"),
         ("others", &[1.0; 4], storage, "imports no buffer"),
     ] {
-        let rejected = executor.import_buffer(name, &buffer(colors, usage)).unwrap_err().to_string();
+        let import = executor.import::<wgpu::Buffer>(name);
+        let given = import.and_then(|import| executor.give(import, &buffer(colors, usage)));
+        let rejected = given.unwrap_err().to_string();
         assert!(rejected.contains(why), "{rejected}");
     }
-    executor.import_buffer("colors", &buffer(&[1.0, 0.0, 0.0, 1.0], storage)).unwrap();
+    let import = executor.import("colors").unwrap();
+    executor.give::<wgpu::Buffer>(import, &buffer(&[1.0, 0.0, 0.0, 1.0], storage)).unwrap();
     assert_eq!(record(&mut executor), Ok(vec![255, 0, 0, 255]));
-    executor.import_buffer("colors", &buffer(&[0.0, 1.0, 0.0, 1.0], storage)).unwrap();
+    executor.give(import, &buffer(&[0.0, 1.0, 0.0, 1.0], storage)).unwrap();
     assert_eq!(record(&mut executor), Ok(vec![0, 255, 0, 255]));
-    executor.set_plan(std::sync::Arc::new(plan.clone()), None).unwrap();
+    executor.set_plan(std::sync::Arc::new(plan.clone())).unwrap();
     assert_eq!(record(&mut executor), Ok(vec![0, 255, 0, 255]));
 }

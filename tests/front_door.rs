@@ -60,9 +60,9 @@ fn an_error_shows_every_finding_with_its_lines_and_gives_them_as_data() {
         text.contains("small.json:7:") && text.contains("rgba8unrom") && text.contains("fil.wgsl"),
         "{text}"
     );
-    let codes: Vec<_> = error.findings().iter().map(|finding| finding.code.id).collect();
+    let codes: Vec<_> = error.diagnostics().iter().map(|finding| finding.code.id).collect();
     assert!(codes.len() >= 2 && codes.iter().all(|code| text.contains(code)), "{codes:?}");
-    let json = error.json(error.findings().iter().next().unwrap());
+    let json = error.json(error.diagnostics().iter().next().unwrap());
     assert!(json.to_string().contains("small.json"), "{json}");
     let error = library().load_text("small.json", "{ \"format\": ").unwrap_err();
     assert!(shown(&error).contains("small.json:1:"), "{error}");

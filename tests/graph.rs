@@ -3,7 +3,9 @@
 mod common;
 
 use common::{With, check, check_file};
-use umbragraph::compiler::{Assembly, CullReason, Import, Physical, PlanOptions, StoreOperation, build};
+use umbragraph::compiler::{
+    Assembly, CullReason, ImportDescriptor, Physical, PlanOptions, StoreOperation, build,
+};
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::report::{EdgeKind, Report};
 use umbragraph::wgpu_types::TextureFormat;
@@ -351,7 +353,7 @@ fn a_format_goes_with_that_of_the_texture_that_the_host_has() {
     for format in [TextureFormat::Bgra8Unorm, TextureFormat::Rgba8Unorm] {
         let size = outcome.plan().resources["target"].size.expect("a texture");
         let mut options = PlanOptions::new(size.width, size.height);
-        options.imports.insert("target".to_owned(), Import::new(format, size));
+        options.imports.insert("target".to_owned(), ImportDescriptor::new(format, size));
         let plan = outcome.checked.plan_again(&options, &outcome.sources).expect("a plan");
         assert_eq!(plan.resources["a"].format, Some(format));
     }

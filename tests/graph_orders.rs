@@ -1,12 +1,13 @@
 //! Orders for an objective, aliasing by class, subresources and imports, on graphs made in code.
 
 use umbragraph::compiler::{
-    Assembly, Objective, OrderMethod, Physical, Plan, PlanOptions, StoreOperation, build, plan,
+    Assembly, ImportDescriptor, Objective, OrderMethod, Physical, Plan, PlanOptions, StoreOperation,
+    TextureSize, build, plan,
 };
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::language::{Expr, FormatCandidates, Lifetime};
 use umbragraph::pipeline::{Aspect, IndexRange, SubresourceRange, Usage, Version};
-use umbragraph::wgpu_types::TextureUsages;
+use umbragraph::wgpu_types::{TextureFormat, TextureUsages};
 use umbragraph::why::why_apart;
 use umbragraph::work::LoadOperation;
 use umbragraph_verify::verify;
@@ -331,7 +332,8 @@ fn an_import_used_beyond_its_usage_is_rejected_at_the_use() {
     let target = assembly.imported("target");
     let _ = assembly.pass("p").writes(target);
     let mut options = PlanOptions::new(64, 64);
-    options.import_usages.insert("target".to_owned(), TextureUsages::RENDER_ATTACHMENT);
+    let import = ImportDescriptor::new(TextureFormat::Rgba8Unorm, TextureSize::new(64, 64));
+    options.imports.insert("target".to_owned(), import.usages(TextureUsages::RENDER_ATTACHMENT));
     let (plan, diagnostics) = compile(assembly, &options);
     assert!(plan.is_none());
     let found: Vec<_> =

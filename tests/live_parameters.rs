@@ -255,7 +255,7 @@ fn values_are_rejected_as_at_load_and_the_next_frame_has_those_before() {
         .checked
         .plan_again(&umbragraph::compiler::PlanOptions::new(64, 64), &outcome.sources)
         .unwrap();
-    executor.set_plan(std::sync::Arc::new(plan), None).unwrap();
+    executor.set_plan(std::sync::Arc::new(plan)).unwrap();
     assert_eq!(record(&mut executor), Ok(vec![255, 204, 255, 255]));
     let other = check(&TEXT.replace("live.wgsl.jinja", "gradient.wgsl.jinja").replace("\"red\"", "\"blue\"").replace(
         "\"bind\": { \"settings\": { \"values\": { \"color\": \"[twice / 2, low, high, 1]\", \"tint\": \"tint\" } } },",

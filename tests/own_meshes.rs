@@ -11,7 +11,7 @@ mod shadows;
 
 use dominoes::Dominoes;
 use glam::DVec3;
-use umbragraph::draw::HostSlotKind;
+use umbragraph::draw::HostResourceKind;
 use umbragraph::frame::FrameInput;
 use umbragraph::{Executor, Frame};
 use umbragraph_test_support::gpu;
@@ -57,11 +57,11 @@ fn an_application_of_its_own_draws_its_meshes_with_the_shadows_of_a_pipeline_it_
 #[test]
 fn a_host_whose_blocks_lie_elsewhere_is_found_without_a_device() {
     let mut host = shadows::interface();
-    if let HostSlotKind::Block { members, .. } = &mut host.object[0].kind {
+    if let HostResourceKind::Block { members, .. } = &mut host.object[0].kind {
         members[2].offset = 76;
     }
     let error = shadows::plan(host, SIZE).expect_err("a host that stores otherwise");
-    assert_eq!(error.findings().len(), 1, "{error}");
+    assert_eq!(error.diagnostics().len(), 1, "{error}");
     assert!(
         error.to_string().contains("\"domino.color\" lies at byte 76 on the host and at byte 80"),
         "{error}"

@@ -93,7 +93,7 @@ fn compare(
         let Some(sizes) = executor.wanted_sizes() else { break };
         options = options.data_sizes(sizes);
         plan = planned(pipeline, &options);
-        executor.set_plan(plan.clone(), Some(source)).unwrap_or_else(|error| panic!("{error}"));
+        executor.set_plan(plan.clone()).unwrap_or_else(|error| panic!("{error}"));
     }
     // Both begin anew: where lights have their tiles follows from the frames before.
     let made = Executor::new(&gpu.device, &gpu.queue, plan.clone(), Some(source));

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use umbragraph::data::ValueType;
-use umbragraph::draw::{DrawPass, DrawSource, HostInterface, HostSlot, HostVertexBuffer};
+use umbragraph::draw::{DrawPass, DrawSource, HostInterface, HostResource, HostVertexBuffer};
 use umbragraph::frame::{Bounds, Camera, FrameInput, Light};
 use umbragraph::{Error, Library, Options, Plan};
 use wgpu::VertexFormat::Float32x3;
@@ -20,7 +20,8 @@ pub(crate) fn interface() -> HostInterface {
     ];
     HostInterface::new()
         .vertices(HostVertexBuffer::new(24, [("position", Float32x3, 0), ("normal", Float32x3, 12)]))
-        .object(HostSlot::block("domino", STRIDE, members))
+        .object(HostResource::block("domino", STRIDE, members))
+        .any_filter()
 }
 
 /// Reads the pipeline and the shader, and compares what they want with what the meshes are. No device is needed, so a

@@ -6,8 +6,8 @@ mod histories;
 use std::sync::Arc;
 
 use umbragraph::compiler::{
-    Assembly, CullReason, KeepReason, Objective, Physical, Plan, PlanOptions, PlannedPass, StoreOperation,
-    build, plan,
+    Assembly, CullReason, ImportDescriptor, KeepReason, Objective, Physical, Plan, PlanOptions, PlannedPass,
+    StoreOperation, build, plan,
 };
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::language::{Expr, FormatCandidates, Lifetime};
@@ -470,7 +470,9 @@ fn a_missing_usage_is_caught() {
 fn an_import_used_beyond_its_usage_is_caught() {
     let plan = right();
     let mut options = options();
-    options.import_usages.insert("target".to_owned(), TextureUsages::TEXTURE_BINDING);
+    let target = &plan.resources["target"];
+    let import = ImportDescriptor::new(target.format.expect("a texture"), target.size.expect("a texture"));
+    options.imports.insert("target".to_owned(), import.usages(TextureUsages::TEXTURE_BINDING));
     assert_eq!(kinds(&verify(&plan, &options)), [ViolationKind::ImportMisused]);
 }
 

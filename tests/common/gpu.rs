@@ -157,7 +157,7 @@ impl<'a> Host<'a> {
         let plan = self.outcome.checked.plan_again(&self.options, &self.outcome.sources).expect("a plan");
         let violations = umbragraph_verify::verify(&plan, &self.options);
         assert!(violations.is_empty(), "{violations:#?}");
-        self.executor.set_plan(Arc::new(plan), Some(&self.scene)).expect("another plan");
+        self.executor.set_plan(Arc::new(plan)).expect("another plan");
         true
     }
 

@@ -1,6 +1,6 @@
 //! The draw contract: an engine's own storage draws what the plain one draws.
 
-use umbragraph::draw::{HostInterface, HostSlotKind};
+use umbragraph::draw::{HostFilters, HostInterface, HostResourceKind};
 use umbragraph::{Executor, Frame, Library, Options};
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::image::Picture;
@@ -43,9 +43,7 @@ fn an_engine_draws_into_the_cascades_of_awsm_what_plain_draws_draw() {
 /// What is wrong with how an engine stores things is found without a device, by the name of what differs.
 #[test]
 fn storage_that_does_not_fit_is_named() {
-    let rejected = |change: &dyn Fn(&mut HostInterface), wanted: &str| {
-        let mut host = interface(true);
-        change(&mut host);
+    let stated = |name: &str, host: HostInterface, wanted: &str| {
         let text = r#"{ "format": 1, "name": "engine", "extends": "umbragraph:awsm.json",
           "derived": { "geometry": "'engine'", "instanced": "true" },
           "geometry": { "engine": {
@@ -56,20 +54,26 @@ fn storage_that_does_not_fit_is_named() {
             },
             "object": { "objects": [{ "world_from_object": "mat4x4<f32>", "normal_from_object": "mat4x4<f32>", "receive_shadow": "u32" }] }
           } } }"#;
-        let pipeline = Library::new().host("engine", host).load_text("engine.json", text).unwrap();
+        let pipeline = Library::new().host(name, host).load_text("engine.json", text).unwrap();
         let error = pipeline.plan(&Options::new(64, 64)).expect_err(wanted).to_string();
         assert!(error.contains(wanted), "{error}");
     };
+    stated("enigne", interface(true), "no host stores the geometry \"engine\"; one is stated for \"enigne\"");
+    let rejected = |change: &dyn Fn(&mut HostInterface), wanted: &str| {
+        let mut host = interface(true);
+        change(&mut host);
+        stated("engine", host, wanted);
+    };
     rejected(
         &|host| {
-            let HostSlotKind::Array { stride, .. } = &mut host.object[0].kind else { panic!() };
+            let HostResourceKind::Array { stride, .. } = &mut host.object[0].kind else { panic!() };
             *stride = 160;
         },
         "elements of the host's array \"objects\" lie 160 bytes apart, in lit.wgsl.jinja 144",
     );
     rejected(
         &|host| {
-            let HostSlotKind::Array { members, .. } = &mut host.object[0].kind else { panic!() };
+            let HostResourceKind::Array { members, .. } = &mut host.object[0].kind else { panic!() };
             members[2].offset = 132;
         },
         "\"objects.receive_shadow\" lies at byte 132 on the host and at byte 128",
@@ -77,6 +81,18 @@ fn storage_that_does_not_fit_is_named() {
     rejected(
         &|host| host.vertex_buffers_of[0].1[1].attributes.truncate(1),
         "no vertex attribute \"texcoord\" of meshes with the properties split",
+    );
+    rejected(
+        &|host| host.vertex_buffers[0].attributes[2].offset = 28,
+        "the vertex attribute \"texcoord\" ends at byte 36 of a vertex, whose stride is 32",
+    );
+    rejected(
+        &|host| host.filters = HostFilters::default(),
+        "does not say which filters it tells apart; the pipeline draws \"casters\", \"opaque\", \"transparent\"",
+    );
+    rejected(
+        &|host| host.filters = HostFilters::Words(vec!["opaque".to_owned(), "casters".to_owned()]),
+        "the host of \"engine\" knows no filter \"transparent\"",
     );
     rejected(
         &|host| {

@@ -41,9 +41,21 @@ fn an_exposed_map_is_what_the_frame_left_and_costs_its_memory() {
         seen.push(texels);
     }
     assert!(seen[0] == seen[1]);
-    let color =
-        pollster::block_on(read_back(&gpu.device, &gpu.queue, executor.texture("color").unwrap())).unwrap();
+    let color = pollster::block_on(executor.read("color")).unwrap_or_else(|error| panic!("{error}"));
     assert!(color.values.iter().any(|color| color[0] > 0.2));
+    // What cannot be read says how it could.
+    let cannot = |name: &str| pollster::block_on(executor.read(name)).unwrap_err().to_string();
+    for (name, why, way) in [
+        ("depth", "\"depth\" is not exposed", "Options::expose"),
+        ("target", "\"target\" is the application's own", "read_back"),
+        ("colour", "no texture \"colour\"", "did you mean \"color\"?"),
+    ] {
+        let error = cannot(name);
+        assert!(error.contains(why) && error.contains(way), "{error}");
+    }
+    let depth = executor.texture("depth").unwrap();
+    let error = pollster::block_on(read_back(&gpu.device, &gpu.queue, depth)).unwrap_err();
+    assert!(error.message.contains("without the usage TextureUsages(COPY_SRC)"), "{error:?}");
 }
 
 #[test]

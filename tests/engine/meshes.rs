@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Quat, Vec3};
 use umbragraph::data::ValueType;
-use umbragraph::draw::{DrawPass, DrawSource, HostInterface, HostSlot, HostVertexBuffer, PropertySet};
+use umbragraph::draw::{DrawPass, DrawSource, HostInterface, HostResource, HostVertexBuffer, PropertySet};
 use umbragraph::frame::{Bounds, Camera, FrameInput, Light};
 use umbragraph::{Library, Options, Plan};
 use umbragraph_test_support::gpu::Gpu;
@@ -90,23 +90,24 @@ pub(crate) fn plan(instanced: bool, options: &Options) -> Arc<Plan> {
 
 pub(crate) fn interface(instanced: bool) -> HostInterface {
     let whole = [("position", Float32x3, 0), ("normal", Float32x3, 12), ("texcoord", Float32x2, 24)];
-    let interface = HostInterface::new().vertices(HostVertexBuffer::new(32, whole));
+    let filters = ["opaque", "transparent", "casters", "static_casters", "dynamic_casters"];
+    let interface = HostInterface::new().vertices(HostVertexBuffer::new(32, whole)).filters(&filters);
     if instanced {
         let split = [
             HostVertexBuffer::new(12, [("position", Float32x3, 0)]),
             HostVertexBuffer::new(20, [("normal", Float32x3, 0), ("texcoord", Float32x2, 12)]),
         ];
         interface
-            .object(HostSlot::array("objects", 144, OBJECT))
+            .object(HostResource::array("objects", 144, OBJECT))
             .properties(["split"], [PropertySet::default(), SPLIT])
             .vertices_of(SPLIT, split)
             .material_layout(material_entries())
     } else {
         interface
-            .material(HostSlot::block("material", 0, MATERIAL))
-            .material(HostSlot::opaque("base_color_texture", "texture_2d<f32>"))
-            .material(HostSlot::opaque("base_color_sampler", "sampler"))
-            .object(HostSlot::block("object", 256, OBJECT))
+            .material(HostResource::block("material", 0, MATERIAL))
+            .material(HostResource::opaque("base_color_texture", "texture_2d<f32>"))
+            .material(HostResource::opaque("base_color_sampler", "sampler"))
+            .object(HostResource::block("object", 256, OBJECT))
     }
 }
 

@@ -48,6 +48,7 @@ fn interface() -> HostInterface {
     HostInterface::new()
         .vertices(HostVertexBuffer::new(8, [("corner", Float32x2, 0)]))
         .vertices(HostVertexBuffer::new(32, place).per_instance())
+        .any_filter()
 }
 
 impl DrawSource for Squares {

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use umbragraph::executor::{Preparation, Prepared};
+use umbragraph::executor::{PlanPreparer, PreparedPlan};
 use umbragraph::{Executor, Frame, Options};
 use umbragraph_test_support::gpu;
 
@@ -14,8 +14,8 @@ const SIZE: [u32; 2] = [64, 36];
 #[test]
 fn a_plan_is_prepared_on_another_thread_and_adopted_without_a_pipeline() {
     fn is_sent<T: Send + Sync + 'static>() {}
-    is_sent::<Preparation>();
-    is_sent::<Prepared>();
+    is_sent::<PlanPreparer>();
+    is_sent::<PreparedPlan>();
     let Some(gpu) = gpu::device() else { return };
     let options = Options::new(SIZE[0], SIZE[1]).set("cascade_side", 256);
     let [first, second, third] = ["hard", "pcss", "poisson16"]
@@ -37,7 +37,7 @@ fn a_plan_is_prepared_on_another_thread_and_adopted_without_a_pipeline() {
         what();
         start.elapsed()
     };
-    let preparation = executor.preparation();
+    let preparation = executor.preparer();
     let prepared = std::thread::scope(|scope| {
         let worker = scope.spawn(|| preparation.prepare(second.clone(), Some(&meshes)));
         // Frames go on meanwhile.
@@ -46,15 +46,18 @@ fn a_plan_is_prepared_on_another_thread_and_adopted_without_a_pipeline() {
     });
     let before = executor.statistics();
     let mut prepared = Some(prepared);
-    let adopted = timed(&mut || executor.adopt(prepared.take().unwrap(), Some(&meshes)).unwrap());
+    let made = prepared.as_ref().unwrap().statistics();
+    assert!(made.pipelines > 0);
+    let adopted = timed(&mut || executor.set_prepared_plan(prepared.take().unwrap()).unwrap());
     let after = executor.statistics();
-    assert_eq!((after.pipelines, after.shader_modules), (before.pipelines, before.shader_modules));
+    let counted = (before.pipelines + made.pipelines, before.shader_modules + made.shader_modules);
+    assert_eq!((after.pipelines, after.shader_modules), counted, "nothing but what was prepared");
     let picture = record(&mut executor);
     // An executor beside it makes no pipeline either, and draws the same.
-    let mut beside = Executor::beside(&executor, second, Some(&meshes)).unwrap();
+    let mut beside = Executor::with_shared_cache(&executor, second, Some(&meshes)).unwrap();
     assert_eq!((beside.statistics().pipelines, beside.statistics().shader_modules), (0, 0));
     assert_eq!(record(&mut beside).differing(&picture, 0), 0);
-    let set = timed(&mut || executor.set_plan(third.clone(), Some(&meshes)).unwrap());
+    let set = timed(&mut || executor.set_plan(third.clone()).unwrap());
     println!("a prepared plan is adopted in {adopted:?}, another set in {set:?}");
     assert!(executor.statistics().pipelines > after.pipelines && adopted < set, "{adopted:?} {set:?}");
 }

@@ -99,9 +99,9 @@ fn another_size_begins_again_and_the_same_size_goes_on() {
     let target = import(&gpu, &small, "target");
     let seen: Vec<u8> = (0..4).map(|_| next(&gpu, &mut executor, &target)).collect();
     assert_eq!(seen, fibonacci(4));
-    executor.set_plan(fibonacci_plan(8), None).expect("the same plan");
+    executor.set_plan(fibonacci_plan(8)).expect("the same plan");
     assert_eq!(next(&gpu, &mut executor, &target), fibonacci(5)[4], "the same size goes on");
-    executor.set_plan(large.clone(), None).expect("a larger plan");
+    executor.set_plan(large.clone()).expect("a larger plan");
     let target = import(&gpu, &large, "target");
     let seen: Vec<u8> = (0..4).map(|_| next(&gpu, &mut executor, &target)).collect();
     assert_eq!(seen, fibonacci(4), "another size begins again");
@@ -249,7 +249,7 @@ fn words_go_on_in_a_plan_of_the_same_size_and_begin_again_in_one_of_another() {
     let target = import(&gpu, executor.plan(), "target");
     let mut seen = Vec::new();
     for size in [16, 16, 32] {
-        executor.set_plan(counted(size), None).expect("another plan");
+        executor.set_plan(counted(size)).expect("another plan");
         seen.extend([(); 2].map(|()| next(&gpu, &mut executor, &target)));
     }
     assert_eq!(seen, [51, 52, 53, 54, 51, 52]);

@@ -1,6 +1,6 @@
 //! Hosts whose meshes change, or are not what the pipelines were built for.
 
-use umbragraph::draw::{DrawSource, HostSlotKind};
+use umbragraph::draw::{DrawSource, HostResourceKind};
 use umbragraph::executor::Executor;
 use umbragraph_test_support::gpu;
 
@@ -84,7 +84,7 @@ fn another_interface_wants_the_plan_again() {
     let diagnostics =
         play(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"])).expect_err("a diagnostic");
     assert_eq!(said(&diagnostics)[0].0, "UG0608");
-    executor.set_plan(plan.clone(), Some(&squares)).expect("a plan that fits");
+    executor.set_plan_and_source(plan.clone(), &squares).expect("a plan that fits");
     show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
     assert_eq!(color(&gpu, &target, 0), RED_TEXEL);
 }
@@ -148,7 +148,7 @@ fn what_a_host_stores_otherwise_or_does_not_know_is_found_when_the_executor_is_m
     assert_eq!(said[0].0, "UG0608");
     assert!(said[0].1.contains("\"corner\""), "{said:?}");
     let stride = |squares: &mut Squares| {
-        if let HostSlotKind::Block { stride, .. } = &mut squares.interface.object[0].kind {
+        if let HostResourceKind::Block { stride, .. } = &mut squares.interface.object[0].kind {
             *stride = 100;
         }
     };

@@ -161,7 +161,8 @@ fn parameters_are_set_in_the_type_that_the_pipeline_declares_and_in_no_other() {
             ("text", executor.parameter::<&str>("live").is_ok()),
             ("list", executor.parameter::<&[f32]>("live").is_ok()),
             ("list", executor.parameter::<[f32; 2]>("live").is_ok()),
-            ("number", executor.parameter::<i32>("live").is_ok()),
+            ("number", executor.parameter::<u32>("live").is_ok()),
+            ("a number of another type", executor.parameter::<i32>("live").is_ok()),
             ("a list of flags", executor.parameter::<&[bool]>("live").is_ok()),
             ("a list of three", executor.parameter::<[f32; 3]>("live").is_ok()),
         ];

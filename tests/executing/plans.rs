@@ -33,7 +33,7 @@ fn the_same_plan_again_creates_no_texture_and_no_pipeline() {
     let target = import(&gpu, &plan, "target");
     show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
     let before = executor.statistics();
-    executor.set_plan(plan.clone(), Some(&squares)).expect("the same plan");
+    executor.set_plan(plan.clone()).expect("the same plan");
     let after = executor.statistics();
     assert_eq!(
         (after.textures, after.buffers, after.samplers, after.shader_modules, after.layouts, after.pipelines),
@@ -58,7 +58,7 @@ fn pipelines_are_kept_for_a_plan_that_comes_back_soon_and_created_again_for_one_
     let mut created = |plans: &[&std::sync::Arc<Plan>]| {
         let before = executor.statistics().pipelines;
         for plan in plans {
-            executor.set_plan((*plan).clone(), None).expect("a plan");
+            executor.set_plan((*plan).clone()).expect("a plan");
         }
         executor.statistics().pipelines - before
     };
@@ -84,7 +84,7 @@ fn another_size_makes_other_textures_and_keeps_pipelines_and_what_outlives_frame
     show(&gpu, &mut executor, None, &import(&gpu, &small, "target"), &frame(&[]));
     show(&gpu, &mut executor, None, &import(&gpu, &small, "target"), &frame(&[]));
     let before = executor.statistics();
-    executor.set_plan(large.clone(), None).expect("a plan");
+    executor.set_plan(large.clone()).expect("a plan");
     let after = executor.statistics();
     assert_eq!((after.textures, after.pipelines), (before.textures + 1, before.pipelines));
     let target = import(&gpu, &large, "target");
@@ -104,7 +104,7 @@ fn a_resource_that_outlives_frames_begins_empty_under_another_name() {
     show(&gpu, &mut executor, None, &target, &frame(&[]));
     show(&gpu, &mut executor, None, &target, &frame(&[]));
     assert_eq!(color(&gpu, &target, 0), [102, 0, 0, 102]);
-    executor.set_plan(renamed, None).expect("a plan");
+    executor.set_plan(renamed).expect("a plan");
     show(&gpu, &mut executor, None, &target, &frame(&[]));
     assert_eq!(color(&gpu, &target, 0), [51, 0, 0, 51]);
 }
@@ -116,7 +116,7 @@ fn a_plan_that_the_device_rejects_leaves_the_one_before() {
     let mut executor = executor(&gpu, &good, None);
     let mut plan = (*good).clone();
     let beyond = gpu.device.limits().max_texture_dimension_2d + 1;
-    let size = umbragraph::compiler::TextureSize { width: beyond, height: 1, layers: 1, mips: 1, samples: 1 };
+    let size = umbragraph::compiler::TextureSize::new(beyond, 1);
     plan.textures.push(umbragraph::compiler::PhysicalTexture {
         label: "wide".into(),
         format: wgpu::TextureFormat::Rgba8Unorm,
@@ -126,11 +126,11 @@ fn a_plan_that_the_device_rejects_leaves_the_one_before() {
         view_format: None,
         bytes: u64::from(beyond) * 4,
     });
-    let diagnostics = executor.set_plan(plan.clone().into(), None).expect_err("a diagnostic");
+    let diagnostics = executor.set_plan(plan.clone().into()).expect_err("a diagnostic");
     assert_eq!(said(&diagnostics)[0].0, "UG0804");
     // The device itself, where nothing beforehand tells: three samples.
     plan.textures[0].size = umbragraph::compiler::TextureSize { width: 4, samples: 3, ..size };
-    let diagnostics = executor.set_plan(plan.into(), None).expect_err("a diagnostic");
+    let diagnostics = executor.set_plan(plan.into()).expect_err("a diagnostic");
     assert_eq!(said(&diagnostics)[0].0, "UG0803");
     let target = import(&gpu, &good, "target");
     show(&gpu, &mut executor, None, &target, &frame(&[]));

@@ -147,8 +147,7 @@ fn another_plan_draws_everything_again() {
     let mut stage = Stage::new(&gpu, &plan);
     assert_eq!((stage.play(&["0"]), stage.play(&["0"])), (1, 0));
     let created = stage.executor.statistics();
-    let source = &stage.squares as &dyn umbragraph::draw::DrawSource;
-    stage.executor.set_plan(plan, Some(source)).expect("a plan");
+    stage.executor.set_plan(plan).expect("a plan");
     assert_eq!(
         stage.executor.statistics().pipelines,
         created.pipelines,

@@ -1,7 +1,7 @@
 //! A host whose meshes are coloured squares, and which can be made to misbehave.
 
 use umbragraph::data::ValueType;
-use umbragraph::draw::{DrawPass, DrawSource, HostInterface, HostSlot, HostVertexBuffer, PropertySet};
+use umbragraph::draw::{DrawPass, DrawSource, HostInterface, HostResource, HostVertexBuffer, PropertySet};
 
 /// The template that draws squares: four corners from 0 to 1, put into a rectangle of clip space.
 pub(crate) const TEMPLATE: &str = "struct View { clip_from_world: mat4x4<f32> }
@@ -150,8 +150,8 @@ pub(crate) fn interface() -> HostInterface {
         [("rectangle", ValueType::VEC4, 0), ("color", ValueType::VEC4, 16), ("depth", ValueType::F32, 32)];
     HostInterface::new()
         .vertices(HostVertexBuffer::new(8, [("corner", wgpu::VertexFormat::Float32x2, 0)]))
-        .material(HostSlot::block("material", 0, [("tint", ValueType::VEC4, 0)]))
-        .object(HostSlot::block("object", STRIDE as u32, object))
+        .material(HostResource::block("material", 0, [("tint", ValueType::VEC4, 0)]))
+        .object(HostResource::block("object", STRIDE as u32, object))
         .properties(["double_sided"], [PropertySet(0), BOTH_SIDES])
         .filters(&["all"])
 }

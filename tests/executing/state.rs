@@ -92,7 +92,7 @@ impl<'a> Player<'a> {
 
     #[track_caller]
     fn set_plan(&mut self, plan: Arc<Plan>) {
-        self.executor.set_plan(plan, None).expect("another plan");
+        self.executor.set_plan(plan).expect("another plan");
     }
 }
 
@@ -132,13 +132,13 @@ fn a_plan_that_the_device_rejects_leaves_the_state_of_the_one_before() {
     bad.textures.push(PhysicalTexture {
         label: "three samples".into(),
         format: wgpu::TextureFormat::Rgba8Unorm,
-        size: TextureSize { width: 4, height: 4, layers: 1, mips: 1, samples: 3 },
+        size: TextureSize::new(4, 4).samples(3),
         volume: false,
         usages: wgpu::TextureUsages::RENDER_ATTACHMENT,
         view_format: None,
         bytes: 192,
     });
-    player.executor.set_plan(bad.into(), None).expect_err("a plan that cannot be");
+    player.executor.set_plan(bad.into()).expect_err("a plan that cannot be");
     assert_eq!(player.next(), (11, false));
 }
 

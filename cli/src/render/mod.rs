@@ -290,7 +290,7 @@ impl<'a> Drawing<'a> {
         self.options.data_sizes = data_sizes;
         let plan: Plan = self.checked.plan_again(&self.options, &self.sources)?;
         self.imports = target::imports(self.graphics, &plan, &self.picture);
-        Ok(self.executor.set_plan(Arc::new(plan), Some(&self.draws))?)
+        Ok(self.executor.set_plan(Arc::new(plan))?)
     }
 
     /// Goes on with what was checked with other settings.
@@ -299,7 +299,7 @@ impl<'a> Drawing<'a> {
         (self.checked, self.sources) = (checked, session.sources().clone());
         self.options.data_sizes.clear();
         self.imports = target::imports(self.graphics, &plan, &self.picture);
-        Ok(self.executor.set_plan(plan, Some(&self.draws))?)
+        Ok(self.executor.set_plan(plan)?)
     }
 
     /// What CPU passes had to say of the last frame, and the lights that no pass read.

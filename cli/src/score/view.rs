@@ -2,7 +2,7 @@
 
 use umbragraph::diagnostic::{Diagnostic, Diagnostics};
 use umbragraph::frame::{FrameInput, Light};
-use umbragraph::passes::lights::CAST_SHADOW;
+use umbragraph::passes::words::CAST_SHADOW;
 use umbragraph_score::{LightTruth, Rays, Rendered, Scores, Seen, Truth, difference};
 
 use super::nothing;

@@ -23,6 +23,7 @@ use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery
 use bevy::render::view::{ExtractedView, ViewDepthStencilTexture, ViewTarget};
 use bevy::render::{ExtractSchedule, Render, RenderApp, RenderSystems};
 use umbragraph::frame::{Bounds, Camera as FrameCamera, FrameInput, Light};
+use umbragraph::prelude::LightProperties as _;
 use umbragraph::{Frame, Library, Options, Renderer};
 
 use extract::{Scene, extract, upload};
@@ -47,9 +48,7 @@ impl Plugin for UmbragraphPlugin {
     fn build(&self, app: &mut App) {
         let library = Library::new()
             .host("bevy", interface())
-            .template("lib/meshes.wgsl.jinja", include_str!("templates/meshes.wgsl.jinja"))
-            .template("tinted.wgsl.jinja", include_str!("templates/tinted.wgsl.jinja"))
-            .template("tinted.axes.json", include_str!("templates/tinted.axes.json"));
+            .template("lib/meshes.wgsl.jinja", include_str!("templates/meshes.wgsl.jinja"));
         app.init_asset::<Pipeline>().register_asset_loader(Loader(library));
         let Some(app) = app.get_sub_app_mut(RenderApp) else { return };
         let place = draw.after(main_opaque_pass_3d).before(main_transparent_pass_3d);
@@ -100,7 +99,7 @@ fn draw(
     let light = |sun: &extract::Sun| {
         // Bevy's exposure is a camera's; what the pipeline draws is exposed already.
         let light = Light::directional("sun", sun.direction, sun.color, sun.illuminance * camera.exposure);
-        if sun.casts_shadows { light.property("cast_shadow") } else { light }
+        if sun.casts_shadows { light.casts_shadow() } else { light }
     };
     let world_from_view = view.world_from_view.to_matrix().to_cols_array_2d();
     let camera = FrameCamera::from_matrices(world_from_view, view.clip_from_view.to_cols_array_2d());

@@ -4,7 +4,7 @@
 use bevy::render::mesh::{RenderMesh, RenderMeshBufferInfo, allocator::MeshAllocator};
 use bevy::render::render_asset::RenderAssets;
 use umbragraph::data::ValueType;
-use umbragraph::draw::{DrawPass, DrawSource, HostInterface, HostSlot, HostVertexBuffer};
+use umbragraph::draw::{DrawPass, DrawSource, HostInterface, HostResource, HostVertexBuffer};
 use umbragraph::wgpu::{BindingResource, VertexFormat::Float32x2, VertexFormat::Float32x3};
 
 use crate::extract::Scene;
@@ -19,7 +19,8 @@ pub(crate) fn interface() -> HostInterface {
     let object = matrices.into_iter().chain([("color", ValueType::VEC4, 128)]);
     HostInterface::new()
         .vertices(HostVertexBuffer::new(STRIDE, vertex))
-        .object(HostSlot::array("objects", 144, object))
+        .object(HostResource::array("objects", 144, object))
+        .any_filter()
 }
 
 /// The meshes of a frame.

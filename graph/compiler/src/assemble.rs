@@ -48,6 +48,7 @@ impl Assembly {
         let program = Program {
             template: String::new(),
             axes: Default::default(),
+            from_target: Vec::new(),
             variants: Vec::new(),
             bindings: Vec::new(),
         };

@@ -15,10 +15,7 @@ pub struct PlanOptions {
     pub viewport: [u32; 2],
     /// The host's own textures by the name of the resource that stands for them. One that is not told is taken to be
     /// as the pipeline declares it.
-    pub imports: BTreeMap<String, Import>,
-    /// The usages that the host's own textures were created with, by the name of the resource. One that is not told is
-    /// taken to allow everything.
-    pub import_usages: BTreeMap<String, TextureUsages>,
+    pub imports: BTreeMap<String, ImportDescriptor>,
     /// The sizes that blackboard data publishes, as `DATA.SIZE`, where they are other than their initial values.
     pub data_sizes: BTreeMap<String, u32>,
     /// Whether transient resources may share memory.
@@ -33,7 +30,6 @@ impl PlanOptions {
         Self {
             viewport: [width, height],
             imports: BTreeMap::new(),
-            import_usages: BTreeMap::new(),
             data_sizes: BTreeMap::new(),
             aliasing: true,
             objective: Objective::Declaration,
@@ -65,26 +61,35 @@ impl PlanOptions {
     }
 }
 
-/// A texture of the host's own.
+/// A texture of the host's own: its format, its size and the usages that it was created with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Import {
+pub struct ImportDescriptor {
     /// Its format.
     pub format: TextureFormat,
     /// Its size.
     pub size: TextureSize,
+    /// Its usages; all without it.
+    pub usages: TextureUsages,
 }
 
-impl Import {
-    /// A texture of a format and a size.
+impl ImportDescriptor {
+    /// A texture of a format and a size, which allows every usage.
     pub fn new(format: TextureFormat, size: TextureSize) -> Self {
-        Self { format, size }
+        Self { format, size, usages: TextureUsages::all() }
+    }
+
+    /// With the usages that it was created with.
+    #[must_use]
+    pub fn usages(self, usages: TextureUsages) -> Self {
+        Self { usages, ..self }
     }
 }
 
 impl PlanOptions {
-    /// The formats of the host's own textures.
-    pub(super) fn import_formats(&self) -> BTreeMap<String, TextureFormat> {
-        self.imports.iter().map(|(name, import)| (name.clone(), import.format)).collect()
+    /// The formats and usages of the host's own textures.
+    pub(super) fn import_kinds(&self) -> BTreeMap<String, (TextureFormat, TextureUsages)> {
+        let kind = |import: &ImportDescriptor| (import.format, import.usages);
+        self.imports.iter().map(|(name, import)| (name.clone(), kind(import))).collect()
     }
 }

@@ -11,6 +11,7 @@
 
 mod settings;
 
+use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 
@@ -41,6 +42,8 @@ pub struct Parameters {
     given: Vec<Value>,
     /// Whether each has been set since the plan was made.
     is_set: Vec<bool>,
+    /// What was set in plans before, by name.
+    kept: BTreeMap<String, Value>,
     is_changed: bool,
     id: u64,
     /// For each pass its blocks.
@@ -66,6 +69,7 @@ impl Parameters {
         Self {
             is_set: vec![false; settled.len()],
             is_changed: false,
+            kept: BTreeMap::new(),
             id: hasher.finish(),
             blocks: plan.passes.iter().map(|pass| pass.blocks.clone()).collect(),
             taken,
@@ -143,17 +147,16 @@ impl Parameters {
         Ok(())
     }
 
-    /// Sets what was set in another plan's parameters, where it fits here.
-    pub fn go_on_from(&mut self, before: &Self) {
+    /// Sets what was set in the parameters of another plan, and of those before it, where it fits here.
+    pub fn go_on_from(&mut self, before: &mut Self) {
+        self.kept = std::mem::take(&mut before.kept);
+        let set = before.plan.pipeline.parameters.keys().zip(&before.is_set).filter(|(_, is_set)| **is_set);
+        let set = set.filter_map(|(name, _)| Some((name.clone(), before.scope.borrow(name)?.clone())));
+        self.kept.extend(set);
         for (at, (name, parameter)) in self.plan.pipeline.parameters.iter().enumerate() {
-            let from = before.plan.pipeline.parameters.keys().position(|known| known == name);
-            let is_set = parameter.structural.is_none() && from.is_some_and(|from| before.is_set[from]);
-            let (Some(value), Some(own), true) =
-                (before.scope.borrow(name), self.scope.get_mut(name), is_set)
-            else {
-                continue;
-            };
-            if rejected(name, &parameter.declaration, value, own).is_none() {
+            let (Some(value), Some(own)) = (self.kept.get(name), self.scope.get_mut(name)) else { continue };
+            if parameter.structural.is_none() && rejected(name, &parameter.declaration, value, own).is_none()
+            {
                 self.is_set[at] = true;
                 self.is_changed |= own != value;
                 own.clone_from(value);

@@ -25,7 +25,7 @@ use super::resolved_resources::ResolvedResources;
 use super::toggles;
 use super::uninitialised;
 use super::{history, subresources};
-use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph_pipeline::pipeline::Pipeline;
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::PassHandle;
@@ -42,6 +42,15 @@ pub fn plan(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Option<Plan> {
+    if options.viewport.contains(&0) {
+        let [width, height] = options.viewport;
+        let message = format!("a picture of {width} by {height} texels has none");
+        let diagnostic = Diagnostic::error(codes::SIZE_LIMIT, Place::Nowhere, message);
+        diagnostics.push(
+            diagnostic.help("plan when there is something to draw, such as a window that is not minimised"),
+        );
+        return None;
+    }
     let before = diagnostics.error_count();
     let kept = cull::keep(pipeline, graph);
     let mut live: Vec<PassHandle> =
@@ -83,6 +92,7 @@ pub fn plan(
         culled: culled
             .map(|pass| (pipeline.pass(pass).name.clone(), cull::cull_reason(pipeline, graph, &kept, pass)))
             .collect(),
+        filters: filters(pipeline, &passes),
         resources: BTreeMap::new(),
         histories: BTreeMap::new(),
         textures: Vec::new(),
@@ -102,8 +112,7 @@ pub fn plan(
             spans: planner.spans(),
             conditional,
             resolved: resolved.list.clone(),
-            import_formats: options.import_formats(),
-            import_usages: options.import_usages.clone(),
+            import_kinds: options.import_kinds(),
             aliasing: options.aliasing,
         }),
     };
@@ -135,6 +144,15 @@ fn no_output(pipeline: &Pipeline) -> Diagnostic {
     Diagnostic::error(codes::NO_OUTPUT, place, message).pointer("/passes").help(
         "let a pass write a resource with \"lifetime\": \"imported\", or give one \"side_effect\": true",
     )
+}
+
+/// The filters of draws of the host's meshes, by geometry.
+fn filters(pipeline: &Pipeline, passes: &[PlannedPass]) -> BTreeMap<String, BTreeSet<String>> {
+    let mut filters: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for scene in passes.iter().filter_map(|planned| pipeline.pass(planned.handle).work().scene()) {
+        filters.entry(scene.geometry.clone()).or_default().insert(scene.filter.clone());
+    }
+    filters
 }
 
 impl Plan {

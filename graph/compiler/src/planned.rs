@@ -1,6 +1,6 @@
 //! The types of a [`Plan`]: everything about a frame that is known before it, as a value.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use serde::Serialize;
@@ -31,6 +31,9 @@ pub struct Plan {
     pub passes: Vec<PlannedPass>,
     /// The culled passes by name, each with the reason.
     pub culled: BTreeMap<String, CullReason>,
+    /// The filters of draws of the host's meshes, by geometry: the host draws for each what it stands for.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub filters: BTreeMap<String, BTreeSet<String>>,
     /// The resources that live passes use, by name.
     pub resources: BTreeMap<String, PlannedResource>,
     /// The histories, by the name of the resource that each frame writes.
@@ -80,10 +83,8 @@ pub(super) struct Fixed {
     pub(super) conditional: Vec<bool>,
     /// The description of each resource when the plan was made.
     pub(super) resolved: Vec<Option<ResolvedResource>>,
-    /// The formats of the host's own textures.
-    pub(super) import_formats: BTreeMap<String, TextureFormat>,
-    /// The usages of the host's own textures.
-    pub(super) import_usages: BTreeMap<String, TextureUsages>,
+    /// The formats and usages of the host's own textures.
+    pub(super) import_kinds: BTreeMap<String, (TextureFormat, TextureUsages)>,
     /// Whether transient resources may share memory.
     pub(super) aliasing: bool,
 }
@@ -211,6 +212,13 @@ impl Plan {
     /// The planned form of a resource.
     pub fn resource(&self, handle: ResourceHandle) -> Option<&PlannedResource> {
         self.resources.get(&self.pipeline.resource(handle).name)
+    }
+
+    /// The host's own textures and buffers that the plan uses, by name. One of the pipeline that no live pass uses is none
+    /// of them.
+    pub fn imports(&self) -> impl Iterator<Item = (&str, &PlannedResource)> {
+        let imported = self.resources.iter().filter(|(_, one)| one.physical == Physical::Imported);
+        imported.map(|(name, one)| (name.as_str(), one))
     }
 
     /// A live pass.

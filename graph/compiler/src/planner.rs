@@ -5,6 +5,7 @@ use super::cull::KeepReason;
 use super::format;
 use super::planned::{PlannedAttachment, PlannedPass};
 use super::resolved_resources::ResolvedResources;
+use super::target_constants;
 use umbragraph_pipeline::diagnostic::Diagnostic;
 use umbragraph_pipeline::pipeline::{Access, Aspect, Condition, Pipeline};
 use umbragraph_pipeline::work::{PassHandle, Work};
@@ -72,8 +73,10 @@ impl<'a> Planner<'a> {
                 .map(|variant| {
                     let module = &variant.module;
                     let hash: String = module.hash[..4].iter().map(|byte| format!("{byte:02x}")).collect();
+                    let format = |resource| Some(self.resolved.texture(resource)?.format);
+                    let constants = target_constants::of_work(program, variant, pass.work(), &format);
                     let constants: String =
-                        module.constants.iter().map(|(name, value)| format!(" {name}={value}")).collect();
+                        constants.map(|(name, value)| format!(" {name}={value}")).collect();
                     let axes = umbragraph_pipeline::shader::describe(&module.axes);
                     format!("{} [{axes}] {hash}{constants}", program.template)
                 })

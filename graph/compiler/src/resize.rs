@@ -45,8 +45,7 @@ impl Plan {
         let alike = options.objective == self.order.objective
             && options.objective != Objective::Memory
             && options.aliasing == fixed.aliasing
-            && options.import_usages == fixed.import_usages
-            && options.import_formats() == fixed.import_formats;
+            && options.import_kinds() == fixed.import_kinds;
         if !alike {
             return None;
         }

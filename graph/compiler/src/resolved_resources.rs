@@ -15,7 +15,7 @@ use rustc_hash::FxHashMap;
 use wgpu_types::{BufferUsages, TextureFormat, TextureUsages};
 
 use super::format;
-use super::options::{Import, PlanOptions};
+use super::options::{ImportDescriptor, PlanOptions};
 use super::size::{Size, Sizes};
 use super::texture_rules;
 use super::texture_size::TextureSize;
@@ -275,8 +275,7 @@ impl<'a> ResolvedResources<'a> {
         diagnostics: &mut Vec<Diagnostic>,
     ) {
         let resource = self.pipeline.resource(handle);
-        let allowed = options.import_usages.get(&resource.name);
-        let allowed = allowed.filter(|_| resource.lifetime() == Lifetime::Imported);
+        let allowed = told(options, resource).map(|import| import.usages);
         let Some(allowed) = allowed.filter(|allowed| !allowed.contains(usages)) else { return };
         for (pass, one) in
             wants.accesses.iter().filter(|(_, one)| !allowed.contains(one.usage.texture_usages()))
@@ -302,7 +301,7 @@ pub(super) fn sizes<'a>(pipeline: &'a Pipeline, options: &'a PlanOptions, source
 }
 
 /// The host's description of an imported texture.
-fn told<'a>(options: &'a PlanOptions, resource: &Resource) -> Option<&'a Import> {
+fn told<'a>(options: &'a PlanOptions, resource: &Resource) -> Option<&'a ImportDescriptor> {
     options.imports.get(&resource.name).filter(|_| resource.lifetime() == Lifetime::Imported)
 }
 

@@ -7,8 +7,8 @@
 use wgpu_types::TextureFormat;
 
 use super::planned::Plan;
-use crate::pipeline::{Program, ProgramVariant};
-use crate::work::{RenderWork, ResourceHandle, Work};
+use umbragraph_pipeline::pipeline::{Program, ProgramVariant};
+use umbragraph_pipeline::work::{RenderWork, ResourceHandle, Work};
 
 impl Plan {
     /// The pipeline constants of a variant in a pass that draws, by name.

@@ -14,3 +14,28 @@ pub struct TextureSize {
     /// Samples of each texel.
     pub samples: u32,
 }
+
+impl TextureSize {
+    /// A width and a height in texels, with one layer, one mip level and one sample.
+    pub const fn new(width: u32, height: u32) -> Self {
+        Self { width, height, layers: 1, mips: 1, samples: 1 }
+    }
+
+    /// With so many array layers; of a volume the depth.
+    #[must_use]
+    pub const fn layers(self, layers: u32) -> Self {
+        Self { layers, ..self }
+    }
+
+    /// With so many mip levels.
+    #[must_use]
+    pub const fn mips(self, mips: u32) -> Self {
+        Self { mips, ..self }
+    }
+
+    /// With so many samples of each texel.
+    #[must_use]
+    pub const fn samples(self, samples: u32) -> Self {
+        Self { samples, ..self }
+    }
+}

@@ -12,7 +12,7 @@ use std::error::Error;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use umbragraph_pipeline::draw::HostSlotKind;
+use umbragraph_pipeline::draw::HostResourceKind;
 
 use super::executor::Executor;
 use crate::binding::draw::{DrawPass, DrawSource};
@@ -20,7 +20,7 @@ use crate::frame::input::Frame;
 use crate::instance::requirements::scenes;
 use crate::memory::imports::imported_texture;
 use crate::objects::creation::causes;
-use umbragraph_compiler::{Physical, Plan};
+use umbragraph_compiler::Plan;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph_pipeline::frame::{Bounds, Camera, FrameInput, Light, LightKind, Projection};
 use umbragraph_pipeline::shader::TargetProfile;
@@ -69,7 +69,7 @@ impl DryRun {
         }
         let source = Nothing::new(&self.device, plan);
         let executor = match &mut self.executor {
-            Some(executor) => match executor.set_plan(plan.clone(), Some(&source)) {
+            Some(executor) => match executor.set_plan_and_source(plan.clone(), &source) {
                 Ok(()) => executor,
                 Err(error) => return error.into(),
             },
@@ -97,8 +97,8 @@ async fn record(
     source: &Nothing,
 ) -> Diagnostics {
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    for (name, resource) in &plan.resources {
-        if resource.physical == Physical::Imported && resource.format.is_none() {
+    for (name, resource) in plan.imports() {
+        if resource.format.is_none() {
             let usage = wgpu::BufferUsages::all()
                 - (wgpu::BufferUsages::MAP_READ
                     | wgpu::BufferUsages::MAP_WRITE
@@ -107,7 +107,9 @@ async fn record(
             let size = resource.bytes;
             let descriptor =
                 wgpu::BufferDescriptor { label: Some(name), size, usage, mapped_at_creation: false };
-            if let Err(error) = executor.import_buffer(name, &device.create_buffer(&descriptor)) {
+            let buffer = device.create_buffer(&descriptor);
+            let given = executor.import::<wgpu::Buffer>(name);
+            if let Err(error) = given.and_then(|import| executor.give(import, &buffer)) {
                 return error.into();
             }
         }
@@ -179,9 +181,9 @@ impl Nothing {
     fn new(device: &wgpu::Device, plan: &Plan) -> Self {
         let slots = plan.pipeline.hosts.values().flat_map(|interface| &interface.object);
         let sizes = slots.filter_map(|slot| match slot.kind {
-            HostSlotKind::Block { size, .. } => Some(u64::from(size)),
-            HostSlotKind::Array { stride, .. } => Some(u64::from(stride)),
-            HostSlotKind::Opaque(_) => None,
+            HostResourceKind::Block { size, .. } => Some(u64::from(size)),
+            HostResourceKind::Array { stride, .. } => Some(u64::from(stride)),
+            HostResourceKind::Opaque(_) => None,
         });
         let block = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("objects"),

@@ -1,6 +1,7 @@
 //! A plan on a device, and the frames that it records.
 
 use std::collections::BTreeMap;
+use std::marker::PhantomData;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -17,19 +18,20 @@ use crate::frame::record::Scratch;
 use crate::frame::{inputs, record};
 use crate::instance::instantiate::{Instantiated, InstantiatedPass, InstantiatedWork};
 use crate::instance::parameters::{Parameter, ParameterValue};
-use crate::instance::preparation::{Preparation, Prepared};
+use crate::instance::preparation::{PlanPreparer, PreparedPlan};
 use crate::measure::gpu_times::{GpuTime, GpuTimes};
 use crate::measure::statistics::{PassCounts, Statistics};
 use crate::measure::times::Times;
-use crate::memory::imports::ImportPart;
+use crate::memory::imports::{Given, ImportHandle, Importable};
 use crate::memory::pool::Pool;
+use crate::memory::read_back::{Texels, read_back};
 use crate::objects::creation;
 use crate::objects::creation::{Caught, Creation, reject};
 use umbragraph_pipeline::frame::FrameInput;
 
 /// A plan, instantiated on a device.
 pub struct Executor {
-    preparation: Preparation,
+    preparation: PlanPreparer,
     queue: wgpu::Queue,
     instantiated: Instantiated,
     pool: Pool,
@@ -58,7 +60,8 @@ impl Executor {
         plan: Arc<Plan>,
         source: Option<&dyn DrawSource>,
     ) -> Result<Self, Error> {
-        let preparation = Preparation { device: device.clone(), objects: Arc::default() };
+        let preparation =
+            PlanPreparer { device: device.clone(), objects: Arc::default(), stated: Arc::default() };
         Self::with(preparation, queue, plan, source)
     }
 
@@ -67,18 +70,23 @@ impl Executor {
     ///
     /// # Errors
     /// As of [`Executor::new`].
-    pub fn beside(other: &Executor, plan: Arc<Plan>, source: Option<&dyn DrawSource>) -> Result<Self, Error> {
-        Self::with(other.preparation(), &other.queue, plan, source)
+    pub fn with_shared_cache(
+        other: &Executor,
+        plan: Arc<Plan>,
+        source: Option<&dyn DrawSource>,
+    ) -> Result<Self, Error> {
+        Self::with(other.preparer(), &other.queue, plan, source)
     }
 
     fn with(
-        preparation: Preparation,
+        mut preparation: PlanPreparer,
         queue: &wgpu::Queue,
         plan: Arc<Plan>,
         source: Option<&dyn DrawSource>,
     ) -> Result<Self, Error> {
         let mut statistics = Statistics::default();
         let (instantiated, late) = preparation.instantiate(&mut statistics, plan, source, None)?;
+        preparation.stated = Arc::new(instantiated.stated.clone());
         Ok(Self {
             preparation,
             queue: queue.clone(),
@@ -94,24 +102,38 @@ impl Executor {
         })
     }
 
-    /// Instantiates another plan: after a resize, with other parameters or features, or for another draw source.
+    /// Instantiates another plan: after a resize, or with other parameters or features.
     ///
     /// What does not change is kept: pipelines and samplers of equal descriptors, textures and buffers of equal
     /// descriptors (those that outlive frames under their own names, with their contents), blackboard data. For as long
-    /// as it takes, the textures of both plans exist.
+    /// as it takes, the textures of both plans exist. Live values and imports that were given stay for the plans that have
+    /// them, also when a plan in between has not. Meshes are stored as the draw source said that was given last.
     ///
     /// # Errors
     /// As of [`Executor::new`]. The executor goes on with the plan before.
-    pub fn set_plan(&mut self, plan: Arc<Plan>, source: Option<&dyn DrawSource>) -> Result<(), Error> {
+    pub fn set_plan(&mut self, plan: Arc<Plan>) -> Result<(), Error> {
+        self.replace_plan(plan, None)
+    }
+
+    /// The same for another draw source, or one that stores geometries of the plan that plans before did not draw.
+    ///
+    /// # Errors
+    /// As of [`Executor::new`]. The executor goes on with the plan before.
+    pub fn set_plan_and_source(&mut self, plan: Arc<Plan>, source: &dyn DrawSource) -> Result<(), Error> {
+        self.replace_plan(plan, Some(source))
+    }
+
+    fn replace_plan(&mut self, plan: Arc<Plan>, source: Option<&dyn DrawSource>) -> Result<(), Error> {
         let before = Some(&self.instantiated);
         let (instantiated, late) =
             self.preparation.instantiate(&mut self.statistics, plan, source, before)?;
         self.late.append(late);
-        let before = std::mem::replace(&mut self.instantiated, instantiated);
-        self.instantiated.parameters.go_on_from(&before.parameters);
+        let mut before = std::mem::replace(&mut self.instantiated, instantiated);
+        self.instantiated.parameters.go_on_from(&mut before.parameters);
+        self.preparation.stated = Arc::new(self.instantiated.stated.clone());
         let Instantiated { resources, plan, .. } = &mut self.instantiated;
-        let fits = |name: &str, buffer: &wgpu::Buffer| inputs::check_buffer(plan, name, buffer).is_ok();
-        resources.imports.go_on_from(&before.resources.imports, fits);
+        let fits = |name: &str, buffer: &wgpu::Buffer| inputs::fits(plan, name, buffer);
+        resources.imports.go_on_from(&mut before.resources.imports, fits);
         // Values that the other plan rejects are as it says them.
         let rejected = self.instantiated.apply_parameters();
         self.instantiated.cpu_passes.go_on_from(before.cpu_passes);
@@ -119,21 +141,26 @@ impl Executor {
         Ok(())
     }
 
-    /// What prepares plans for this executor, on any thread: [`Preparation::prepare`] makes their pipelines, and
-    /// [`Executor::adopt`] takes them over in a frame.
-    pub fn preparation(&self) -> Preparation {
+    /// What prepares plans for this executor, on any thread: [`PlanPreparer::prepare`] makes their pipelines, and
+    /// [`Executor::set_prepared_plan`] takes them over in a frame.
+    pub fn preparer(&self) -> PlanPreparer {
         self.preparation.clone()
     }
 
     /// Takes over a plan that was prepared: as [`Executor::set_plan`], with nothing left to be made but textures, buffers
-    /// and bind groups.
+    /// and bind groups. What was made before counts in [`Executor::statistics`] from here on.
     ///
     /// # Errors
     /// As of [`Executor::set_plan`].
-    pub fn adopt(&mut self, prepared: Prepared, source: Option<&dyn DrawSource>) -> Result<(), Error> {
-        self.set_plan(prepared.plan, source)?;
+    pub fn set_prepared_plan(&mut self, prepared: PreparedPlan) -> Result<(), Error> {
+        self.statistics += prepared.statistics;
         self.late.append(prepared.late);
-        Ok(())
+        let before = std::mem::replace(&mut self.preparation.stated, Arc::new(prepared.stated));
+        let set = self.set_plan(prepared.plan);
+        if set.is_err() {
+            self.preparation.stated = before;
+        }
+        set
     }
 
     /// A live parameter, to be set from frame to frame.
@@ -141,11 +168,12 @@ impl Executor {
     /// # Errors
     /// No such parameter; one that is structural, with the place that makes it so; one of another type.
     pub fn parameter<T: ParameterValue>(&self, name: &str) -> Result<Parameter<T>, Error> {
-        Parameter::new(name, &self.instantiated.parameters).map_err(|found| self.error(found))
+        Parameter::new(name, &self.instantiated.parameters, &self.instantiated.plan)
+            .map_err(|found| self.error(found))
     }
 
-    /// Sets a live parameter for the records to come. Nothing is planned or created. Another plan takes it over, if it has
-    /// a live parameter of that name; handles are good for plans with the same parameters.
+    /// Sets a live parameter for the records to come. Nothing is planned or created. Plans to come that have a live
+    /// parameter of that name take it over; handles are good for plans with the same parameters.
     ///
     /// # Errors
     /// A handle of another plan; a value out of range, or of another length. What a record does not accept of several
@@ -156,42 +184,56 @@ impl Executor {
         set.map_err(|found| self.error(found))
     }
 
-    /// Gives a buffer of the host's for a resource with the lifetime `imported`, until another is given. Another plan
-    /// takes it over, if it fits there.
+    /// A resource with the lifetime `imported`, as a texture or a buffer that the host gives with [`Executor::give`].
     ///
     /// # Errors
-    /// A name that is of no imported buffer of the plan; too few bytes; a usage that passes need and the buffer lacks.
-    pub fn import_buffer(&mut self, name: &str, buffer: &wgpu::Buffer) -> Result<(), Error> {
-        let resource = inputs::check_buffer(&self.instantiated.plan, name, buffer).map_err(|message| {
-            let help = "create the buffer as the plan was made for it, or plan again";
-            self.import_error(name, message, help)
-        })?;
-        if self.instantiated.resources.imports.set_buffer(resource, buffer) {
+    /// A name of no import of the plan of this type.
+    pub fn import<T: Importable>(&self, name: &str) -> Result<ImportHandle<T>, Error> {
+        let Instantiated { resources, plan, .. } = &self.instantiated;
+        let imports = &resources.imports;
+        if let Some(at) = imports.named(name, T::IS_TEXTURE) {
+            return Ok(ImportHandle { at, of: imports.id(), kind: PhantomData });
+        }
+        let kind = if T::IS_TEXTURE { "texture" } else { "buffer" };
+        let message = format!("the plan imports no {kind} \"{name}\"");
+        let diagnostic = Diagnostic::error(codes::IMPORT, Place::Nowhere, message);
+        let all = plan.imports().filter(|(_, one)| one.format.is_some() == T::IS_TEXTURE);
+        let diagnostic = diagnostic.suggest(name, all.map(|(name, _)| name), None, |known| match known {
+            [] => format!("it imports no {kind}"),
+            known => format!("the {kind}s that it imports are {}", known.join(", ")),
+        });
+        Err(self.error(diagnostic.into()))
+    }
+
+    /// Gives a texture, a part of one ([`Import`]), or a buffer for an import, until another is given: a frame need not
+    /// name it. Plans to come that import it have it too; handles are good for plans with the same imports.
+    ///
+    /// # Errors
+    /// A handle of another plan; a texture or buffer other than the plan was made for. What was given before stays.
+    pub fn give<'g, T: Importable>(
+        &mut self,
+        handle: ImportHandle<T>,
+        given: impl Into<T::Given<'g>>,
+    ) -> Result<(), Error> {
+        let Instantiated { resources, plan, .. } = &self.instantiated;
+        let name = resources.imports.name(handle.at).filter(|_| handle.of == resources.imports.id());
+        let Some(name) = name else {
+            let message = "the handle is of no import of this plan";
+            let diagnostic = Diagnostic::error(codes::IMPORT, Place::Nowhere, message);
+            return Err(self.error(diagnostic.help("ask the executor for the import again").into()));
+        };
+        let Given(given) = T::given(given.into());
+        if let Some(error) = inputs::given_error(plan, name, &given) {
+            let place = plan.resources.get(name).map(|one| plan.pipeline.resource(one.handle).place);
+            let place = place.map_or(Place::Nowhere, Place::from);
+            let help = "give it as the plan was made for it, or plan again";
+            return Err(self.error(Diagnostic::error(codes::IMPORT, place, error).help(help).into()));
+        }
+        if self.instantiated.resources.imports.keep(handle.at, given) {
             let groups = self.instantiated.passes.iter_mut().flat_map(|pass| &mut pass.groups);
             groups.for_each(groups::Group::forget);
         }
         Ok(())
-    }
-
-    /// Lets a part of the host's textures stand for a resource with the lifetime `imported`, until it is told otherwise:
-    /// a mip level, a layer of an array or a face of a cube, another format. The plan is made for the part's size and
-    /// format. Another plan takes it over.
-    ///
-    /// # Errors
-    /// A name that is of no imported texture of the plan; one that a pass copies.
-    pub fn import_part(&mut self, name: &str, part: Option<ImportPart>) -> Result<(), Error> {
-        let resource = inputs::check_part(&self.instantiated.plan, name).map_err(|message| {
-            self.import_error(name, message, "draw into the part, or give a texture of its own")
-        })?;
-        self.instantiated.resources.imports.set_part(resource, part);
-        Ok(())
-    }
-
-    fn import_error(&self, name: &str, message: String, help: &str) -> Error {
-        let plan = &self.instantiated.plan;
-        let place = plan.resources.get(name).map(|one| plan.pipeline.resource(one.handle).place);
-        let place = place.map_or(Place::Nowhere, Place::from);
-        self.error(Diagnostic::error(codes::IMPORT, place, message).help(help).into())
     }
 
     fn error(&self, found: Diagnostics) -> Error {
@@ -208,15 +250,11 @@ impl Executor {
         self.statistics
     }
 
-    /// The warnings about the last recorded frame: a camera or light that cannot be used. After [`Executor::set_plan`] and
-    /// until the next record also the errors of live values that the new plan does not take.
-    pub fn warnings(&self) -> &Diagnostics {
-        &self.warnings
-    }
-
-    /// The notices of CPU passes from the last record: limits that were reached, what was left out and why.
+    /// What the last record had to say: a camera or light that cannot be used, limits that were reached, what was left out
+    /// and why. After [`Executor::set_plan`] and until the next record also the live values that the new plan does not
+    /// take.
     pub fn notices(&self) -> impl Iterator<Item = &Diagnostic> {
-        self.instantiated.cpu_passes.notices()
+        self.warnings.iter().chain(self.instantiated.cpu_passes.notices())
     }
 
     /// The lights of the last recorded frame that no pass has read: they have no part in the picture.
@@ -224,7 +262,7 @@ impl Executor {
         self.instantiated.cpu_passes.unread_lights(frame)
     }
 
-    /// The sizes that CPU passes want other than the plan has them, for [`umbragraph_compiler::PlanOptions::data_sizes`];
+    /// The sizes that CPU passes want other than the plan has them, for [`crate::compiler::PlanOptions::data_sizes`];
     /// `None` if they are content. A frame is right without them too, only not as good.
     pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {
         self.instantiated.cpu_passes.wanted_sizes()
@@ -240,6 +278,50 @@ impl Executor {
     pub fn reset_history(&mut self) {
         self.instantiated.resources.histories.reset();
         self.instantiated.kept.iter_mut().for_each(redraw::Kept::forget);
+    }
+
+    /// Reads a texture of the plan back, as [`read_back`] does, once what was submitted before has run. The texture is one
+    /// that the host may look at: `"exposed": true`, or `Options::expose`.
+    ///
+    /// # Errors
+    /// A name of no texture of the plan, or of one that is the host's own or not exposed; as of [`read_back`].
+    pub async fn read(&self, name: &str) -> Result<Texels, Error> {
+        let texture = self.readable(name).map_err(|found| self.error((*found).into()))?;
+        let texels = read_back(&self.preparation.device, &self.queue, texture).await;
+        texels.map_err(|found| self.error(found.into()))
+    }
+
+    fn readable(&self, name: &str) -> Result<&wgpu::Texture, Box<Diagnostic>> {
+        let plan = &self.instantiated.plan;
+        let cannot = |message: String, help: String| {
+            Err(Box::new(Diagnostic::error(codes::CAPTURE, Place::Nowhere, message).help(help)))
+        };
+        let base = name.split('@').next().unwrap_or(name);
+        let textures = plan.resources.iter().filter(|(_, one)| one.format.is_some());
+        let Some((_, resource)) = textures.clone().find(|(known, _)| *known == base) else {
+            let message = match plan.pipeline.find_resource(base) {
+                Some(_) => format!("no pass of the plan uses a texture \"{name}\""),
+                None => format!("the pipeline has no texture \"{name}\""),
+            };
+            let known = textures.map(|(name, _)| name.as_str());
+            let diagnostic = Diagnostic::error(codes::CAPTURE, Place::Nowhere, message);
+            return Err(Box::new(
+                diagnostic
+                    .suggest(name, known, None, |known| format!("the textures are {}", known.join(", "))),
+            ));
+        };
+        let declared = plan.pipeline.resource(resource.handle);
+        match self.texture(name) {
+            Some(texture) if declared.is_exposed() => Ok(texture),
+            Some(_) => cannot(
+                format!("the texture \"{name}\" is not exposed: others share its memory"),
+                format!("write \"exposed\": true in the resource \"{name}\", or plan with Options::expose"),
+            ),
+            None => cannot(
+                format!("the texture \"{name}\" is the application's own"),
+                "read it with umbragraph::executor::read_back".to_owned(),
+            ),
+        }
     }
 
     /// The texture that stands for a resource, unless it is the host's own. Others may share it within a frame. That of

@@ -6,26 +6,26 @@ use std::ops::Deref;
 use crate::diagnostic::{Diagnostic, Diagnostics, render};
 use crate::source::Sources;
 
-/// Why there is no result: every finding, and the texts in which they stand. Shown, each has its code, its lines and a way
-/// out; as data they are [`Error::findings`].
+/// Why there is no result: every diagnostic, and the texts in which they stand. Shown, each has its code, its lines and a way
+/// out; as data they are [`Error::diagnostics`].
 #[derive(Clone)]
 pub struct Error(Box<Found>);
 
 #[derive(Clone)]
 struct Found {
-    findings: Diagnostics,
+    diagnostics: Diagnostics,
     sources: Sources,
 }
 
 impl Error {
-    /// Findings, and the texts in which they stand.
-    pub fn new(findings: Diagnostics, sources: &Sources) -> Self {
-        Self(Box::new(Found { findings, sources: sources.clone() }))
+    /// Diagnostics, and the texts in which they stand.
+    pub fn new(diagnostics: Diagnostics, sources: &Sources) -> Self {
+        Self(Box::new(Found { diagnostics, sources: sources.clone() }))
     }
 
     /// What is wrong.
-    pub fn findings(&self) -> &Diagnostics {
-        &self.0.findings
+    pub fn diagnostics(&self) -> &Diagnostics {
+        &self.0.diagnostics
     }
 
     /// The texts in which it stands.
@@ -33,30 +33,30 @@ impl Error {
         &self.0.sources
     }
 
-    /// A finding as JSON, with its file, line and column.
-    pub fn json(&self, finding: &Diagnostic) -> serde_json::Value {
-        render::json(finding, &self.0.sources)
+    /// A diagnostic as JSON, with its file, line and column.
+    pub fn json(&self, diagnostic: &Diagnostic) -> serde_json::Value {
+        render::json(diagnostic, &self.0.sources)
     }
 }
 
-/// The findings.
+/// The diagnostics.
 impl Deref for Error {
     type Target = Diagnostics;
 
     fn deref(&self) -> &Diagnostics {
-        &self.0.findings
+        &self.0.diagnostics
     }
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&render::human_all(self.findings(), &self.0.sources))
+        f.write_str(&render::human_all(self.diagnostics(), &self.0.sources))
     }
 }
 
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:#?}", self.findings())
+        write!(f, "{:#?}", self.diagnostics())
     }
 }
 
@@ -74,6 +74,6 @@ impl std::error::Error for Diagnostic {}
 
 impl From<Error> for Diagnostics {
     fn from(error: Error) -> Self {
-        error.0.findings
+        error.0.diagnostics
     }
 }

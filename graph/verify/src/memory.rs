@@ -138,11 +138,12 @@ impl Memory<'_> {
                 (format!("buffer {index}"), self.plan.buffers.get(index).map(judge))
             }
             Physical::Imported => {
-                let allowed = self.options.import_usages.get(name).copied().unwrap_or(TextureUsages::all());
                 let differs = self.options.imports.get(name).is_some_and(|told| {
-                    planned.format != Some(told.format) || planned.size != Some(told.size)
+                    planned.format != Some(told.format)
+                        || planned.size != Some(told.size)
+                        || !told.usages.contains(used.textures)
                 });
-                if !allowed.contains(used.textures) || differs {
+                if differs {
                     let message = format!("\"{name}\" is used otherwise than the host's texture allows");
                     self.violations.add(Kind::ImportMisused, message);
                 }

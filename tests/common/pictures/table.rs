@@ -6,7 +6,7 @@
 use glam::dcamera::rh::proj::directx;
 use glam::{DMat4, DVec2, DVec3, Vec3};
 use umbragraph::frame::{LightKind, Projection};
-use umbragraph::passes::lights::{CONTACT_SHADOW, HARDNESS};
+use umbragraph::passes::words::{CONTACT_SHADOW, HARDNESS};
 use umbragraph::scene::Scene;
 use umbragraph::scene::node::LocalTransform;
 

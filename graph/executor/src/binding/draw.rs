@@ -2,19 +2,37 @@
 //!
 //! How the host stores its meshes is said before, without a device: [`HostInterface`].
 
+use std::collections::BTreeMap;
+
 use umbragraph_pipeline::data::View;
 use umbragraph_pipeline::draw::{HostInterface, PropertySet};
 use umbragraph_pipeline::work::DrawOrder;
 
 use umbragraph_compiler::Plan;
 
-/// The storage of a geometry contract: as the host's meshes say, or else as the plan was made with.
-pub(crate) fn interface<'a>(
-    plan: &'a Plan,
-    source: Option<&'a dyn DrawSource>,
-    geometry: &str,
-) -> Option<&'a HostInterface> {
-    source.and_then(|source| source.interface(geometry)).or_else(|| plan.pipeline.hosts.get(geometry))
+/// The interfaces that a draw source has stated, by geometry contract.
+pub(crate) type Stated = BTreeMap<String, HostInterface>;
+
+/// Where the storage of meshes is looked up: at the host's draw source, or at what one has stated before.
+#[derive(Clone, Copy)]
+pub(crate) struct Host<'a> {
+    pub(crate) source: Option<&'a dyn DrawSource>,
+    pub(crate) stated: &'a Stated,
+}
+
+impl<'a> Host<'a> {
+    /// What the host states of a geometry contract.
+    pub(crate) fn stated(self, geometry: &str) -> Option<&'a HostInterface> {
+        match self.source {
+            Some(source) => source.interface(geometry),
+            None => self.stated.get(geometry),
+        }
+    }
+
+    /// The storage of a geometry contract: as the host states it, or else as the plan was made with.
+    pub(crate) fn interface(self, plan: &'a Plan, geometry: &str) -> Option<&'a HostInterface> {
+        self.stated(geometry).or_else(|| plan.pipeline.hosts.get(geometry))
+    }
 }
 
 /// A host's meshes, as a pipeline draws them.

@@ -7,7 +7,7 @@
 use super::draw::DrawSource;
 use crate::objects::creation::Creation;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Place, codes};
-use umbragraph_pipeline::draw::{HostInterface, HostSlotKind};
+use umbragraph_pipeline::draw::{HostInterface, HostResourceKind};
 
 /// The layout of the host's materials or objects in a shader.
 #[derive(Clone, PartialEq)]
@@ -43,8 +43,8 @@ impl HostGroups {
     pub(crate) fn objects(layout: HostLayout, interface: &HostInterface) -> Self {
         let block = |name: &str| {
             interface.object.iter().find(|slot| slot.name == name).and_then(|slot| match slot.kind {
-                HostSlotKind::Block { size, stride, .. } => Some((size, stride)),
-                HostSlotKind::Opaque(_) | HostSlotKind::Array { .. } => None,
+                HostResourceKind::Block { size, stride, .. } => Some((size, stride)),
+                HostResourceKind::Opaque(_) | HostResourceKind::Array { .. } => None,
             })
         };
         let kind = Kind::Objects(layout.bindings.iter().map(|(_, name)| block(name)).collect());

@@ -3,6 +3,7 @@
 use umbragraph_pipeline::frame::FrameInput;
 
 use crate::binding::draw::DrawSource;
+use crate::memory::imports::FrameImports;
 
 /// The input of one frame.
 #[derive(Clone, Copy)]
@@ -12,8 +13,8 @@ pub struct Frame<'a> {
     pub input: &'a FrameInput,
     /// The host's meshes, if the pipeline draws any: the same in each frame, or else of another generation.
     pub draws: Option<&'a dyn DrawSource>,
-    /// The host's textures by the names of the resources that stand for them.
-    pub imports: &'a [(&'a str, &'a wgpu::Texture)],
+    /// The host's textures by the names of the resources that they stand for.
+    pub imports: FrameImports<'a>,
     /// The toggles that are switched otherwise than the pipeline says, by their names; the later of two counts. Nothing
     /// is planned or compiled for it; bind groups of a state are made when it comes up for the first time.
     pub toggles: &'a [(&'a str, bool)],
@@ -22,7 +23,7 @@ pub struct Frame<'a> {
 impl<'a> Frame<'a> {
     /// A frame without meshes, textures of the host's, or toggles.
     pub fn new(input: &'a FrameInput) -> Self {
-        Self { input, draws: None, imports: &[], toggles: &[] }
+        Self { input, draws: None, imports: FrameImports::default(), toggles: &[] }
     }
 
     /// With the host's meshes.
@@ -31,10 +32,12 @@ impl<'a> Frame<'a> {
         Self { draws: Some(draws), ..self }
     }
 
-    /// With the host's textures.
+    /// With the host's textures, or parts of them, by name: `&[("target", &texture)]`, or
+    /// `&[("target", Import::new(&texture)), ("detail", Import::mip(&texture, 2))]`. They count over what was
+    /// [given](Executor::give).
     #[must_use]
-    pub fn imports(self, imports: &'a [(&'a str, &'a wgpu::Texture)]) -> Self {
-        Self { imports, ..self }
+    pub fn imports(self, imports: impl Into<FrameImports<'a>>) -> Self {
+        Self { imports: imports.into(), ..self }
     }
 
     /// With toggles that are switched otherwise.

@@ -5,42 +5,52 @@
 //! allocated.
 
 use super::input::Frame;
-use crate::binding::draw;
+use crate::binding::draw::Host;
 use crate::drawing::attachments::Attachments;
 use crate::instance::instantiate::{Instantiated, InstantiatedWork};
 use crate::instance::requirements::{lacks_source, scenes};
 use crate::measure::times::Times;
-use crate::memory::imports::ImportPart;
+use crate::memory::imports::{Import, Kept};
 use umbragraph_compiler::{Physical, Plan, PlannedResource};
 use umbragraph_pipeline::data::{BlackboardData, View};
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use umbragraph_pipeline::language::Lifetime;
-use umbragraph_pipeline::work::ResourceHandle;
 
 /// The errors that keep a frame from being recorded.
 pub(crate) fn check(instantiated: &Instantiated, frame: &Frame<'_>) -> Diagnostics {
     let mut diagnostics = Diagnostics::new();
-    for (name, resource) in &instantiated.plan.resources {
-        if resource.physical == Physical::Imported
-            && let Some((error, help)) = match resource.format {
-                Some(_) => import_error(instantiated, name, resource, frame).map(|error| {
-                    (error, "give the executor the texture that the plan was made for, or plan again")
-                }),
-                None => instantiated.resources.imports.buffer_of(resource.handle).is_none().then(|| {
-                    let error = format!("the host gave no buffer for \"{name}\"");
-                    (error, "give the executor the buffer with Executor::import_buffer")
-                }),
+    let imports = &instantiated.resources.imports;
+    for (name, resource) in instantiated.plan.imports() {
+        let error = match resource.format {
+            Some(_) => match imports.of_frame(name, frame.imports) {
+                Some(import) => import_error(&instantiated.plan, name, resource, import)
+                    .map(|error| (error, "give a texture as the plan was made for it, or plan again")),
+                None => Some((
+                    format!("the host gave no texture for \"{name}\""),
+                    "give it with Frame::imports or Executor::give",
+                )),
+            },
+            None if imports.buffer_of(resource.handle).is_some() => None,
+            None => {
+                let error = imports.kept_buffer(name).and_then(|buffer| {
+                    let error = buffer_error(&instantiated.plan, name, resource, buffer);
+                    error.map(|error| (error, "give a buffer as the plan was made for it, or plan again"))
+                });
+                Some(error.unwrap_or_else(|| {
+                    (format!("the host gave no buffer for \"{name}\""), "give it with Executor::give")
+                }))
             }
-        {
+        };
+        if let Some((error, help)) = error {
             let declared = instantiated.plan.pipeline.resource(resource.handle);
             let diagnostic =
                 Diagnostic::error(codes::IMPORT, declared.place, error).pointer(&declared.pointer);
             diagnostics.push(diagnostic.help(help));
         }
     }
-    for (name, _) in frame.imports {
+    for (name, _) in frame.imports.iter() {
         let plan = &instantiated.plan;
-        let is_planned = plan.resources.get(*name).is_some_and(|one| one.physical == Physical::Imported);
+        let is_planned = plan.resources.get(name).is_some_and(|one| one.physical == Physical::Imported);
         let declared = || plan.pipeline.find_resource(name).map(|handle| plan.pipeline.resource(handle));
         if !is_planned && declared().is_none_or(|resource| resource.lifetime() != Lifetime::Imported) {
             diagnostics.push(surplus(instantiated, name));
@@ -50,13 +60,16 @@ pub(crate) fn check(instantiated: &Instantiated, frame: &Frame<'_>) -> Diagnosti
         diagnostics.extend(scenes(&instantiated.plan).map(|(pass, _)| lacks_source(pass)));
         return diagnostics;
     }
+    let host = Host { source: frame.draws, stated: &instantiated.stated };
     for (geometry, interface) in &instantiated.interfaces {
-        if draw::interface(&instantiated.plan, frame.draws, geometry) != Some(interface) {
+        if host.interface(&instantiated.plan, geometry) != Some(interface) {
             let message = format!(
                 "the host's interface of \"{geometry}\" is not the one that pipelines were built for"
             );
             let diagnostic = Diagnostic::error(codes::HOST_INTERFACE, Place::Nowhere, message);
-            diagnostics.push(diagnostic.help("give the executor its plan again, with this draw source"));
+            diagnostics.push(
+                diagnostic.help("give the executor its plan again, with Executor::set_plan_and_source"),
+            );
         }
     }
     diagnostics
@@ -64,8 +77,7 @@ pub(crate) fn check(instantiated: &Instantiated, frame: &Frame<'_>) -> Diagnosti
 
 /// A texture that the host gives for nothing.
 fn surplus(instantiated: &Instantiated, name: &str) -> Diagnostic {
-    let imported = instantiated.plan.resources.iter().filter(|(_, one)| one.physical == Physical::Imported);
-    let imported = imported.map(|(name, _)| name.as_str());
+    let imported = instantiated.plan.imports().map(|(name, _)| name);
     let message =
         format!("the host gave a texture for \"{name}\", which is none of its own in this pipeline");
     let diagnostic = Diagnostic::error(codes::IMPORT, Place::Nowhere, message);
@@ -75,50 +87,51 @@ fn surplus(instantiated: &Instantiated, name: &str) -> Diagnostic {
     })
 }
 
-/// The resource that a buffer of the host's is for, by its name.
-///
-/// # Errors
-/// What is wrong with the buffer.
-pub(crate) fn check_buffer(plan: &Plan, name: &str, buffer: &wgpu::Buffer) -> Result<ResourceHandle, String> {
-    let imported = |one: &&PlannedResource| one.physical == Physical::Imported && one.format.is_none();
-    let resource = plan.resources.get(name).filter(imported);
-    let resource = resource.ok_or_else(|| format!("the plan imports no buffer \"{name}\""))?;
+/// What is wrong with what a host gives by handle.
+pub(crate) fn given_error(plan: &Plan, name: &str, given: &Kept) -> Option<String> {
+    let resource = plan.resources.get(name)?;
+    match given {
+        Kept::Texture(..) => import_error(plan, name, resource, given.import()?),
+        Kept::Buffer(buffer) => buffer_error(plan, name, resource, buffer),
+    }
+}
+
+/// Whether a buffer of the host's is right for a resource of a plan.
+pub(crate) fn fits(plan: &Plan, name: &str, buffer: &wgpu::Buffer) -> bool {
+    let resource = plan.resources.get(name).filter(|one| one.physical == Physical::Imported);
+    resource.is_some_and(|resource| {
+        resource.format.is_none() && buffer_error(plan, name, resource, buffer).is_none()
+    })
+}
+
+fn buffer_error(
+    plan: &Plan,
+    name: &str,
+    resource: &PlannedResource,
+    buffer: &wgpu::Buffer,
+) -> Option<String> {
     if buffer.size() < resource.bytes {
         let (given, planned) = (buffer.size(), resource.bytes);
-        return Err(format!("the buffer for \"{name}\" has {given} bytes, planned are {planned}"));
+        return Some(format!("the buffer for \"{name}\" has {given} bytes; the plan needs {planned}"));
     }
     let accesses = plan.passes.iter().flat_map(|planned| plan.pipeline.pass(planned.handle).accesses());
     let needed = accesses
         .filter(|one| one.resource == resource.handle)
         .fold(wgpu::BufferUsages::empty(), |all, one| all | one.usage.buffer_usages());
     let missing = needed - buffer.usage();
-    if missing.is_empty() {
-        return Ok(resource.handle);
-    }
-    Err(format!("the buffer for \"{name}\" was created without the usage {missing:?}"))
+    (!missing.is_empty())
+        .then(|| format!("the buffer for \"{name}\" was created without the usage {missing:?}"))
 }
 
-/// The resource that a part of the host's textures is for, by its name. Copies take whole textures.
-///
-/// # Errors
-/// What is wrong with it.
-pub(crate) fn check_part(plan: &Plan, name: &str) -> Result<ResourceHandle, String> {
-    let imported = |one: &&PlannedResource| one.physical == Physical::Imported && one.format.is_some();
-    let resource = plan.resources.get(name).filter(imported);
-    let resource = resource.ok_or_else(|| format!("the plan imports no texture \"{name}\""))?;
+/// The pass that copies a texture: copies take whole textures, and no parts.
+fn copying<'p>(plan: &'p Plan, resource: &PlannedResource) -> Option<&'p str> {
     let copies = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST;
     let mut passes = plan.passes.iter().map(|planned| plan.pipeline.pass(planned.handle));
     let copying = passes.find(|pass| {
-        pass.accesses()
-            .iter()
-            .any(|one| one.resource == resource.handle && one.usage.texture_usages().intersects(copies))
+        let mut accesses = pass.accesses().iter();
+        accesses.any(|one| one.resource == resource.handle && one.usage.texture_usages().intersects(copies))
     });
-    match copying {
-        None => Ok(resource.handle),
-        Some(pass) => {
-            Err(format!("\"{}\" copies \"{name}\", which has to be a whole texture then", pass.name))
-        }
-    }
+    copying.map(|pass| pass.name.as_str())
 }
 
 /// The warnings about a frame that is recorded all the same.
@@ -136,43 +149,35 @@ pub(crate) fn warnings(frame: &Frame<'_>, diagnostics: &mut Diagnostics) {
     }
 }
 
-fn import_error(
-    instantiated: &Instantiated,
-    name: &str,
-    resource: &PlannedResource,
-    frame: &Frame<'_>,
-) -> Option<String> {
-    let Some((_, texture)) = frame.imports.iter().find(|(given, _)| *given == name) else {
-        return Some(format!("the host gave no texture for \"{name}\""));
-    };
+fn import_error(plan: &Plan, name: &str, resource: &PlannedResource, import: Import<'_>) -> Option<String> {
+    let Import { texture, part } = import;
     let (format, size) = (resource.format?, resource.size?);
-    let part = instantiated.resources.imports.part(resource.handle);
-    let ImportPart { mip, layer, format: view_format } = part.unwrap_or_default();
-    let at = |length: u32| length.checked_shr(mip).unwrap_or(0).max(1);
-    let layers = texture.depth_or_array_layers().saturating_sub(layer);
+    let layers = texture.depth_or_array_layers().saturating_sub(part.layer());
     // Of a part the layers after it are not the resource's.
-    let layers = if part.is_some() { layers.min(size.layers) } else { layers };
-    let given = (at(texture.width()), at(texture.height()), layers);
-    let planned = (size.width, size.height, size.layers);
-    let given_format = view_format.unwrap_or(texture.format());
-    if (given, given_format) != (planned, format) {
-        let ((width, height, layers), (planned_width, planned_height, planned_layers)) = (given, planned);
+    let layers = if part.is_within() { layers.min(size.layers) } else { layers };
+    let (width, height) = part.extent(texture);
+    let given_format = part.format.unwrap_or(texture.format());
+    if (width, height, layers, given_format) != (size.width, size.height, size.layers, format) {
         return Some(format!(
-            "the texture for \"{name}\" is {width} by {height} with {layers} layers in {given_format:?}, \
-             planned are {planned_width} by {planned_height} with {planned_layers} layers in {format:?}"
+            "the texture for \"{name}\" is {width} by {height} with {layers} layers in {given_format:?}; \
+             the plan needs {} by {} with {} layers in {format:?}",
+            size.width, size.height, size.layers
         ));
     }
-    let given = (texture.mip_level_count().saturating_sub(mip), texture.sample_count());
-    if given.0 < size.mips || given.1 != size.samples {
-        let (mips, samples) = given;
+    let mips = texture.mip_level_count().saturating_sub(part.mip());
+    let samples = texture.sample_count();
+    if mips < size.mips || samples != size.samples {
         return Some(format!(
-            "the texture for \"{name}\" has {mips} mips and {samples} samples, planned are {} and {}",
+            "the texture for \"{name}\" has {mips} mips and {samples} samples; the plan needs {} and {}",
             size.mips, size.samples
         ));
     }
     let missing = resource.usages.unwrap_or(wgpu::TextureUsages::empty()) - texture.usage();
-    (!missing.is_empty())
-        .then(|| format!("the texture for \"{name}\" was created without the usage {missing:?}"))
+    if !missing.is_empty() {
+        return Some(format!("the texture for \"{name}\" was created without the usage {missing:?}"));
+    }
+    let pass = copying(plan, resource).filter(|_| part.is_within())?;
+    Some(format!("\"{pass}\" copies \"{name}\", which takes a whole texture, not a part of one"))
 }
 
 /// Runs the CPU passes in their order.

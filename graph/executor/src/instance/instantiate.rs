@@ -9,6 +9,7 @@ use std::sync::Arc;
 use super::pipelines::{Layouts, Pipelines};
 use crate::binding::blocks;
 use crate::binding::blocks::Blocks;
+use crate::binding::draw::Stated;
 use crate::binding::groups::{Bound, Group};
 use crate::binding::host_groups::{HostGroups, HostLayout};
 use crate::drawing::attachments::Attachments;
@@ -45,6 +46,8 @@ pub(crate) struct Instantiated {
     pub(crate) host_groups: Vec<HostGroups>,
     /// The host's interfaces, by the name of the geometry.
     pub(crate) interfaces: BTreeMap<String, HostInterface>,
+    /// Those of them, and of plans before, that a draw source has stated.
+    pub(crate) stated: Stated,
     /// For each pass the views whose texels it keeps.
     pub(crate) kept: Vec<Kept>,
     /// For each pass those that keep views which are drawn with what it makes.
@@ -146,7 +149,7 @@ impl Instantiated {
         limits: &wgpu::Limits,
         objects: &mut Objects,
         plan: Arc<Plan>,
-        interfaces: BTreeMap<String, HostInterface>,
+        (interfaces, stated): (BTreeMap<String, HostInterface>, Stated),
         before: Option<&Self>,
     ) -> Result<Self, Diagnostic> {
         let blocks = Blocks::new(&plan, limits)?;
@@ -161,6 +164,7 @@ impl Instantiated {
             passes: Vec::with_capacity(plan.passes.len()),
             host_groups: Vec::new(),
             interfaces,
+            stated,
             kept: plan.passes.iter().map(|_| Kept::default()).collect(),
             keepers: redraw::keepers(&plan),
             cpu_passes: CpuPasses::new(plan.clone()),

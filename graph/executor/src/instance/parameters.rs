@@ -3,9 +3,10 @@
 use std::marker::PhantomData;
 
 use super::instantiate::Instantiated;
-use umbragraph_compiler::{PackedBlock, Parameters};
-use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph_compiler::{PackedBlock, Parameters, Plan};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_pipeline::expression::Value;
+use umbragraph_pipeline::language::ParameterType;
 
 /// A live parameter of an executor's plan, of a type; [`crate::Executor::parameter`] gives it.
 #[derive(Debug)]
@@ -24,36 +25,37 @@ impl<T> Clone for Parameter<T> {
 
 impl<T> Copy for Parameter<T> {}
 
-/// A type that values of parameters have in Rust.
+/// A type that values of parameters have in Rust: the declared one, or `f64` for every number, or [`Value`] for anything.
 pub trait ParameterValue {
     /// Makes a value this one, in its memory where it has some.
     fn assign(&self, to: &mut Value);
-    /// Whether a parameter that has a value is of this type.
-    fn is_of(value: &Value) -> bool;
+    /// Whether a parameter of a type, that has a value, has values of this one.
+    fn is_of(declared: ParameterType, value: &Value) -> bool;
 }
 
 macro_rules! numbers {
-    ($($number:ty),*) => {$(
+    ($($number:ty: $declared:pat),*) => {$(
         impl ParameterValue for $number {
             fn assign(&self, to: &mut Value) {
                 *to = Value::Number(f64::from(*self));
             }
 
-            fn is_of(value: &Value) -> bool {
-                matches!(value, Value::Number(_))
+            fn is_of(declared: ParameterType, value: &Value) -> bool {
+                matches!(declared, $declared) && matches!(value, Value::Number(_))
             }
         }
     )*};
 }
 
-numbers!(f32, f64, u32, i32);
+use ParameterType as T;
+numbers!(f32: T::F32 | T::F32List, f64: _, u32: T::U32 | T::U32List, i32: T::I32);
 
 impl ParameterValue for bool {
     fn assign(&self, to: &mut Value) {
         *to = Value::Bool(*self);
     }
 
-    fn is_of(value: &Value) -> bool {
+    fn is_of(_: ParameterType, value: &Value) -> bool {
         matches!(value, Value::Bool(_))
     }
 }
@@ -69,7 +71,7 @@ impl ParameterValue for &str {
         }
     }
 
-    fn is_of(value: &Value) -> bool {
+    fn is_of(_: ParameterType, value: &Value) -> bool {
         matches!(value, Value::Text(_))
     }
 }
@@ -89,8 +91,8 @@ impl<T: ParameterValue, const N: usize> ParameterValue for [T; N] {
         assign_list(self, to);
     }
 
-    fn is_of(value: &Value) -> bool {
-        matches!(value, Value::List(list) if list.len() == N && list.iter().all(T::is_of))
+    fn is_of(declared: ParameterType, value: &Value) -> bool {
+        matches!(value, Value::List(list) if list.len() == N && list.iter().all(|one| T::is_of(declared, one)))
     }
 }
 
@@ -99,8 +101,8 @@ impl<T: ParameterValue> ParameterValue for &[T] {
         assign_list(self, to);
     }
 
-    fn is_of(value: &Value) -> bool {
-        matches!(value, Value::List(list) if list.iter().all(T::is_of))
+    fn is_of(declared: ParameterType, value: &Value) -> bool {
+        matches!(value, Value::List(list) if list.iter().all(|one| T::is_of(declared, one)))
     }
 }
 
@@ -109,22 +111,30 @@ impl ParameterValue for Value {
         to.clone_from(self);
     }
 
-    fn is_of(_: &Value) -> bool {
+    fn is_of(_: ParameterType, _: &Value) -> bool {
         true
     }
 }
 
 impl<T: ParameterValue> Parameter<T> {
-    /// The handle of the parameter at a position, if it is of this type.
-    pub(crate) fn new(name: &str, parameters: &Parameters) -> Result<Self, Diagnostics> {
+    /// The handle of the parameter of a name, if it is of this type.
+    pub(crate) fn new(name: &str, parameters: &Parameters, plan: &Plan) -> Result<Self, Diagnostics> {
         let at = parameters.find(name)?;
-        let value = parameters.get(at).filter(|value| !T::is_of(value));
-        let Some(value) = value else {
+        let declared = plan.pipeline.parameters.get(name);
+        let declared = declared.map(|parameter| (parameter.declaration.parameter_type, parameter.place));
+        let wrong =
+            declared.zip(parameters.get(at)).filter(|((declared, _), value)| !T::is_of(*declared, value));
+        let Some(((declared, place), value)) = wrong else {
             return Ok(Self { at, of: parameters.id(), value_type: PhantomData });
         };
+        let asked = std::any::type_name::<T>();
+        let length = match value {
+            Value::List(list) => format!(" of {}", list.len()),
+            _ => String::new(),
+        };
         let message =
-            format!("the parameter \"{name}\" is {}, not {}", value.kind_name(), std::any::type_name::<T>());
-        let diagnostic = Diagnostic::error(codes::SETTING_TYPE, Place::Nowhere, message);
+            format!("the parameter \"{name}\" is declared as {}{length}, not {asked}", declared.name());
+        let diagnostic = Diagnostic::error(codes::SETTING_TYPE, place, message);
         Err(diagnostic.help("ask for it with the type that the pipeline declares").into())
     }
 }

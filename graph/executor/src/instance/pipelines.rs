@@ -17,7 +17,7 @@ use crate::objects::shared::{ComputeKey, Objects, Primitive, RenderKey, VertexBu
 use umbragraph_compiler::Plan;
 use umbragraph_pipeline::draw::{DOUBLE_SIDED, HostAttribute, HostInterface, OBJECT_GROUP, PropertySet};
 use umbragraph_pipeline::pipeline::{Program, ProgramVariant};
-use umbragraph_pipeline::shader::{ShaderModule, Stage};
+use umbragraph_pipeline::shader::Stage;
 use umbragraph_pipeline::work::{BufferDraw, RenderWork, ResourceHandle, SceneDraw, SlotSource, Work};
 
 /// The layouts of a program: those of its bind groups, `None` for one without bindings, and of its pipelines.
@@ -90,7 +90,7 @@ impl Pipelines<'_, '_> {
             layout: layouts.pipeline.clone(),
             module: self.objects.module(self.creation, &variant.module),
             entry_point: entry_point(variant, Stage::Compute),
-            constants: constants(&variant.module),
+            constants: bits(variant.module.constants.iter().map(|(name, value)| (name.clone(), *value))),
         };
         Some(self.objects.compute_pipeline(self.creation, self.name, key))
     }
@@ -193,7 +193,7 @@ impl Pipelines<'_, '_> {
             layout: layouts.pipeline.clone(),
             vertex: entry_point(variant, Stage::Vertex),
             fragment: entry_point(variant, Stage::Fragment),
-            constants: constants(&variant.module),
+            constants: bits(self.plan.constants(self.program, variant, render)),
             buffers,
             targets: targets.collect(),
             depth_stencil,
@@ -239,6 +239,6 @@ fn entry_point(variant: &ProgramVariant, stage: Stage) -> Option<String> {
     variant.entry_point(stage).map(|entry| entry.name.clone())
 }
 
-fn constants(shader: &ShaderModule) -> Vec<(String, u64)> {
-    shader.constants.iter().map(|(name, value)| (name.clone(), value.to_bits())).collect()
+fn bits(constants: impl Iterator<Item = (String, f64)>) -> Vec<(String, u64)> {
+    constants.map(|(name, value)| (name, value.to_bits())).collect()
 }

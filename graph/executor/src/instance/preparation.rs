@@ -8,8 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::instantiate::Instantiated;
 use super::requirements;
-use crate::binding::draw;
-use crate::binding::draw::DrawSource;
+use crate::binding::draw::{DrawSource, Host, Stated};
 use crate::measure::statistics::Statistics;
 use crate::objects::creation::{Caught, Creation, lost, reject};
 use crate::objects::shared::Objects;
@@ -18,28 +17,41 @@ use umbragraph_pipeline::Error;
 use umbragraph_pipeline::diagnostic::Diagnostics;
 use umbragraph_pipeline::draw::HostInterface;
 
-/// Prepares plans for an executor, on any thread ([`Executor::preparation`](crate::Executor::preparation)).
+/// Prepares plans for an executor, on any thread ([`Executor::preparer`](crate::Executor::preparer)).
 #[derive(Clone)]
-pub struct Preparation {
+pub struct PlanPreparer {
     pub(crate) device: wgpu::Device,
     /// The objects that executors share.
     pub(crate) objects: Arc<Mutex<Objects>>,
+    /// What the draw source of the executor has stated.
+    pub(crate) stated: Arc<Stated>,
 }
 
-/// A plan whose pipelines are made ([`Executor::adopt`](crate::Executor::adopt)).
-pub struct Prepared {
+/// A plan whose pipelines are made ([`Executor::set_prepared_plan`](crate::Executor::set_prepared_plan)).
+pub struct PreparedPlan {
     pub(crate) plan: Arc<Plan>,
     pub(crate) late: Caught,
+    pub(crate) statistics: Statistics,
+    pub(crate) stated: Stated,
 }
 
-impl Preparation {
-    /// Makes what a plan needs beside its textures and buffers.
+impl PreparedPlan {
+    /// The counts of objects that were created for it.
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+}
+
+impl PlanPreparer {
+    /// Makes what a plan needs beside its textures and buffers. Without a draw source, meshes are stored as the one of the
+    /// executor said.
     ///
     /// # Errors
     /// As of [`Executor::new`](crate::Executor::new).
-    pub fn prepare(&self, plan: Arc<Plan>, source: Option<&dyn DrawSource>) -> Result<Prepared, Error> {
-        let (_, late) = self.instantiate(&mut Statistics::default(), plan.clone(), source, None)?;
-        Ok(Prepared { plan, late })
+    pub fn prepare(&self, plan: Arc<Plan>, source: Option<&dyn DrawSource>) -> Result<PreparedPlan, Error> {
+        let mut statistics = Statistics::default();
+        let (made, late) = self.instantiate(&mut statistics, plan.clone(), source, None)?;
+        Ok(PreparedPlan { plan, late, statistics, stated: made.stated })
     }
 
     /// Checks a plan against the device and the host, and instantiates it.
@@ -63,21 +75,26 @@ impl Preparation {
         before: Option<&Instantiated>,
     ) -> Result<(Instantiated, Caught), Diagnostics> {
         let device = &self.device;
-        let mut diagnostics = requirements::check_source(&plan, device, source);
+        let host = Host { source, stated: &self.stated };
+        let mut diagnostics = requirements::check_source(&plan, device, host);
         diagnostics.extend(requirements::check_device(&plan, device));
         diagnostics.extend(lost(device));
         reject(diagnostics)?;
         let geometries: BTreeSet<&str> =
             requirements::scenes(&plan).map(|(_, scene)| scene.geometry.as_str()).collect();
-        let interfaces = geometries.into_iter().filter_map(|geometry| {
-            Some((geometry.to_owned(), draw::interface(&plan, source, geometry)?.clone()))
-        });
+        let interfaces = geometries
+            .into_iter()
+            .filter_map(|geometry| Some((geometry.to_owned(), host.interface(&plan, geometry)?.clone())));
         let interfaces: BTreeMap<String, HostInterface> = interfaces.collect();
+        let mut stated = Stated::clone(&self.stated);
+        let new = interfaces.iter().filter(|(geometry, _)| host.stated(geometry).is_some());
+        stated.extend(new.map(|(geometry, interface)| (geometry.clone(), interface.clone())));
         let mut objects = self.objects.lock().unwrap_or_else(PoisonError::into_inner);
         objects.begin();
         let mut creation = Creation::new(device, statistics);
         let limits = device.limits();
-        let instantiated = Instantiated::new(&mut creation, &limits, &mut objects, plan, interfaces, before)?;
+        let instantiated =
+            Instantiated::new(&mut creation, &limits, &mut objects, plan, (interfaces, stated), before)?;
         let mut caught = creation.finish();
         reject(caught.known())?;
         objects.commit();

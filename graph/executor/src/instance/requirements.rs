@@ -3,12 +3,11 @@
 //! Each diagnostic names what is beyond the device, and by how much. What no limit or feature tells beforehand (a
 //! format that a driver cannot store, memory that runs out) is caught when it is created (see [`crate::objects::creation`]).
 
-use crate::binding::draw::DrawSource;
-use crate::binding::draw::interface;
+use crate::binding::draw::Host;
 use crate::drawing::attachments::MAX_COLORS;
 use umbragraph_compiler::{Plan, PlannedPass};
 use umbragraph_pipeline::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes, list_of};
-use umbragraph_pipeline::draw::{HostInterface, HostSlotKind, check_host};
+use umbragraph_pipeline::draw::{HostFilters, HostInterface, HostResourceKind, check_host};
 use umbragraph_pipeline::pipeline::{Pass, Program};
 use umbragraph_pipeline::shader::Stage;
 use umbragraph_pipeline::work::{RenderWork, SceneDraw, SlotSource, Work};
@@ -187,14 +186,10 @@ impl DeviceCheck<'_> {
 }
 
 /// Whether the host's meshes fit every shader that draws them.
-pub(crate) fn check_source(
-    plan: &Plan,
-    device: &wgpu::Device,
-    source: Option<&dyn DrawSource>,
-) -> Diagnostics {
+pub(crate) fn check_source(plan: &Plan, device: &wgpu::Device, host: Host<'_>) -> Diagnostics {
     let mut diagnostics = Diagnostics::new();
     for (pass, scene) in scenes(plan) {
-        match (interface(plan, source, &scene.geometry), source) {
+        match (host.interface(plan, &scene.geometry), host.source) {
             (Some(interface), _) => {
                 diagnostics.extend(check_host(&plan.pipeline, &scene.geometry, interface));
                 diagnostics.extend(check_strides(pass, interface, &device.limits()));
@@ -207,7 +202,7 @@ pub(crate) fn check_source(
                     pass,
                     codes::HOST_INTERFACE,
                     message,
-                    "say with Library::host how it is stored, or let the draw source say it",
+                    "say with Library::host how it is stored, or let the draw source say it (Executor::set_plan_and_source)",
                 ));
             }
         }
@@ -222,8 +217,9 @@ pub(crate) fn lacks_source(pass: &Pass) -> Diagnostic {
 }
 
 /// Whether the host knows which of its meshes a pass wants.
-fn check_filter(pass: &Pass, scene: &SceneDraw, filters: &[String]) -> Option<Diagnostic> {
-    if filters.is_empty() || filters.contains(&scene.filter) {
+fn check_filter(pass: &Pass, scene: &SceneDraw, filters: &HostFilters) -> Option<Diagnostic> {
+    let HostFilters::Words(filters) = filters else { return None };
+    if filters.contains(&scene.filter) {
         return None;
     }
     let message = format!("the host knows no filter \"{}\"", scene.filter);
@@ -244,8 +240,8 @@ fn check_strides(pass: &Pass, interface: &HostInterface, limits: &wgpu::Limits) 
         limits.min_uniform_buffer_offset_alignment.max(limits.min_storage_buffer_offset_alignment).max(1);
     let blocks = interface.object.iter().filter(|_| interface.object_layout.is_none());
     let strides = blocks.filter_map(|slot| match slot.kind {
-        HostSlotKind::Block { stride, .. } => Some((&slot.name, stride)),
-        HostSlotKind::Opaque(_) | HostSlotKind::Array { .. } => None,
+        HostResourceKind::Block { stride, .. } => Some((&slot.name, stride)),
+        HostResourceKind::Opaque(_) | HostResourceKind::Array { .. } => None,
     });
     let crooked = strides.filter(|(_, stride)| stride % alignment != 0);
     crooked

@@ -1,6 +1,7 @@
 //! What an executor has created on the device, and what its last record has drawn.
 
-/// The numbers of objects that an executor has created so far. They only grow; in a steady frame none of them does.
+/// The numbers of objects that an executor has created so far, those included that were [prepared](crate::PreparedPlan). They
+/// only grow. The first records make buffers for blocks and bind groups; in a steady frame nothing is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Statistics {
@@ -24,6 +25,21 @@ pub struct Statistics {
     pub pipelines: u64,
     /// Bind groups.
     pub bind_groups: u64,
+}
+
+impl std::ops::AddAssign for Statistics {
+    fn add_assign(&mut self, other: Self) {
+        self.textures += other.textures;
+        self.buffers += other.buffers;
+        self.bytes += other.bytes;
+        self.views += other.views;
+        self.import_views += other.import_views;
+        self.samplers += other.samplers;
+        self.shader_modules += other.shader_modules;
+        self.layouts += other.layouts;
+        self.pipelines += other.pipelines;
+        self.bind_groups += other.bind_groups;
+    }
 }
 
 /// What a pass has drawn of the host's meshes in one record.

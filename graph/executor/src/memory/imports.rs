@@ -2,37 +2,238 @@
 //!
 //! The host gives them again with each frame, and they may be others each time: a swap chain has a handful. Views are
 //! kept for those that were seen in the last few frames, so that a texture that comes again needs no new one, and the
-//! host's textures are not held on to for longer than that. Buffers stay until the host gives others.
+//! host's textures are not held on to for longer than that.
+//!
+//! What the host gives by handle stays until it gives another, also while the executor has a plan that does not import
+//! it, or not as it is.
+
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::marker::PhantomData;
 
 use super::textures::view_descriptor;
 use crate::objects::creation::Creation;
-use umbragraph_compiler::{Physical, Plan};
+use umbragraph_compiler::{ImportDescriptor, Physical, Plan, TextureSize};
 use umbragraph_pipeline::diagnostic::Diagnostic;
 use umbragraph_pipeline::work::{ResourceHandle, TextureView};
 
-/// The part of a texture of the host's that stands for a resource: a mip level and those after it, a layer and those
-/// after it, in another format if one is told, which the texture was created with as one of its view formats.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct ImportPart {
-    /// The mip level that is the resource's first.
-    pub mip: u32,
-    /// The layer that is the resource's first.
-    pub layer: u32,
-    /// The format that the resource has, where it is not the texture's.
-    pub format: Option<wgpu::TextureFormat>,
+/// A texture of the host's that stands for a resource, or a part of one: a mip level, a layer of an array or a face of a
+/// cube, another format, which the texture was created with as one of its view formats.
+///
+/// Plans and frames take the same: `("detail", Import::mip(&texture, 2))`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Import<'a> {
+    pub(crate) texture: &'a wgpu::Texture,
+    pub(crate) part: Part,
 }
 
-impl ImportPart {
-    /// A part from a mip level and a layer on, in the texture's format.
-    pub fn new(mip: u32, layer: u32) -> Self {
-        Self { mip, layer, format: None }
+/// The part of a texture that an import stands for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Part {
+    mip: Option<u32>,
+    layer: Option<u32>,
+    pub(crate) format: Option<wgpu::TextureFormat>,
+}
+
+impl<'a> Import<'a> {
+    /// The whole texture.
+    pub fn new(texture: &'a wgpu::Texture) -> Self {
+        Self { texture, part: Part::default() }
     }
 
-    /// In another format.
+    /// One mip level, 0 the finest.
+    pub fn mip(texture: &'a wgpu::Texture, mip: u32) -> Self {
+        Self { texture, part: Part { mip: Some(mip), ..Part::default() } }
+    }
+
+    /// One layer of an array, or face of a cube.
     #[must_use]
-    pub fn format(self, format: wgpu::TextureFormat) -> Self {
-        Self { format: Some(format), ..self }
+    pub fn layer(mut self, layer: u32) -> Self {
+        self.part.layer = Some(layer);
+        self
+    }
+
+    /// In another format: the same with or without sRGB.
+    #[must_use]
+    pub fn format(mut self, format: wgpu::TextureFormat) -> Self {
+        self.part.format = Some(format);
+        self
+    }
+
+    /// The format, the size and the usages, for [`PlanOptions`](crate::compiler::PlanOptions).
+    pub fn descriptor(&self) -> ImportDescriptor {
+        let (texture, Part { mip, layer, format }) = (self.texture, self.part);
+        let (width, height) = self.part.extent(texture);
+        let size = TextureSize {
+            width,
+            height,
+            layers: layer.map_or(texture.depth_or_array_layers(), |_| 1),
+            mips: mip.map_or(texture.mip_level_count(), |_| 1),
+            samples: texture.sample_count(),
+        };
+        ImportDescriptor::new(format.unwrap_or(texture.format()), size).usages(texture.usage())
+    }
+}
+
+impl<'a> From<&'a wgpu::Texture> for Import<'a> {
+    fn from(texture: &'a wgpu::Texture) -> Self {
+        Self::new(texture)
+    }
+}
+
+impl Part {
+    pub(crate) fn mip(self) -> u32 {
+        self.mip.unwrap_or(0)
+    }
+
+    pub(crate) fn layer(self) -> u32 {
+        self.layer.unwrap_or(0)
+    }
+
+    /// Whether it begins elsewhere than the texture: layers behind it are not the resource's.
+    pub(crate) fn is_within(self) -> bool {
+        self != Self::default()
+    }
+
+    /// Width and height of its first level.
+    pub(crate) fn extent(self, texture: &wgpu::Texture) -> (u32, u32) {
+        let at = |length: u32| length.checked_shr(self.mip()).unwrap_or(0).max(1);
+        (at(texture.width()), at(texture.height()))
+    }
+}
+
+/// The host's textures of a frame, or of a plan, by the names of the resources that they stand for: a list of names with
+/// textures, or of names with [`Import`]s.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameImports<'a>(List<'a>);
+
+#[derive(Clone, Copy, Debug)]
+enum List<'a> {
+    Textures(&'a [(&'a str, &'a wgpu::Texture)]),
+    Imports(&'a [(&'a str, Import<'a>)]),
+}
+
+impl<'a> FrameImports<'a> {
+    /// The imports in the order in which they are given.
+    pub fn iter(self) -> impl ExactSizeIterator<Item = (&'a str, Import<'a>)> {
+        let count = match self.0 {
+            List::Textures(list) => list.len(),
+            List::Imports(list) => list.len(),
+        };
+        (0..count).map(move |at| match self.0 {
+            List::Textures(list) => (list[at].0, Import::new(list[at].1)),
+            List::Imports(list) => list[at],
+        })
+    }
+
+    fn find(self, name: &str) -> Option<Import<'a>> {
+        self.iter().find(|(given, _)| *given == name).map(|(_, import)| import)
+    }
+}
+
+impl Default for FrameImports<'_> {
+    fn default() -> Self {
+        Self(List::Textures(&[]))
+    }
+}
+
+/// A list as a slice, an array or a vector.
+macro_rules! lists {
+    ($($kind:ident: $item:ty),*) => {$(
+        impl<'a> From<&'a [(&'a str, $item)]> for FrameImports<'a> {
+            fn from(list: &'a [(&'a str, $item)]) -> Self {
+                Self(List::$kind(list))
+            }
+        }
+
+        impl<'a, const N: usize> From<&'a [(&'a str, $item); N]> for FrameImports<'a> {
+            fn from(list: &'a [(&'a str, $item); N]) -> Self {
+                Self(List::$kind(list))
+            }
+        }
+
+        impl<'a> From<&'a Vec<(&'a str, $item)>> for FrameImports<'a> {
+            fn from(list: &'a Vec<(&'a str, $item)>) -> Self {
+                Self(List::$kind(list))
+            }
+        }
+    )*};
+}
+
+lists!(Textures: &'a wgpu::Texture, Imports: Import<'a>);
+
+/// A resource with the lifetime `imported`, for which the host gives a texture or a buffer from when it likes on:
+/// [`Executor::import`](crate::Executor::import), [`Executor::give`](crate::Executor::give).
+#[derive(Debug)]
+pub struct ImportHandle<T> {
+    pub(crate) at: ImportedTexture,
+    /// The imports that it is one of.
+    pub(crate) of: u64,
+    pub(crate) kind: PhantomData<fn() -> T>,
+}
+
+impl<T> Clone for ImportHandle<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for ImportHandle<T> {}
+
+/// What can be given for an import: a [`wgpu::Texture`], or a [`wgpu::Buffer`].
+pub trait Importable {
+    /// The form in which it is given.
+    type Given<'a>;
+    #[doc(hidden)]
+    const IS_TEXTURE: bool;
+    #[doc(hidden)]
+    fn given(given: Self::Given<'_>) -> Given;
+}
+
+impl Importable for wgpu::Texture {
+    type Given<'a> = Import<'a>;
+    const IS_TEXTURE: bool = true;
+
+    fn given(given: Import<'_>) -> Given {
+        Given(Kept::Texture(given.texture.clone(), given.part))
+    }
+}
+
+impl Importable for wgpu::Buffer {
+    type Given<'a> = &'a wgpu::Buffer;
+    const IS_TEXTURE: bool = false;
+
+    fn given(given: &wgpu::Buffer) -> Given {
+        Given(Kept::Buffer(given.clone()))
+    }
+}
+
+/// A texture or a buffer that was given by handle.
+#[derive(Clone, Debug)]
+pub struct Given(pub(crate) Kept);
+
+/// A texture with its part, or a buffer, until another is given.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Kept {
+    Texture(wgpu::Texture, Part),
+    Buffer(wgpu::Buffer),
+}
+
+impl Kept {
+    /// The texture as an import.
+    pub(crate) fn import(&self) -> Option<Import<'_>> {
+        match self {
+            Self::Texture(texture, part) => Some(Import { texture, part: *part }),
+            Self::Buffer(_) => None,
+        }
+    }
+
+    /// The buffer.
+    pub(crate) fn buffer(&self) -> Option<&wgpu::Buffer> {
+        match self {
+            Self::Texture(..) => None,
+            Self::Buffer(buffer) => Some(buffer),
+        }
     }
 }
 
@@ -63,16 +264,19 @@ const KEPT_FRAMES: u64 = 4;
 
 /// The host's own textures.
 pub(crate) struct Imports {
-    imports: Vec<Import>,
+    imports: Vec<Imported>,
     views: Vec<ImportView>,
+    /// What was given by handle, by the names of resources: of this plan, and of those before.
+    kept: BTreeMap<String, Kept>,
+    id: u64,
 }
 
-struct Import {
+struct Imported {
     resource: ResourceHandle,
     name: String,
-    current: Option<wgpu::Texture>,
+    is_texture: bool,
+    current: Option<(wgpu::Texture, Part)>,
     buffer: Option<wgpu::Buffer>,
-    part: Option<ImportPart>,
     /// The textures of the last few frames, with the frame that had them last.
     seen: Vec<(wgpu::Texture, u64)>,
 }
@@ -87,6 +291,7 @@ struct ImportView {
 
 struct Known {
     texture: wgpu::Texture,
+    part: Part,
     view: wgpu::TextureView,
     used: u64,
 }
@@ -102,16 +307,36 @@ pub(crate) struct ImportedTexture(usize);
 impl Imports {
     /// The imports of a plan, none of them given yet.
     pub(crate) fn new(plan: &Plan) -> Self {
-        let imported = plan.resources.iter().filter(|(_, resource)| resource.physical == Physical::Imported);
-        let imports = imported.map(|(name, resource)| Import {
-            resource: resource.handle,
-            name: name.clone(),
-            current: None,
-            buffer: None,
-            part: None,
-            seen: Vec::new(),
+        let mut hasher = DefaultHasher::new();
+        let imports = plan.imports().map(|(name, resource)| {
+            (name, resource.format.is_some()).hash(&mut hasher);
+            Imported {
+                resource: resource.handle,
+                name: name.to_owned(),
+                is_texture: resource.format.is_some(),
+                current: None,
+                buffer: None,
+                seen: Vec::new(),
+            }
         });
-        Self { imports: imports.collect(), views: Vec::new() }
+        let imports = imports.collect();
+        Self { imports, views: Vec::new(), kept: BTreeMap::new(), id: hasher.finish() }
+    }
+
+    /// A number that is the same for plans with the same imports: handles are good for these.
+    pub(crate) fn id(&self) -> u64 {
+        self.id
+    }
+
+    /// The import of a name, if it is a texture, or a buffer.
+    pub(crate) fn named(&self, name: &str, is_texture: bool) -> Option<ImportedTexture> {
+        let at = self.imports.iter().position(|one| one.name == name && one.is_texture == is_texture);
+        at.map(ImportedTexture)
+    }
+
+    /// The name of the resource of an import.
+    pub(crate) fn name(&self, import: ImportedTexture) -> Option<&str> {
+        self.imports.get(import.0).map(|import| import.name.as_str())
     }
 
     /// The import that stands for a resource.
@@ -129,6 +354,11 @@ impl Imports {
         })))
     }
 
+    /// The import of a frame: of those that it gives, or else the one that was given by handle.
+    pub(crate) fn of_frame<'a>(&'a self, name: &str, given: FrameImports<'a>) -> Option<Import<'a>> {
+        given.find(name).or_else(|| self.kept.get(name)?.import())
+    }
+
     /// Takes the host's textures of a frame.
     ///
     /// # Errors
@@ -137,42 +367,45 @@ impl Imports {
         &mut self,
         creation: &mut Creation<'_>,
         queue: &wgpu::Queue,
-        given: &[(&str, &wgpu::Texture)],
+        given: FrameImports<'_>,
         frame: u64,
     ) -> Result<(), Diagnostic> {
-        for import in &mut self.imports {
-            let texture = given.iter().find(|(name, _)| *name == import.name).map(|(_, texture)| *texture);
-            if let Some(texture) = texture {
-                import.seen.retain(|(_, used)| used + KEPT_FRAMES >= frame);
-                match import.seen.iter_mut().find(|(seen, _)| seen == texture) {
+        let Self { imports, views, kept, .. } = self;
+        for imported in imports.iter_mut() {
+            let import = given.find(&imported.name).or_else(|| kept.get(&imported.name)?.import());
+            if let Some(Import { texture, .. }) = import {
+                imported.seen.retain(|(_, used)| used + KEPT_FRAMES >= frame);
+                match imported.seen.iter_mut().find(|(seen, _)| seen == texture) {
                     Some((_, used)) => *used = frame,
                     None => {
-                        if let Some(error) = creation.import_error(queue, &import.name, texture) {
+                        if let Some(error) = creation.import_error(queue, &imported.name, texture) {
                             return Err(error);
                         }
-                        import.seen.push((texture.clone(), frame));
+                        imported.seen.push((texture.clone(), frame));
                     }
                 }
             }
-            if import.current.as_ref() != texture {
-                import.current = texture.cloned();
+            let is_same = match (&imported.current, import) {
+                (Some((texture, part)), Some(import)) => texture == import.texture && *part == import.part,
+                (current, import) => current.is_none() && import.is_none(),
+            };
+            if !is_same {
+                imported.current = import.map(|import| (import.texture.clone(), import.part));
             }
         }
-        for wanted in &mut self.views {
-            let Import { name, current: Some(texture), part, .. } = &self.imports[wanted.import] else {
+        for wanted in views {
+            let Imported { name, current: Some((texture, part)), .. } = &imports[wanted.import] else {
                 continue;
             };
             wanted.known.retain(|known| known.used + KEPT_FRAMES >= frame);
-            let at = wanted.known.iter().position(|known| known.texture == *texture);
+            let at = wanted.known.iter().position(|known| known.texture == *texture && known.part == *part);
             wanted.current = at.unwrap_or_else(|| {
                 let mut descriptor = view_descriptor(name, texture, wanted.view);
-                if let Some(part) = part {
-                    descriptor.base_mip_level += part.mip;
-                    descriptor.base_array_layer += part.layer;
-                    descriptor.format = descriptor.format.or(part.format);
-                }
+                descriptor.base_mip_level += part.mip();
+                descriptor.base_array_layer += part.layer();
+                descriptor.format = descriptor.format.or(part.format);
                 let view = creation.import_view(texture, &descriptor);
-                wanted.known.push(Known { texture: texture.clone(), view, used: frame });
+                wanted.known.push(Known { texture: texture.clone(), part: *part, view, used: frame });
                 wanted.known.len() - 1
             });
             wanted.known[wanted.current].used = frame;
@@ -193,38 +426,35 @@ impl Imports {
         wanted.known.get(wanted.current).map(|known| &known.view)
     }
 
-    /// Takes a buffer of the host's, for a resource of the plan. Whether it is another than before.
-    pub(crate) fn set_buffer(&mut self, resource: ResourceHandle, buffer: &wgpu::Buffer) -> bool {
-        let Some(ImportedTexture(at)) = self.find(resource) else { return false };
-        let is_other = self.imports[at].buffer.as_ref() != Some(buffer);
+    /// Takes a texture or a buffer of the host's until another is given. Whether it is a buffer, and another than before.
+    pub(crate) fn keep(&mut self, import: ImportedTexture, given: Kept) -> bool {
+        let Some(imported) = self.imports.get_mut(import.0) else { return false };
+        let is_other = given.buffer().is_some() && imported.buffer.as_ref() != given.buffer();
         if is_other {
-            self.imports[at].buffer = Some(buffer.clone());
+            imported.buffer = given.buffer().cloned();
+        }
+        match self.kept.get_mut(&imported.name) {
+            Some(kept) if *kept == given => {}
+            Some(kept) => *kept = given,
+            None => {
+                self.kept.insert(imported.name.clone(), given);
+            }
         }
         is_other
     }
 
-    /// Lets a part of the host's textures stand for a resource of the plan.
-    pub(crate) fn set_part(&mut self, resource: ResourceHandle, part: Option<ImportPart>) {
-        let Some(ImportedTexture(at)) = self.find(resource) else { return };
-        if self.imports[at].part != part {
-            self.imports[at].part = part;
-            self.views.iter_mut().filter(|view| view.import == at).for_each(|view| view.known.clear());
-        }
-    }
-
-    /// The part of the host's textures that stands for a resource.
-    pub(crate) fn part(&self, resource: ResourceHandle) -> Option<ImportPart> {
-        self.imports[self.find(resource)?.0].part
-    }
-
-    /// Takes over the parts and the buffers that another plan was given, where `fits` says of their names that they are right here.
-    pub(crate) fn go_on_from(&mut self, before: &Self, fits: impl Fn(&str, &wgpu::Buffer) -> bool) {
+    /// Takes over what another plan was given, of buffers those of which `fits` says by name that they are right here.
+    pub(crate) fn go_on_from(&mut self, before: &mut Self, fits: impl Fn(&str, &wgpu::Buffer) -> bool) {
+        self.kept = std::mem::take(&mut before.kept);
         for import in &mut self.imports {
-            let known = before.imports.iter().find(|known| known.name == import.name);
-            import.part = known.and_then(|known| known.part);
-            let buffer = known.and_then(|known| known.buffer.clone());
-            import.buffer = buffer.filter(|buffer| fits(&import.name, buffer));
+            let buffer = self.kept.get(&import.name).and_then(Kept::buffer);
+            import.buffer = buffer.filter(|buffer| fits(&import.name, buffer)).cloned();
         }
+    }
+
+    /// The buffer that was given for a resource of this name, whether it fits or not.
+    pub(crate) fn kept_buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
+        self.kept.get(name)?.buffer()
     }
 
     /// The buffer that stands for a resource.
@@ -239,6 +469,6 @@ impl Imports {
 
     /// The texture in this frame.
     pub(crate) fn texture(&self, texture: ImportedTexture) -> Option<&wgpu::Texture> {
-        self.imports.get(texture.0)?.current.as_ref()
+        self.imports.get(texture.0)?.current.as_ref().map(|(texture, _)| texture)
     }
 }

@@ -28,7 +28,7 @@ pub struct Texels {
 /// Reads the numbers of the first mip level of a texture as [`read_bytes`] reads its bytes.
 ///
 /// # Errors
-/// Formats without numbers of their own, several samples, errors of the device.
+/// Formats without numbers of their own, several samples, a missing usage, errors of the device.
 pub async fn read_back(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -47,7 +47,7 @@ pub async fn read_back(
 /// The future is ready at once except in a browser, which must not block.
 ///
 /// # Errors
-/// Formats without numbers of their own, several samples, errors of the device.
+/// Formats without numbers of their own, several samples, a missing usage, errors of the device.
 pub async fn read_bytes(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -190,12 +190,22 @@ type Decode = fn(&[u8]) -> f32;
 impl Layout {
     fn of_texture(texture: &wgpu::Texture) -> Result<Self, Diagnostic> {
         let (format, samples) = (texture.format(), texture.sample_count());
-        Self::of(format).filter(|_| samples == 1).ok_or_else(|| {
+        let layout = Self::of(format).filter(|_| samples == 1).ok_or_else(|| {
             let message =
                 format!("a texture of the format {format:?} with {samples} samples cannot be read back");
             Diagnostic::error(codes::CAPTURE, Place::Nowhere, message)
                 .help("draw it into a texture of a format with plain channels, and of one sample")
-        })
+        })?;
+        let needed =
+            if layout.copied { wgpu::TextureUsages::COPY_SRC } else { wgpu::TextureUsages::TEXTURE_BINDING };
+        if !texture.usage().contains(needed) {
+            let message =
+                format!("the texture was created without the usage {needed:?}, by which it is read back");
+            return Err(Diagnostic::error(codes::CAPTURE, Place::Nowhere, message).help(
+                "create it with the usage; a texture of a plan has it with \"exposed\": true or Options::expose",
+            ));
+        }
+        Ok(layout)
     }
 
     /// The name of a plain format says it: the channels, the bits of each, and what they are.

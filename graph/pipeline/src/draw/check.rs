@@ -1,6 +1,8 @@
 //! A host's storage held against the programs that draw it.
 
-use crate::diagnostic::{Diagnostic, Related, codes, list_of};
+use std::collections::BTreeSet;
+
+use crate::diagnostic::{Diagnostic, Related, codes, list_of, suggested_name};
 use crate::pipeline::{Located as _, Pass, Pipeline, Program, ProgramBinding};
 use crate::shader::{Member, TypeLayout, VertexInput};
 use wgpu_types::BindingType;
@@ -12,9 +14,51 @@ use super::interface::*;
 /// Diagnostics: vertex inputs and bindings that the host does not have, members of another type or at another offset.
 pub fn check_host(pipeline: &Pipeline, geometry: &str, host: &HostInterface) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
+    let drawing = || {
+        let drawing = pipeline.passes.iter().filter_map(|pass| Some((pass, pass.work().scene()?)));
+        drawing.filter(|(_, scene)| scene.geometry == geometry)
+    };
+    if let Some((first, _)) = drawing().next() {
+        let filters: BTreeSet<&str> = drawing().map(|(_, scene)| scene.filter.as_str()).collect();
+        if host.filters == HostFilters::Unstated {
+            let words: Vec<String> = filters.iter().map(|word| format!("\"{word}\"")).collect();
+            let message = format!(
+                "the host of \"{geometry}\" does not say which filters it tells apart; the pipeline draws {}",
+                words.join(", ")
+            );
+            let help = "state them with HostInterface::filters, and draw in each pass what DrawPass::filter names; \
+                or HostInterface::any_filter, if all passes draw the same";
+            diagnostics.push(first.error(codes::UNKNOWN_FILTER, message).help(help));
+        }
+        for message in host.misplaced_attributes() {
+            let help = "an attribute lies within the stride of its buffer, at a multiple of 4 bytes";
+            diagnostics.push(first.error(codes::HOST_INTERFACE, message).help(help));
+        }
+    }
     for pass in &pipeline.passes {
         if let Some(scene) = pass.work().scene().filter(|scene| scene.geometry == geometry) {
             check_program(pipeline.program(scene.program), pass, geometry, host, &mut diagnostics);
+        }
+    }
+    diagnostics
+}
+
+/// Hosts that are stated for a geometry which the pipeline does not have, where it draws one that is written almost the
+/// same and has none.
+pub(crate) fn misspelt_hosts(pipeline: &Pipeline) -> Vec<Diagnostic> {
+    let unknown = |name: &&String| !pipeline.geometry.contains_key(*name);
+    let unknown: Vec<&str> = pipeline.hosts.keys().filter(unknown).map(String::as_str).collect();
+    let mut seen = BTreeSet::new();
+    let mut diagnostics = Vec::new();
+    for pass in &pipeline.passes {
+        let Some(geometry) = pass.work().scene().map(|scene| scene.geometry.as_str()) else { continue };
+        if pipeline.hosts.contains_key(geometry) || !seen.insert(geometry) {
+            continue;
+        }
+        if let Some(host) = suggested_name(geometry, unknown.iter().copied()) {
+            let message = format!("no host stores the geometry \"{geometry}\"; one is stated for \"{host}\"");
+            let help = format!("state the host for \"{geometry}\"");
+            diagnostics.push(pass.error(codes::HOST_INTERFACE, message).help(help));
         }
     }
     diagnostics
@@ -83,9 +127,9 @@ fn check_program(
         }
         match (slot, &binding.block) {
             (None, _) => report(format!("the host has no \"{name}\" for group {group} of {template}")),
-            (Some(HostSlotKind::Opaque(type_name)), None) if type_name == declared => {}
+            (Some(HostResourceKind::Opaque(type_name)), None) if type_name == declared => {}
             (
-                Some(HostSlotKind::Block { members, size, .. }),
+                Some(HostResourceKind::Block { members, size, .. }),
                 Some(layout @ TypeLayout::Struct { members: wanted, .. }),
             ) => {
                 compare_members((name, members), (template, wanted), &mut report);
@@ -97,7 +141,7 @@ fn check_program(
                 }
             }
             (
-                Some(HostSlotKind::Array { members, stride }),
+                Some(HostResourceKind::Array { members, stride }),
                 Some(TypeLayout::Array { element, count: None, stride: wanted_stride }),
             ) if matches!(**element, TypeLayout::Struct { .. }) => {
                 if let TypeLayout::Struct { members: wanted, .. } = &**element {

@@ -17,12 +17,12 @@ pub const OBJECT_GROUP: u32 = 3;
 ///
 /// ```
 /// use umbragraph_pipeline::data::ValueType;
-/// use umbragraph_pipeline::draw::{HostInterface, HostSlot, HostVertexBuffer};
+/// use umbragraph_pipeline::draw::{HostInterface, HostResource, HostVertexBuffer};
 /// use umbragraph_pipeline::wgpu_types::VertexFormat::Float32x3;
 ///
 /// let interface = HostInterface::new()
 ///     .vertices(HostVertexBuffer::new(24, [("position", Float32x3, 0), ("normal", Float32x3, 12)]))
-///     .object(HostSlot::array("objects", 64, [("world_from_object", ValueType::MAT4, 0)]));
+///     .object(HostResource::array("objects", 64, [("world_from_object", ValueType::MAT4, 0)]));
 /// assert_eq!(interface.property_sets.len(), 1);
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,20 +33,33 @@ pub struct HostInterface {
     /// The vertex buffers of meshes with a set of properties, where they are others.
     pub vertex_buffers_of: Vec<(PropertySet, Vec<HostVertexBuffer>)>,
     /// The bindings of bind group 2, by name.
-    pub material: Vec<HostSlot>,
+    pub material: Vec<HostResource>,
     /// The bindings of bind group 3, by name.
-    pub object: Vec<HostSlot>,
+    pub object: Vec<HostResource>,
     /// The names of mesh properties, such as `alpha_masked`; a [`PropertySet`] is a set of positions here.
     pub properties: Vec<String>,
     /// The combinations of properties that occur; pipelines are built for these.
     pub property_sets: Vec<PropertySet>,
-    /// The words that passes may write under `mesh_filter`; any where none are stated.
-    pub filters: Vec<String>,
+    /// The words that passes may write under `mesh_filter`.
+    pub filters: HostFilters,
     /// The layout of bind group 2, where the host has bind groups of its own for it. Bindings are then found by their
     /// numbers, and `material` need only name blocks whose members are to be compared.
     pub material_layout: Option<Vec<BindGroupLayoutEntry>>,
     /// The same for bind group 3.
     pub object_layout: Option<Vec<BindGroupLayoutEntry>>,
+}
+
+/// The filters of draws that a host knows. A pipeline draws casters, opaque and blended meshes in passes of their own, and a
+/// host that took no notice of it would draw all of them in each: so it has to say which it tells apart.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum HostFilters {
+    /// None is stated, which is an error where a pipeline draws meshes of the host.
+    #[default]
+    Unstated,
+    /// Every word.
+    Any,
+    /// Some words.
+    Words(Vec<String>),
 }
 
 /// A set of mesh properties, as positions in [`HostInterface::properties`]: bit 0 is the first.
@@ -68,14 +81,14 @@ impl HostInterface {
 
     /// With another binding of bind group 2.
     #[must_use]
-    pub fn material(mut self, slot: HostSlot) -> Self {
+    pub fn material(mut self, slot: HostResource) -> Self {
         self.material.push(slot);
         self
     }
 
     /// With another binding of bind group 3.
     #[must_use]
-    pub fn object(mut self, slot: HostSlot) -> Self {
+    pub fn object(mut self, slot: HostResource) -> Self {
         self.object.push(slot);
         self
     }
@@ -103,10 +116,17 @@ impl HostInterface {
         self
     }
 
-    /// With the words that passes may write under `mesh_filter`.
+    /// With the words that passes may write under `mesh_filter`: those that the host tells apart in `DrawPass::filter`.
     #[must_use]
     pub fn filters(mut self, filters: &[&str]) -> Self {
-        self.filters = filters.iter().map(|filter| (*filter).to_owned()).collect();
+        self.filters = HostFilters::Words(filters.iter().map(|filter| (*filter).to_owned()).collect());
+        self
+    }
+
+    /// With every word under `mesh_filter`: the host draws the same for all, or finds out what a word means by itself.
+    #[must_use]
+    pub fn any_filter(mut self) -> Self {
+        self.filters = HostFilters::Any;
         self
     }
 
@@ -142,7 +162,7 @@ impl HostInterface {
     /// Whether a block of bind group 3 is moved from object to object.
     pub fn is_moved(&self, name: &str) -> bool {
         let slot = self.object.iter().find(|slot| slot.name == name);
-        slot.is_none_or(|slot| matches!(slot.kind, HostSlotKind::Block { .. }))
+        slot.is_none_or(|slot| matches!(slot.kind, HostResourceKind::Block { .. }))
     }
 
     /// The names of the properties of a set.
@@ -154,6 +174,31 @@ impl HostInterface {
             .filter(|(at, _)| in_set(*at))
             .map(|(_, name)| name.as_str())
             .collect()
+    }
+
+    /// What is wrong with the places of vertex attributes: WebGPU wants each within the stride of its buffer, and both at
+    /// multiples of 4 bytes (attributes of less than 4 bytes at multiples of their size).
+    pub(super) fn misplaced_attributes(&self) -> Vec<String> {
+        let own = self.vertex_buffers_of.iter().flat_map(|(_, buffers)| buffers);
+        let mut messages = Vec::new();
+        for buffer in self.vertex_buffers.iter().chain(own) {
+            if !buffer.stride.is_multiple_of(4) {
+                messages.push(format!("a vertex buffer has a stride of {} bytes", buffer.stride));
+            }
+            for HostAttribute { name, format, offset } in &buffer.attributes {
+                let end = offset.saturating_add(format.size());
+                if end > buffer.stride {
+                    messages.push(format!(
+                        "the vertex attribute \"{name}\" ends at byte {end} of a vertex, whose stride is {}",
+                        buffer.stride
+                    ));
+                } else if !offset.is_multiple_of(format.size().min(4)) {
+                    messages
+                        .push(format!("the vertex attribute \"{name}\" lies at byte {offset} of a vertex"));
+                }
+            }
+        }
+        messages
     }
 
     /// The vertex attribute of a name, of meshes with a set of properties.
@@ -206,17 +251,17 @@ pub struct HostAttribute {
 /// A binding that the host fills.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct HostSlot {
+pub struct HostResource {
     /// The name that shaders use.
     pub name: String,
     /// The kind.
-    pub kind: HostSlotKind,
+    pub kind: HostResourceKind,
 }
 
-impl HostSlot {
+impl HostResource {
     /// A texture or a sampler, by its WGSL type.
     pub fn opaque(name: impl Into<String>, wgsl: impl Into<String>) -> Self {
-        Self { name: name.into(), kind: HostSlotKind::Opaque(wgsl.into()) }
+        Self { name: name.into(), kind: HostResourceKind::Opaque(wgsl.into()) }
     }
 
     /// A uniform block, with its members' types and first bytes; `stride` are the bytes to the next object's, 0 for a
@@ -229,7 +274,7 @@ impl HostSlot {
         let members: Vec<_> = members.into_iter().map(HostMember::from).collect();
         let size = members.iter().map(|member| member.offset + member.size).max().unwrap_or(0);
         let size = size.next_multiple_of(16);
-        Self { name: name.into(), kind: HostSlotKind::Block { members, size, stride } }
+        Self { name: name.into(), kind: HostResourceKind::Block { members, size, stride } }
     }
 
     /// An array in a storage buffer, with the bytes from one element to the next, and the members of an element.
@@ -239,13 +284,13 @@ impl HostSlot {
         members: impl IntoIterator<Item = (&'n str, ValueType, u32)>,
     ) -> Self {
         let members = members.into_iter().map(HostMember::from).collect();
-        Self { name: name.into(), kind: HostSlotKind::Array { members, stride } }
+        Self { name: name.into(), kind: HostResourceKind::Array { members, stride } }
     }
 }
 
 /// The kind of a binding of the host.
 #[derive(Clone, Debug, PartialEq)]
-pub enum HostSlotKind {
+pub enum HostResourceKind {
     /// A texture or a sampler, by its WGSL type (`texture_2d<f32>`, `sampler`).
     Opaque(String),
     /// A block in a buffer.

@@ -18,7 +18,8 @@ mod check;
 mod interface;
 
 pub use check::check_host;
+pub(crate) use check::misspelt_hosts;
 pub use interface::{
-    DOUBLE_SIDED, HostAttribute, HostInterface, HostMember, HostSlot, HostSlotKind, HostVertexBuffer,
-    MATERIAL_GROUP, OBJECT_GROUP, PropertySet,
+    DOUBLE_SIDED, HostAttribute, HostFilters, HostInterface, HostMember, HostResource, HostResourceKind,
+    HostVertexBuffer, MATERIAL_GROUP, OBJECT_GROUP, PropertySet,
 };

@@ -21,6 +21,8 @@ pub struct Program {
     pub template: String,
     /// The axes that the pipeline chose; the others have their defaults.
     pub axes: AxisValues,
+    /// The axes that follow from the format of a pass's target, since the pipeline chose nothing for them.
+    pub from_target: Vec<String>,
     /// The variants, the one without any mesh property first.
     pub variants: Vec<ProgramVariant>,
     /// The union of the variants' bindings, by group and binding.
@@ -108,7 +110,7 @@ impl Program {
         }
         let bindings = union.into_values().map(|(binding, _)| binding).collect();
         if diagnostics.is_empty() {
-            Ok(Self { template, axes, variants, bindings })
+            Ok(Self { template, axes, from_target: Vec::new(), variants, bindings })
         } else {
             Err(diagnostics)
         }

@@ -229,7 +229,10 @@ pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnosti
                         ),
                     )
                     .related(other.key_span, "it stands here")
-                    .help("an include adds and never changes; to change a file, extend it"),
+                    .help(
+                        "an include adds and never changes; a file changes what another says if it extends it: \
+                         \"extends\": [\"one.json\", \"other.json\"], where the last counts",
+                    ),
                 ),
                 None => known.push(entry),
             }

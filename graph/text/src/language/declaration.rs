@@ -210,6 +210,21 @@ pub enum ParameterType {
     U32List,
 }
 
+impl ParameterType {
+    /// Its name in a pipeline.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::U32 => "u32",
+            Self::I32 => "i32",
+            Self::Bool => "bool",
+            Self::Enum => "enum",
+            Self::F32List => "f32[]",
+            Self::U32List => "u32[]",
+        }
+    }
+}
+
 /// The order of the elements of a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]

@@ -31,7 +31,7 @@ use super::profiles::claimed_profiles;
 use super::{Overrides, Pass, Passthrough, Pipeline, Survey, Toggle, toggle};
 use crate::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
 use crate::document::{self, Document};
-use crate::draw::check_host;
+use crate::draw::{HostFilters, check_host, misspelt_hosts};
 use crate::node::Registry;
 use crate::shader::ShaderCache;
 use crate::source::Sources;
@@ -100,9 +100,11 @@ pub fn load(
     let names = toggles.iter().map(|toggle| toggle.name.clone()).collect();
     let mut shared =
         Shared::new(settings.scope(), settings.dependence(), names, sound.geometry, programs, sources);
-    let stated = registry.hosts().iter().filter(|(_, interface)| !interface.filters.is_empty());
-    shared.filters =
-        stated.map(|(geometry, interface)| (geometry.clone(), interface.filters.clone())).collect();
+    let stated = registry.hosts().iter().filter_map(|(geometry, interface)| match &interface.filters {
+        HostFilters::Words(words) => Some((geometry.clone(), words.clone())),
+        HostFilters::Any | HostFilters::Unstated => None,
+    });
+    shared.filters = stated.collect();
     let connected = declare(document, registry, &broken, &toggles, &mut shared)
         .map(|passes| Connected::new(document, passes, &toggles, &mut shared));
     diagnostics.extend(shared.diagnostics);
@@ -140,6 +142,7 @@ pub fn load(
     for (geometry, interface) in &pipeline.hosts {
         diagnostics.extend(check_host(&pipeline, geometry, interface));
     }
+    diagnostics.extend(misspelt_hosts(&pipeline));
     Some(pipeline)
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::pipeline::survey::{Chosen, Survey};
 use crate::pipeline::{Program, ProgramBinding, ProgramVariant};
-use crate::shader::{self, AxisValue, AxisValues, ShaderCache, ShaderModule, exceeded_by_layout};
+use crate::shader::{self, Axes, AxisValue, AxisValues, ShaderCache, ShaderModule, exceeded_by_layout};
 use crate::source::Span;
 use crate::work::ProgramHandle;
 
@@ -71,7 +71,13 @@ impl Programs {
             if beyond.is_empty() { Ok(program) } else { Err(beyond) }
         });
         let program = match program {
-            Ok(program) => program,
+            Ok(mut program) => {
+                let known = self.shaders.templates().axes(template);
+                let follows = known.into_iter().flat_map(Axes::iter).filter(|axis| axis.from_target);
+                let follows = follows.map(|axis| axis.name.clone());
+                program.from_target = follows.filter(|name| !axes.contains_key(name)).collect();
+                program
+            }
             Err(own) => {
                 diagnostics.extend(own.into_iter().map(|diagnostic| diagnostic.pointer(pointer)));
                 return None;
