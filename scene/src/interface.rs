@@ -7,7 +7,7 @@
 use bytemuck::{Pod, Zeroable};
 use std::collections::BTreeSet;
 use umbragraph_pipeline::data::ValueType;
-use umbragraph_pipeline::draw::{DOUBLE_SIDED, HostInterface, HostSlot, HostVertexBuffer, PropertySet};
+use umbragraph_pipeline::draw::{DOUBLE_SIDED, HostInterface, HostResource, HostVertexBuffer, PropertySet};
 use umbragraph_pipeline::wgpu_types::VertexFormat;
 
 use crate::filter::FILTERS;
@@ -47,9 +47,9 @@ macro_rules! block {
             pub const SIZE: u32 = (std::mem::size_of::<Self>() as u32).next_multiple_of(16);
 
             /// The block by a name, with the bytes to the next one.
-            fn slot(name: &str, stride: u32) -> HostSlot {
+            fn slot(name: &str, stride: u32) -> HostResource {
                 let members = [$((stringify!($member), $value, std::mem::offset_of!(Self, $member) as u32)),*];
-                HostSlot::block(name, stride, members)
+                HostResource::block(name, stride, members)
             }
         }
     };
@@ -101,8 +101,8 @@ pub fn any_scene() -> HostInterface {
     let interface = STREAMS.into_iter().map(stream).fold(HostInterface::new(), HostInterface::vertices);
     interface
         .material(MaterialBlock::slot("material", 0))
-        .material(HostSlot::opaque("base_color_texture", "texture_2d<f32>"))
-        .material(HostSlot::opaque("base_color_sampler", "sampler"))
+        .material(HostResource::opaque("base_color_texture", "texture_2d<f32>"))
+        .material(HostResource::opaque("base_color_sampler", "sampler"))
         .object(ObjectBlock::slot("object", BLOCK_STRIDE))
         .properties(PROPERTIES, (0..1 << PROPERTIES.len()).map(PropertySet))
         .filters(FILTERS)
@@ -110,7 +110,7 @@ pub fn any_scene() -> HostInterface {
 
 #[cfg(test)]
 mod tests {
-    use umbragraph_pipeline::draw::{HostMember, HostSlotKind};
+    use umbragraph_pipeline::draw::{HostMember, HostResourceKind};
 
     use super::*;
 
@@ -136,7 +136,7 @@ mod tests {
         for (slot, bytes) in
             [(&interface.material[0], MaterialBlock::SIZE), (&interface.object[0], ObjectBlock::SIZE)]
         {
-            let HostSlotKind::Block { members, size, .. } = &slot.kind else { panic!("{slot:?}") };
+            let HostResourceKind::Block { members, size, .. } = &slot.kind else { panic!("{slot:?}") };
             assert_eq!(*size, bytes);
             let offsets: Vec<u32> = members.iter().map(|member| member.offset).collect();
             assert_eq!((offsets, bytes), wgsl_offsets(members));

@@ -1,6 +1,8 @@
 //! What an engine asks of the front door: its meshes as it stores them, its cameras, its textures, its threads.
 
+mod adopter;
 mod cameras;
+
 #[path = "../common/mod.rs"]
 mod common;
 mod contract;

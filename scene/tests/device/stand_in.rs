@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use umbragraph_executor::wgpu;
 use umbragraph_executor::{DrawPass, DrawSource};
 use umbragraph_pipeline::data::View;
-use umbragraph_pipeline::draw::{DOUBLE_SIDED, HostInterface, HostSlotKind, PropertySet};
+use umbragraph_pipeline::draw::{DOUBLE_SIDED, HostInterface, HostResourceKind, PropertySet};
 use umbragraph_scene::gpu::SceneResources;
 use umbragraph_test_support::gpu::Gpu;
 
@@ -219,7 +219,7 @@ fn pipelines(
     interface: &HostInterface,
     layouts: &[wgpu::BindGroupLayout; 3],
 ) -> BTreeMap<PropertySet, wgpu::RenderPipeline> {
-    let [HostSlotKind::Block { stride, .. }] = [&interface.object[0].kind] else {
+    let [HostResourceKind::Block { stride, .. }] = [&interface.object[0].kind] else {
         panic!("the object is a block")
     };
     assert_eq!(*stride, 256);
