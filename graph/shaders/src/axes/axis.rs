@@ -86,9 +86,8 @@ pub struct Axis {
     /// Whether it is there to choose between layouts: variants with different values of it never stand for one another,
     /// so they may mean different things by one binding. All other variants of a template have to agree.
     pub own_layout: bool,
-    /// Whether it is true where a pass's first color attachment has a format without `-srgb`, unless something gives it a
-    /// value.
+    /// Whether it defaults to true if the pass's first color attachment has a format without `-srgb`.
     pub from_target: bool,
-    /// Where its name is declared.
+    /// The place of its name in the declaration.
     pub span: Span,
 }

@@ -13,14 +13,14 @@ use umbragraph_text::source::Span;
 /// The kind of a constraint.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// Where `when` holds, all of `all` hold.
+    /// If `when` holds, every condition of `all` must hold.
     Requires {
         /// The premise; `None` for always.
         when: Option<Condition>,
         /// The conditions that have to hold.
         all: Vec<Condition>,
     },
-    /// Where `when` holds, none of `none` holds.
+    /// If `when` holds, no condition of `none` may hold.
     Excludes {
         /// The premise; `None` for always.
         when: Option<Condition>,

@@ -29,7 +29,7 @@ pub(crate) struct Declaration {
 struct WrittenConstraint {
     span: Span,
     when: Option<WrittenCondition>,
-    /// What is under each of the keys `requires`, `excludes` and `one_of` that are there.
+    /// The conditions written under each present key: `requires`, `excludes` or `one_of`.
     rules: Vec<(&'static str, Vec<WrittenCondition>)>,
 }
 

@@ -16,20 +16,20 @@ use minijinja::{Error, ErrorKind};
 pub(crate) const MAX_VALUE: usize = 1 << 20;
 /// The largest text that all expressions of one rendering may write, captured text included.
 pub(crate) const MAX_WRITTEN: usize = 16 << 20;
-/// How much checks and filters may look at in one rendering: elements, and pieces of [`PIECE`] bytes.
+/// The maximum work of checks and filters in one rendering, in elements and pieces of [`PIECE`] bytes.
 const MAX_WORK: usize = 4 << 20;
-/// The bytes of text that are looked at as fast as one element.
+/// The number of bytes of text that cost as much to scan as one element.
 const PIECE: usize = 64;
-/// The longest time for one rendering, for what fuel, work and sizes do not count: texts of up to 100 MB that exist within
-/// one expression. Without optimization everything takes longer.
+/// The maximum time of one rendering. It bounds what fuel, work and sizes miss: texts of up to 100 MB within one
+/// expression. Builds without optimization get more time.
 const MAX_TIME: Duration = Duration::from_secs(if cfg!(debug_assertions) { 4 } else { 1 });
-/// The function around what may have grown.
+/// The function around a value that may have grown.
 pub(crate) const FITS: &str = "__fits";
-/// The function around what is multiplied.
+/// The function around an operand of a multiplication.
 pub(crate) const FACTOR: &str = "__factor";
-/// The function around what is gone through.
+/// The function around a value whose elements are visited.
 pub(crate) const SEEN: &str = "__seen";
-/// The function around what an index finds its way in: elements at once, characters one by one.
+/// The function around a value that is indexed: elements cost one step, characters are counted one by one.
 pub(crate) const INDEXED: &str = "__indexed";
 
 /// The engine's own functions, none of which makes a text or a list of lists.
@@ -66,7 +66,7 @@ pub(crate) fn begin() {
     WORK.set(0);
 }
 
-/// Counts elements, and bytes of text, that are looked at beside the engine's own steps.
+/// Counts elements and bytes of text that are visited in addition to the engine's own steps.
 pub(crate) fn work(elements: usize, bytes: usize) -> Result<(), Error> {
     let total = WORK.get().saturating_add(elements).saturating_add(bytes / PIECE);
     WORK.set(total);
@@ -96,17 +96,17 @@ fn in_time() -> Result<(), Error> {
     }
 }
 
-/// An error that stands for an exceeded limit; told from others by [`is_limit`].
+/// The error of an exceeded limit; [`is_limit`] recognises it.
 pub(crate) fn limit(message: &'static str) -> Error {
     Error::new(ErrorKind::OutOfFuel, message)
 }
 
-/// Whether an error stands for an exceeded limit.
+/// Whether an error reports an exceeded limit.
 pub(crate) fn is_limit(error: &Error) -> bool {
     error.kind() == ErrorKind::OutOfFuel
 }
 
-/// The value of an expression, if it is no larger than allowed.
+/// Returns the value of an expression, or an error if it is larger than [`MAX_VALUE`].
 pub(crate) fn grown(value: Value) -> Result<Value, Error> {
     if value.is_number() {
         return Ok(value);
@@ -117,7 +117,7 @@ pub(crate) fn grown(value: Value) -> Result<Value, Error> {
     if fit { Ok(value) } else { Err(limit("an expression makes a value larger than 1 MiB")) }
 }
 
-/// What is multiplied. The engine repeats lists as they are read, but tuples at once.
+/// Turns a tuple operand of a multiplication into a list: the engine repeats lists lazily, but copies tuples at once.
 pub(crate) fn factor(value: Value) -> Value {
     match value.downcast_object_ref::<Tuple>() {
         Some(tuple) => Value::from(tuple.iter().cloned().collect::<Vec<Value>>()),
@@ -125,7 +125,7 @@ pub(crate) fn factor(value: Value) -> Value {
     }
 }
 
-/// What is gone through: every element, or every byte of a text.
+/// Charges a value whose elements are visited: one unit of work per element, or per piece of a text.
 pub(crate) fn seen(value: Value) -> Result<Value, Error> {
     match value.as_str() {
         Some(text) => work(1, text.len())?,
@@ -134,7 +134,7 @@ pub(crate) fn seen(value: Value) -> Result<Value, Error> {
     Ok(value)
 }
 
-/// What an index is looked up in: the characters of a text are counted up to it.
+/// Charges a value that is indexed: the engine counts the characters of a text up to the index.
 pub(crate) fn indexed(value: Value) -> Result<Value, Error> {
     if let Some(text) = value.as_str() {
         work(1, text.len())?;

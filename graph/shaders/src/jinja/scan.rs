@@ -138,7 +138,7 @@ pub(crate) fn scan(text: &str) -> Scan {
     }
 }
 
-/// How tags take white space away.
+/// The syntax of tags: a block tag trims the newline after it and the indentation before it.
 pub(crate) fn syntax() -> SyntaxConfig {
     let mut builder = SyntaxConfig::builder();
     // The default delimiters, so building cannot fail.

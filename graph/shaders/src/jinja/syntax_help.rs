@@ -1,8 +1,8 @@
-//! What is wrong with a template that the engine cannot parse, and the way out.
+//! Syntax errors of templates: the cause and the way out.
 //!
-//! The engine says where it stopped. For a block or a tag without an end that is the end of the text; here it is the tag
-//! that opens it. A misspelt statement is compared with those that are known, among them the ones that can stand in the
-//! innermost block that is open.
+//! The engine reports where parsing stopped. For a block or a tag without an end that is the end of the text; here it
+//! is the tag that opens it. A misspelt statement is compared with the known ones, including those that may stand in
+//! the innermost open block.
 
 use std::ops::Range;
 

@@ -355,7 +355,8 @@ fn range(span: Span) -> Range<usize> {
     span.start_offset as usize..span.end_offset as usize
 }
 
-/// Where an expression begins: of filters, tests, calls and indices the engine notes the last of them alone.
+/// The first byte of an expression. The engine's span of a filter, test, call or index covers only the last one of a
+/// chain.
 fn start(one: &Expr<'_>) -> usize {
     match one {
         Expr::Filter(filter) => filter.expr.as_ref().map_or(one.span().start_offset as usize, start),
@@ -428,7 +429,7 @@ mod tests {
         assert_eq!(prepared.original(prepared.text.len()), text.len());
     }
 
-    /// What a template writes, with the guards and without.
+    /// Renders a template with the guards and without them.
     fn both(text: &str) -> [Result<String, minijinja::ErrorKind>; 2] {
         let guarded = super::prepare(text).text;
         [guarded.as_str(), text].map(|text| {

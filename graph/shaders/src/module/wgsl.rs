@@ -53,14 +53,14 @@ pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<Mo
     })
 }
 
-/// What WGSL forbids and naga lets pass: browsers reject it.
+/// Violations of WGSL rules that naga does not check; browsers reject such modules.
 pub(crate) fn beyond_naga(module: &Module) -> Vec<Rejection> {
     let mut found = uniformity::found(module);
     found.extend(aliasing::found(module));
     found
 }
 
-/// A module whose overrides have values, and what the validator says of it.
+/// A module with its overrides replaced by values, and the validator's information about it.
 pub(crate) type Resolved<'m> = (Cow<'m, Module>, Cow<'m, ModuleInfo>);
 
 /// Gives all overrides their values and validates the outcome.

@@ -39,7 +39,7 @@ pub(crate) fn parse(text: &str, error: &ParseError) -> Rejection {
     Rejection { range, labels, help, ..Rejection::new(codes::WGSL_SYNTAX, message, Span::UNDEFINED) }
 }
 
-/// What is missing before a range belongs to the end of the text before it, not to the next line.
+/// Moves the range of a missing token to the end of the text before it, so that it does not point at the next line.
 fn end_before(text: &str, range: Range<usize>) -> Range<usize> {
     let mut before = text.get(..range.start).unwrap_or_default();
     loop {

@@ -6,9 +6,9 @@
 //! lights lie in a uniform block. Their declaration says so (`"own_layout": true`); variants with different values of
 //! such an axis never stand for one another, and are compared with nobody but their own kind.
 //!
-//! What lies within a block may differ: it grows with the numbers that size it, and whoever fills it is compared with
-//! every variant when a pipeline is loaded. Variants that the meshes of one pass choose between are held to more there:
-//! their blocks are the same to the last offset.
+//! Members of a block may differ: the block grows with the numbers that size it. Loading a pipeline compares the data
+//! that fills the block with every variant. Variants that the meshes of one pass choose between must have identical
+//! block layouts.
 //!
 //! A diagnostic names the two variants that differ in the fewest axes, by the values in which they differ.
 

@@ -1,13 +1,13 @@
-//! Which values of overrides make a module fail, and at which expression.
+//! Finds the override values that make a module fail, and the expression that fails.
 //!
-//! naga says neither: an error from the values of overrides has no place. Both are found by trying. Of the values with
-//! which a module fails, each is given up for one with which it does not, if it still fails then; what is left is an
-//! inclusion-minimal provocation. The expression is found by cutting the computation short: with every arithmetic
-//! expression from some place on replaced by its first operand the module passes, and the last such place is the first
-//! expression that fails. It takes as many trials as the number of expressions has binary digits.
+//! naga reports neither: an error that comes from override values has no place. Both are found by trial. Each value of
+//! a failing set is replaced by a value that passes, if the module still fails then; the remaining values are an
+//! inclusion-minimal cause. The expression is found by bisection: every arithmetic expression from some place on is
+//! replaced by its first operand. The last place at which the module passes is the first expression that fails. The
+//! number of trials is logarithmic in the number of expressions.
 //!
-//! Limit: what is neither arithmetic nor an index nor the size of a workgroup is placed at the declaration of the override
-//! that provokes it.
+//! Limit: a failure that is neither arithmetic nor an index nor a workgroup size is placed at the declaration of the
+//! override that causes it.
 
 use std::ops::Range;
 

@@ -1,7 +1,8 @@
-//! What no variant needs: axes on which no text depends, template text that no variant contains.
+//! Dead axes and template text: axes on which no text depends, text that no variant contains.
 //!
-//! Both are known of a template once all its paths were taken, whatever proves their texts. What several templates use
-//! is dead only if none of them needs it, so that files which others use besides are left out.
+//! Both are known once every path of a template has been rendered, independent of how the texts are validated. A file
+//! that several templates include is dead only if none of them needs it, so files that unexplored templates share are
+//! left out.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;

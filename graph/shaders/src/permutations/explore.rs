@@ -78,7 +78,7 @@ pub(crate) struct Exploration {
     pub(crate) read: BTreeSet<String>,
     /// The bytes of all distinct texts.
     bytes: usize,
-    /// Where literal text begins that some path writes.
+    /// The starts of the literal texts that some path writes.
     pub(crate) literals: HashSet<(FileId, u32)>,
 }
 

@@ -36,7 +36,7 @@ pub(super) fn unavailable(proven: &[Proven], validators: &[&dyn Validator]) -> V
     found.map(diagnostic).collect()
 }
 
-/// What naga, the limits, the writers and external validators reject, and what is better avoided.
+/// Rejections by naga, the limits, the writers and external validators, followed by advice.
 pub(super) fn rejections(
     templates: &TemplateSet,
     each: &Explored<'_>,

@@ -42,11 +42,11 @@ pub(crate) struct Task<'a> {
 /// The proof of a text.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Proof {
-    /// Why it is rejected, and by which of the profiles, by index.
+    /// The rejections, each with the indices of the profiles that reject the text.
     pub(crate) rejections: Vec<(Rejection, Vec<usize>)>,
-    /// What is no reason to reject it, but better avoided.
+    /// Advice: constructs that are valid but better avoided.
     pub(crate) advice: Vec<Rejection>,
-    /// The reflection, where some profile accepts the text.
+    /// The reflection, if at least one profile accepts the text.
     pub(crate) reflection: Option<Arc<Reflection>>,
 }
 

@@ -1,4 +1,4 @@
-//! What a check of permutations found, as data that can be printed, compared and serialised.
+//! The results of a permutation check, as data to print, compare and serialise.
 
 use std::sync::Arc;
 

@@ -63,7 +63,7 @@ pub(super) fn covers(module: &Module, at: usize) -> bool {
     turn != 0.0 && [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].into_iter().all(is_inside)
 }
 
-/// What a function without control flow returns.
+/// The expression that a function without control flow returns.
 fn returned(function: &Function) -> Option<Handle<Expression>> {
     match function.body.iter().find(|statement| !matches!(statement, Statement::Emit(_)))? {
         Statement::Return { value } => *value,

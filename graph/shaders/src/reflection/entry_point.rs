@@ -181,7 +181,7 @@ fn entry_point(module: &Module, info: &ModuleInfo, sizes: &WorkgroupSizes, at: u
     })
 }
 
-/// What has a location, and no second source there.
+/// A variable with a location that is not the second blend source of that location.
 struct Located<'m> {
     name: &'m str,
     location: u32,
@@ -201,7 +201,7 @@ impl Located<'_> {
     }
 }
 
-/// By location.
+/// The located variables, sorted by location.
 fn located<'m>(module: &Module, bound: &[ir::Bound<'m>]) -> Vec<Located<'m>> {
     let located = |bound: &ir::Bound<'m>| {
         let naga::Binding::Location { location, blend_src: None | Some(0), .. } = *bound.binding else {

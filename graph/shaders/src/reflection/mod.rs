@@ -1,9 +1,9 @@
-//! What a module says of itself: bindings, memory layouts, entry points.
+//! The interface of a module: bindings, memory layouts, entry points.
 //!
-//! Everything that the host has to agree with is read off the validated naga module, so that there is one source for
-//! it. What WGSL does not say gets the default that WebGPU's automatic layouts have: a float texture is filterable
-//! exactly where it is sampled with a sampler, samplers filter, no offset is dynamic. Only bindings that an entry point
-//! really uses are part of the interface; the others are listed apart.
+//! The host's side of the interface is derived from the validated naga module, the only source. Properties that WGSL
+//! does not state get the defaults of WebGPU's automatic layouts: a float texture is filterable exactly if it is
+//! sampled with a sampler, samplers filter, no offset is dynamic. Only bindings that an entry point uses are part of
+//! the interface; the others are listed apart.
 
 mod binding;
 mod coverage;

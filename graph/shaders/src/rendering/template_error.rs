@@ -102,7 +102,7 @@ fn unknown_function(error: &Error) -> Option<(&str, &'static [&'static str])> {
     Some((detail.rsplit(' ').next()?, known))
 }
 
-/// Where a name, or a text in quotes, stands as the only such word of the tags at a place.
+/// The span of a name or quoted text, if it is the only such word in the tags at a place.
 fn word(template: &Template, place: Span, kind: WordKind, text: &str) -> Option<Span> {
     let at = place.range();
     let tags = template.scan.tags.iter().filter(|tag| tag.range.start <= at.end && at.start < tag.range.end);

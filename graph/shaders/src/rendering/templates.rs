@@ -26,7 +26,7 @@ use crate::jinja::{comparisons, filters, guard, length, syntax_help, tree};
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
 use umbragraph_text::source::{FileId, Sources, Span};
 
-/// What the names of the files of templates end in.
+/// The endings of the names of template files.
 pub const TEMPLATE_ENDS: [&str; 2] = [".jinja", ".axes.json"];
 
 /// Templates by name, with their axes.
@@ -35,14 +35,14 @@ pub struct TemplateSet {
     pub(crate) environment: Environment<'static>,
     pub(crate) templates: BTreeMap<String, Arc<Template>>,
     declarations: BTreeMap<String, axes::Declaration>,
-    /// The axes with those inherited: of all templates at once, when they are first asked for.
+    /// The axes of each template with the inherited ones, resolved for all templates on first use.
     resolved: OnceLock<BTreeMap<String, Resolved>>,
-    /// Where the texts lie in memory, found when first wanted.
+    /// The addresses of the texts in memory, computed on first use.
     placement: OnceLock<Placement>,
-    /// The templates with markers, made when first wanted.
+    /// The templates with markers, made on first use.
     marked: OnceLock<MarkedTemplates>,
     longest_literal: usize,
-    /// The templates whose bindings give way.
+    /// The library's templates: their bindings are renumbered when they collide with an author's.
     library: BTreeSet<FileId>,
 }
 
@@ -210,8 +210,8 @@ impl TemplateSet {
         wanted.filter_map(|name| self.axes(name)).flat_map(Axes::names).collect()
     }
 
-    /// What is wrong with the axes of a template, so that it cannot be rendered: as far as it takes other files to see
-    /// it, and declarations that do not tell what an axis is.
+    /// Errors in the axes of a template that prevent its rendering: errors that involve other files, and declarations
+    /// that do not define their axis.
     pub(crate) fn axes_diagnostics(&self, template: &str) -> Vec<Diagnostic> {
         let found = self.resolved().get(template);
         found
@@ -221,7 +221,7 @@ impl TemplateSet {
             .collect()
     }
 
-    /// Whether a template has axes of which it cannot be told what they are.
+    /// Whether a template has axes whose declaration does not define them.
     pub fn has_lost_axes(&self, template: &str) -> bool {
         self.axes(template).is_some_and(|axes| !axes.lost.diagnostics.is_empty())
     }

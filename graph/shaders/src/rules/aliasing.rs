@@ -13,7 +13,7 @@ use crate::codes;
 use crate::written::ir;
 use crate::written::rejection::Rejection;
 
-/// What a pointer goes back to.
+/// The variable or argument that a pointer is derived from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Root {
     Argument(u32),
@@ -21,10 +21,10 @@ enum Root {
     Global(Handle<GlobalVariable>),
 }
 
-/// Whether something is written; what is not is read.
+/// Whether a root is written; otherwise it is only read.
 type Written = bool;
 
-/// What a function does with its pointers and with variables of the module.
+/// The accesses of a function to its pointer arguments and to module variables.
 type Uses = HashMap<Root, Written>;
 
 /// The calls of a module that break the rule.

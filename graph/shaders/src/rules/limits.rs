@@ -71,8 +71,8 @@ fn kinds(profile: &TargetProfile, stage: Stage) -> [Kind; 5] {
     ]
 }
 
-/// What a layout has more of in one stage than the profile guarantees: a layout is the union over variants, each of
-/// which may be within every limit.
+/// Resources of a layout that exceed the profile's limits for one stage. The layout is the union over variants, so it
+/// can exceed a limit that each variant meets.
 pub fn exceeded_by_layout<'a>(
     entries: impl Iterator<Item = &'a BindGroupLayoutEntry> + Clone,
     profile: &TargetProfile,
@@ -129,20 +129,20 @@ impl Check<'_> {
         stages::entry_point(self.text, &entry_point.name).map_or(Span::UNDEFINED, Span::from)
     }
 
-    /// The attribute that says how large a workgroup is.
+    /// The attribute that sets the workgroup size.
     fn span_of_workgroup_size(&self, entry_point: &EntryPoint) -> Span {
         stages::workgroup_size(self.text, &entry_point.name)
             .map_or_else(|| self.span_of_entry_point(entry_point), Span::from)
     }
 
-    /// The first variable between stages beyond those that are allowed, or the last of all.
+    /// The first inter-stage variable beyond the allowed number, or the last of all.
     fn span_of_variable(&self, entry_point: &EntryPoint, entry: &naga::EntryPoint, allowed: u64) -> Span {
         stages::variable_beyond(self.text, self.module, entry, allowed)
             .map_or_else(|| self.span_of_entry_point(entry_point), Span::from)
     }
 
-    /// How many of the variables that may go between stages built-in ones take: one each for what a fragment stage is
-    /// given beside its position, one for four distances that a vertex stage clips by.
+    /// The number of inter-stage variables that built-in values take. A fragment input other than the position takes
+    /// one; four clip distances of a vertex stage take one.
     fn built_in_variables(&self, entry: &naga::EntryPoint) -> u64 {
         let is_fragment = entry.stage == ShaderStage::Fragment;
         let between = match is_fragment {

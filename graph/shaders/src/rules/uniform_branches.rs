@@ -4,13 +4,13 @@
 //! so that a shader with `if material.receives` is compiled for each material: seconds before the first frame. A factor in
 //! place of the branch, an override, or a condition in which something of the fragment takes part costs nothing like it.
 //!
-//! Each expression of the fragment entry point, and of what it calls, is given what it depends on: uniform buffers, and
-//! anything else that differs between invocations or that a driver cannot know when it compiles (inputs, storage, textures).
-//! Constants and overrides are neither. A variable depends on all that is stored in it, and on the conditions of the
-//! branches and loops around these stores; an argument on what any caller passes. These grow until nothing changes. A
-//! condition that depends on uniforms and on nothing else is found.
+//! Each expression of the fragment entry point and of its callees gets the set of its dependencies: uniform buffers, or
+//! anything else that differs between invocations or that a driver cannot know when it compiles (inputs, storage,
+//! textures). Constants and overrides are neither. A variable depends on every value stored in it and on the conditions
+//! of the branches and loops around the stores; an argument depends on what any caller passes. The sets grow to a fixed
+//! point. A condition that depends on uniforms alone is reported.
 //!
-//! Limits: what early returns decide is not followed; what a function writes through a pointer counts as anything.
+//! Limits: control flow after early returns is not followed; a write through a pointer counts as anything else.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -22,13 +22,13 @@ use crate::codes;
 use crate::written::ir;
 use crate::written::rejection::Rejection;
 
-/// What something depends on, as bits.
+/// The dependencies of a value, as bits.
 type Sources = u8;
 
 const UNIFORM: Sources = 1;
 const OTHER: Sources = 2;
 
-/// What is known of a function, over all of its callers.
+/// The dependencies inside a function, joined over all of its callers.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Known {
     arguments: Vec<Sources>,
@@ -82,7 +82,7 @@ struct Visit<'a> {
     function: &'a Function,
     own: &'a mut Known,
     known: &'a mut HashMap<Handle<Function>, Known>,
-    /// What each expression depends on.
+    /// The dependencies of each expression.
     sources: Vec<Sources>,
     conditions: Vec<(Sources, Span)>,
 }
@@ -174,13 +174,13 @@ impl<'a> Visit<'a> {
         sources
     }
 
-    /// What all conditions within a statement depend on.
+    /// The joined dependencies of all conditions within a statement.
     fn deciding(&self, statement: &Statement) -> Sources {
         let own = self.of_all(ir::condition(statement));
         ir::blocks(statement).flatten().fold(own, |all, inner| all | self.deciding(inner))
     }
 
-    /// Adds to what the variable behind a pointer depends on; nothing for what is no pointer to a variable.
+    /// Adds to the dependencies of the variable behind a pointer. Pointers to anything else are ignored.
     fn store(&mut self, pointer: Handle<Expression>, sources: Sources) {
         let variable = ir::base(self.function, pointer);
         if let Expression::LocalVariable(variable) = self.function.expressions[variable] {

@@ -1,4 +1,4 @@
-//! What a target guarantees: its profile, and the limits that pipelines can require by name.
+//! The guarantees of a target: its profile, and the limits that pipelines can require by name.
 
 pub(crate) mod named_limits;
 pub(crate) mod profile;

@@ -1,4 +1,4 @@
-//! What is dead, and what only looks so.
+//! Dead axes and text, and axes and text that only look dead.
 
 use std::collections::BTreeSet;
 

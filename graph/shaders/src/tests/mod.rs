@@ -1,4 +1,4 @@
-//! What the tests of this module share: template sets from pairs, and diagnostics as one line each.
+//! Helpers of the tests: template sets from pairs, and diagnostics as one line each.
 
 mod arbitrary;
 mod broken;

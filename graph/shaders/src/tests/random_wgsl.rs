@@ -35,7 +35,7 @@ impl Type {
 struct Name {
     name: String,
     ty: Type,
-    /// How it is written to, where it can be: a variable, or a pointer.
+    /// The way to write to it; `None` if it is read-only.
     place: Option<Place>,
 }
 
@@ -53,7 +53,7 @@ struct Helper {
     result: Option<Type>,
 }
 
-/// What differs between invocations from the start.
+/// Expressions that differ between invocations at the start of an entry point.
 const INPUTS: [&str; 4] = ["input.u", "input.f", "at.x", "local"];
 
 struct Module<'r> {
@@ -66,7 +66,7 @@ struct Module<'r> {
     result: Option<Type>,
     is_entry: bool,
     aliases: bool,
-    /// How many more operations that need uniform control flow: of many, one would hide the others.
+    /// The number of uniform-only operations still to write: each can hide the others, so there are few.
     demanding: usize,
 }
 
@@ -366,7 +366,7 @@ var<private> own: f32;
         }
     }
 
-    /// What needs uniform control flow.
+    /// Writes an operation that needs uniform control flow.
     fn demanding(&mut self, depth: usize) {
         if self.demanding == 0 {
             return;

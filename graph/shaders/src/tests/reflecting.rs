@@ -1,4 +1,4 @@
-//! What is read off a module.
+//! Reflection of modules.
 
 use wgpu_types::{
     BindingType, BufferBindingType, SamplerBindingType, ShaderStages, StorageTextureAccess, TextureFormat,

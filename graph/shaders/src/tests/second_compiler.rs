@@ -1,8 +1,8 @@
-//! What Chrome's compiler rejects we reject: uniformity and aliasing, held against `tint` where it is installed.
+//! Uniformity and aliasing checks compared with `tint`, Chrome's compiler, where it is installed.
 //!
-//! Modules drawn at random (`random_wgsl`), and the texts of the project's templates, as they are and mutated. No module
-//! that `tint` rejects for one of the two rules may pass here. What is rejected here and passes there is counted, and has
-//! to be rare. Modules that one of the two rejects for other reasons are left out, and have to be rare as well.
+//! The modules are random (`random_wgsl`) and the texts of the project's templates, as they are and mutated. A module
+//! that `tint` rejects for one of the two rules must not pass here. Modules that only this crate rejects are counted
+//! and must be rare. Modules that one side rejects for another reason are skipped, and must be rare too.
 
 use std::collections::BTreeSet;
 use std::process::{Command, Stdio};

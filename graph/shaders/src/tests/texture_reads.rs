@@ -1,4 +1,4 @@
-//! How often entry points read textures.
+//! Counts of the texture reads of entry points.
 
 use super::Fixture;
 use crate::texture_reads;

@@ -1,10 +1,10 @@
-//! How often an entry point reads textures: a measure of a shader's cost that depends on no machine.
+//! The number of texture reads of an entry point: a measure of a shader's cost that depends on no machine.
 //!
-//! Counted are samples, gathers, comparisons and loads on the path that has the most of them; those of a loop as often as
-//! its condition lets it run, where that compares with a constant or an override (from 0 on), of any other once.
+//! It counts samples, gathers, comparisons and loads on the path with the most of them. Reads in a loop count once per
+//! iteration if its condition compares with a constant or an override (counting from 0), else once.
 //!
-//! Limits: early returns and breaks are not followed; a loop whose end is data, such as the number of lights, counts as one
-//! round.
+//! Limits: early returns and breaks are not followed; a loop with a data-dependent end, such as the number of lights,
+//! counts as one iteration.
 
 use std::collections::HashMap;
 

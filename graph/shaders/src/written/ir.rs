@@ -23,7 +23,7 @@ pub(crate) fn blocks(statement: &Statement) -> impl Iterator<Item = &Block> {
     first.into_iter().chain(second).chain(cases.iter().map(|case| &case.body))
 }
 
-/// What decides which of its blocks a statement runs, or how often.
+/// The expression that decides which blocks of a statement run, or how often.
 pub(crate) fn condition(statement: &Statement) -> Option<Handle<Expression>> {
     match statement {
         Statement::If { condition, .. } => Some(*condition),
@@ -83,7 +83,7 @@ pub(crate) fn operands(expression: &Expression) -> Option<impl Iterator<Item = H
     Some(operands.into_iter().flatten().chain(components.iter().copied()))
 }
 
-/// What an expression is a part of, by way of indices and members: the variable behind a pointer, for one.
+/// The root of a chain of indices and members, such as the variable behind a pointer.
 pub(crate) fn base(function: &Function, mut part: Handle<Expression>) -> Handle<Expression> {
     while let Expression::Access { base, .. } | Expression::AccessIndex { base, .. } =
         function.expressions[part]
@@ -116,17 +116,17 @@ pub(crate) struct Bound<'m> {
     pub(crate) owner: Option<Handle<Type>>,
 }
 
-/// What an entry point takes.
+/// The inputs of an entry point.
 pub(crate) fn inputs<'m>(module: &'m Module, function: &'m Function) -> Vec<Bound<'m>> {
     function.arguments.iter().flat_map(|argument| inputs_of(module, argument)).collect()
 }
 
-/// What one argument of an entry point brings.
+/// The inputs that one argument of an entry point contains.
 pub(crate) fn inputs_of<'m>(module: &'m Module, argument: &'m FunctionArgument) -> Vec<Bound<'m>> {
     bound(module, argument.name.as_deref(), argument.ty, argument.binding.as_ref())
 }
 
-/// What an entry point returns.
+/// The outputs of an entry point.
 pub(crate) fn outputs<'m>(module: &'m Module, function: &'m Function) -> Vec<Bound<'m>> {
     let results = function.result.iter();
     results.flat_map(|result| bound(module, None, result.ty, result.binding.as_ref())).collect()

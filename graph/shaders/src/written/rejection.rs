@@ -14,16 +14,16 @@ use umbragraph_text::source::{self, FileId};
 pub(crate) struct Rejection {
     pub(crate) code: Code,
     pub(crate) message: String,
-    /// Where, as bytes of the generated text.
+    /// The place, as a byte range of the generated text.
     pub(crate) range: Option<Range<usize>>,
-    /// Further places with what is to be seen there.
+    /// Further places, each with a note.
     pub(crate) labels: Vec<(Range<usize>, String)>,
     pub(crate) help: Option<String>,
-    /// Whether it is no reason to reject the text, but better avoided.
+    /// Whether it is a warning: valid, but better avoided.
     pub(crate) warning: bool,
-    /// The limit that is exceeded, where it is one.
+    /// The exceeded limit, if that is the cause.
     pub(crate) excess: Option<Excess>,
-    /// The values of overrides with which it shows, where others do not show it.
+    /// The override values that cause it, if others do not.
     pub(crate) overrides: AxisValues,
 }
 

@@ -1,16 +1,14 @@
-//! What a fragment stage reads against what the vertex stage before it writes.
+//! Compares the inputs of a fragment stage with the outputs of the vertex stage before it.
 //!
-//! naga validates each entry point for itself; that the two fit is otherwise seen by the device alone, when the pipeline
-//! is made. WebGPU wants every user-defined input of the fragment stage to be an output of the vertex stage, of the same
-//! location, type and interpolation. What the vertex stage writes beside these is dropped.
+//! naga validates each entry point alone; a mismatch between two is otherwise found by the device only, when it creates
+//! the pipeline. WebGPU requires an output of the vertex stage for every user-defined input of the fragment stage, with
+//! the same location, type and interpolation. Vertex outputs without an input are dropped.
 //!
-//! Each fragment stage of a module is compared with its vertex stage. Of several vertex stages the first by name is that of
-//! the first fragment stage by name; which others go together is for passes to say. A module with one of the two stages
-//! only has nothing to compare.
+//! Each fragment stage of a module is compared with its vertex stage. With several vertex stages, only the first of
+//! each by name are compared; passes define the other pairs. A module with only one of the two stages is not checked.
 //!
-//! Limits: an interpolation that is written out is not that of the default, though it may mean the same (`perspective`
-//! against nothing): devices compare it as it is written. naga keeps no spans of arguments and members, so these are
-//! looked up by name.
+//! Limits: an explicit interpolation does not equal the default, even if it means the same (`perspective` against
+//! none): devices compare what is written. naga keeps no spans of arguments and members, so these are found by name.
 
 use std::ops::Range;
 
@@ -30,7 +28,7 @@ struct Variable<'a> {
     sampling: Option<Sampling>,
 }
 
-/// The variables among what an entry point takes or returns, by location.
+/// The user-defined variables among an entry point's inputs or outputs, sorted by location.
 fn variables(all: Vec<Bound<'_>>) -> Vec<Variable<'_>> {
     let all = all.into_iter();
     let mut found: Vec<Variable<'_>> = all
@@ -45,7 +43,7 @@ fn variables(all: Vec<Bound<'_>>) -> Vec<Variable<'_>> {
     found
 }
 
-/// Every input of the fragment stage that the vertex stage does not write, or writes otherwise.
+/// Fragment inputs without an equal output of the vertex stage.
 pub(crate) fn mismatched(text: &str, module: &Module) -> Vec<Rejection> {
     let of = |stage: ShaderStage| {
         let mut those: Vec<_> = module.entry_points.iter().filter(|entry| entry.stage == stage).collect();
@@ -129,7 +127,7 @@ impl Pair<'_> {
     }
 }
 
-/// Where a variable is declared: as a member of its structure, or as an argument; else its entry point.
+/// The declaration of a variable: a structure member or an argument, else its entry point.
 fn place(text: &str, module: &Module, variable: &Bound<'_>, name: &str) -> Option<Range<usize>> {
     let entry_point = entry_point(text, name);
     let within = match variable.owner {
@@ -153,7 +151,7 @@ fn interpolation(variable: &Variable<'_>) -> String {
     format!("with @interpolate({}{})", interpolation.to_wgsl(), sampling.unwrap_or_default())
 }
 
-/// Where the name of an entry point stands: naga keeps no span of it.
+/// The place of an entry point's name: naga keeps no span of it.
 pub(crate) fn entry_point(text: &str, name: &str) -> Option<Range<usize>> {
     words(text, name).find(|range| {
         let before = text[..range.start].trim_end();
@@ -161,7 +159,7 @@ pub(crate) fn entry_point(text: &str, name: &str) -> Option<Range<usize>> {
     })
 }
 
-/// The attribute with which an entry point says how large its workgroups are.
+/// The `@workgroup_size` attribute of an entry point.
 pub(crate) fn workgroup_size(text: &str, name: &str) -> Option<Range<usize>> {
     const ATTRIBUTE: &str = "@workgroup_size";
     let before = &text[..entry_point(text, name)?.start];

@@ -1,4 +1,4 @@
-//! What values depend on, and what stands behind pointers.
+//! Dependencies of values, and the variables behind pointers.
 
 use naga::diagnostic_filter::{FilterableTriggeringRule, Severity, StandardFilterableTriggeringRule};
 use naga::{
@@ -11,9 +11,9 @@ use super::summary::{Need, Operation};
 use super::walk::Walk;
 use crate::written::ir;
 
-/// What a pointer goes back to.
+/// The variable or memory that a pointer is derived from.
 enum Root {
-    /// A variable of the function, or what an argument points to: the position of its value.
+    /// A variable of the function, or the target of a pointer argument: the index of its value.
     Variable(usize),
     /// Memory of this space, with the name of its variable.
     Memory(AddressSpace, String),

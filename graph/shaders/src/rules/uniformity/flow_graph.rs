@@ -1,8 +1,8 @@
-//! What depends on what within one function: WGSL's uniformity graph.
+//! WGSL's uniformity graph of one function.
 //!
-//! Nodes are values, and the control flow in which something runs; an edge goes from what depends to what it depends on.
-//! One node stands for all that may differ between invocations. Which nodes reach another is found by going backwards
-//! from it, which also gives the shortest way there: the reasons.
+//! Nodes are values and the control flow of statements; an edge leads from a node to a node that it depends on. One
+//! node stands for everything that may differ between invocations. A backward search from it finds all nodes that
+//! depend on it, and the shortest path of each: the reasons.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -12,7 +12,7 @@ pub(super) type Node = u32;
 
 const NONE: Node = Node::MAX;
 
-/// What is to be seen at a place on the way of a reason.
+/// A note on one step of a reason.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Note {
     pub(super) span: Span,
@@ -21,7 +21,7 @@ pub(super) struct Note {
 
 #[derive(Debug, Default)]
 pub(super) struct FlowGraph {
-    /// Of each node those that depend on it.
+    /// For each node, the nodes that depend on it.
     dependents: Vec<Vec<Node>>,
     notes: HashMap<Node, Note>,
 }

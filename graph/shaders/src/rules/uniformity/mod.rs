@@ -5,18 +5,18 @@
 //! text alone, whether they do (<https://www.w3.org/TR/WGSL/#uniformity>); a browser rejects a module that fails it. naga
 //! looks at barriers and similar only, and not at fragment stages.
 //!
-//! Functions are gone through from the called to the callers. Of each a graph is made (`flow_graph`): which control flow
-//! and which value depends on which (`walk`, `expressions`). What has to be uniform and depends on what may differ between
-//! invocations is found; where it depends on the control flow of the call, or on an argument, that becomes a demand on the
-//! callers (`summary`), with the way on which it came.
+//! Functions are visited callees first. A graph of each function (`flow_graph`) records the dependencies of control
+//! flow and values (`walk`, `expressions`). A value that must be uniform and depends on something that may differ
+//! between invocations is reported. If it depends on the control flow of the call or on an argument, it becomes a
+//! demand on the callers (`summary`), with the path that it took.
 //!
-//! What naga's intermediate form has lost is of no account here: `&&` and `||` are branches, `while` and `for` are loops,
-//! and variables of blocks, which it lifts to the function, are not used outside of the blocks. Local variables are taken
-//! whole, not by their members.
+//! The source structure that naga's intermediate form drops does not matter here: `&&` and `||` are branches, `while`
+//! and `for` are loops. Block variables, which naga lifts to the function, are not used outside of their blocks. Local
+//! variables are taken whole, not by their members.
 //!
-//! Limits, besides those of WGSL's own analysis: naga takes no `@diagnostic` at blocks and statements. What a subgroup
-//! operation gives counts as different in each invocation, also where it is the same in the subgroup, so that a further one
-//! behind it is rejected; that is stricter than `tint`.
+//! Limits, besides those of WGSL's own analysis: naga takes no `@diagnostic` at blocks and statements. The result of a
+//! subgroup operation counts as different in each invocation, even if it is the same within the subgroup. A second
+//! subgroup operation that depends on it is rejected; that is stricter than `tint`.
 
 mod expressions;
 mod flow_graph;
@@ -38,7 +38,7 @@ use walk::Walk;
 /// At most so many places are named of the way to a reason.
 const REASONS: usize = 6;
 
-/// What is not uniform and has to be, in the order of the text; warnings where the module asks for no more.
+/// Uniformity violations in the order of the text; warnings if the module lowers their severity.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     if !demands(module) {
         return Vec::new();

@@ -1,14 +1,14 @@
-//! What callers have to know of a function: what it demands of them, and what its results depend on.
+//! The summary of a function for its callers: its demands on them, and the dependencies of its results.
 
 use naga::Span;
 
 use super::flow_graph::Note;
 
-/// What has meaning in uniform control flow only.
+/// An operation that is only valid in uniform control flow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Operation {
     Derivative,
-    /// Sampling that takes its level from derivatives; with a comparison or without.
+    /// Sampling with a level from derivatives, with or without a comparison.
     Sample {
         compares: bool,
     },
@@ -56,15 +56,15 @@ impl Operation {
 #[derive(Clone, Debug)]
 pub(super) struct Need {
     pub(super) operation: Operation,
-    /// Whether the module asks for a warning only.
+    /// Whether the module lowers its severity to a warning.
     pub(super) warning: bool,
-    /// Where in this function: the operation, or the call that leads to it.
+    /// The place in this function: the operation, or the call that leads to it.
     pub(super) place: Span,
-    /// The function that is called there, where it is not the operation itself.
+    /// The called function, if the place is a call and not the operation itself.
     pub(super) called: Option<String>,
-    /// Whether it is a value that has to be uniform, and not the control flow alone.
+    /// Whether a value must be uniform, and not only the control flow.
     pub(super) is_value: bool,
-    /// From there to the operation.
+    /// The path from that place to the operation.
     pub(super) way: Vec<Note>,
 }
 
@@ -99,7 +99,7 @@ impl Need {
     }
 }
 
-/// What may differ where it must not, with the reasons.
+/// A value or control flow that may differ but must be uniform, with the reasons.
 #[derive(Debug)]
 pub(super) struct Finding {
     pub(super) need: Need,
@@ -111,25 +111,26 @@ pub(super) struct Finding {
 pub(super) enum Passed {
     /// The value of an argument.
     Argument(usize),
-    /// What a pointer points to before the call.
+    /// The value behind a pointer argument before the call.
     Contents(usize),
 }
 
-/// What a result depends on.
+/// The dependencies of a result.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Origin {
-    /// Why it may differ whatever is passed, where it may.
+    /// The reasons why it may differ for any arguments; `None` if it cannot.
     pub(super) differs: Option<Vec<Note>>,
     pub(super) passed: Vec<Passed>,
 }
 
 #[derive(Debug, Default)]
 pub(super) struct Summary {
-    /// What needs the control flow of the call to be uniform.
+    /// Needs for a uniform control flow at the call.
     pub(super) flow: Vec<Need>,
-    /// What needs something passed to be uniform.
+    /// Needs for a uniform argument.
     pub(super) values: Vec<(Passed, Need)>,
     pub(super) result: Origin,
-    /// What the pointers point to after the call; `None` for what is no pointer to a variable of a function.
+    /// The dependencies of the values behind pointer arguments after the call; `None` for an argument that is no
+    /// pointer to a function variable.
     pub(super) contents: Vec<Option<Origin>>,
 }

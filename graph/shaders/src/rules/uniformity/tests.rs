@@ -1,4 +1,4 @@
-//! What is uniform and what is not, one rule after the other; `tests/second_compiler.rs` holds the whole against `tint`.
+//! Uniform and non-uniform code, one rule after the other; `tests/second_compiler.rs` compares the whole with `tint`.
 
 use super::found;
 

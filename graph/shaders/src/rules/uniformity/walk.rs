@@ -1,9 +1,9 @@
 //! The graph of one function: its statements in order, with the control flow in which each runs.
 //!
-//! Control flow after a branch is that before it, where neither side leaves the block: invocations come together again.
-//! Where one may leave, what follows depends on the condition. A loop's flow depends on its own end. Of each variable the
-//! node of its present value is kept; branches are merged where they meet, loops begin with nodes that get their edges at
-//! the end.
+//! If no side of a branch leaves the block, invocations reconverge: the control flow after the branch is the one before
+//! it. Otherwise it depends on the condition. A loop's flow depends on its own end. The walk keeps the node of each
+//! variable's current value. Branches are merged where they meet; loops begin with nodes that get their edges at the
+//! end.
 
 use std::collections::HashMap;
 
@@ -16,7 +16,7 @@ use super::flow_graph::{FlowGraph, Node, Note};
 use super::summary::{Finding, Need, Operation, Origin, Passed, Summary};
 use crate::written::ir;
 
-/// How a statement can end, as bits.
+/// The ways a statement can end, as bits.
 type Ends = u8;
 
 const NEXT: Ends = 1;
@@ -37,21 +37,21 @@ pub(super) struct Walk<'a> {
     is_entry: bool,
     summaries: &'a HashMap<Handle<Function>, Summary>,
     pub(super) graph: FlowGraph,
-    /// All that may differ between invocations.
+    /// The node of values that may differ between invocations.
     pub(super) differing: Node,
-    /// What is the same in all.
+    /// The node of values that are equal in all invocations.
     pub(super) uniform: Node,
     /// The control flow of the call.
     start: Node,
     pub(super) values: Vec<Option<Node>>,
     pub(super) arguments: Vec<Node>,
-    /// Of pointers to variables: what they point to at the start, and after the call.
+    /// For pointers to variables: the nodes of the value behind them at the start, and after the call.
     contents: Vec<Option<(Node, Node)>>,
-    /// The values of local variables, then of what pointers among the arguments point to.
+    /// The values of local variables, then those behind pointer arguments.
     pub(super) state: Vec<Node>,
     result: Node,
     frames: Vec<Frame>,
-    /// What has to be uniform, each with the node that it is about.
+    /// The demands for uniformity, each with the node that it concerns.
     pub(super) needs: Vec<(Need, Node)>,
 }
 
@@ -106,7 +106,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// What callers have to know, and what is wrong in the function itself.
+    /// Returns the summary for callers, and the violations inside the function itself.
     pub(super) fn summary(mut self) -> (Summary, Vec<Finding>) {
         let (_, ends) = self.block(&self.function.body, self.start);
         if ends & NEXT != 0 {
