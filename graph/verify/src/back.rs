@@ -1,11 +1,11 @@
-//! Which writes reach which reads, in some of very many states of toggles.
+//! Backward search for the writes that reach a read, for resources with too many toggles to play every state.
 //!
-//! Instead of playing a region in each state, it is gone back from where it is read, or from the end of the frame, with
-//! what has to hold for that: a writer whose toggle contradicts it is not there; one that is there is seen; one that can
-//! be off is passed in the frames in which it is off, which has to hold from there on.
+//! The search starts at a read of a region, or at the end of the frame, and visits the earlier writers, last first. It
+//! carries the toggle conditions of its path. A writer that contradicts them is skipped. Any other writer that stores
+//! reaches the read. If the writer can be off, the search continues past it under the condition that it is off.
 //!
-//! Cost: for each planned pass that says that another reads it the regions that both touch, until one shows it; at worst
-//! all writers of those. For what outlives the frame all writers of all regions.
+//! Cost: for each planned pass that claims a reader, the regions that both touch, until one proves the claim; at worst
+//! all writers of these regions. For contents that outlive the frame, all writers of all regions.
 
 use std::collections::HashSet;
 
@@ -17,7 +17,7 @@ use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::Condition;
 use umbragraph_pipeline::work::PassHandle;
 
-/// Adds to a flow which accesses of one resource feed which.
+/// Adds to a flow the data edges between the accesses of one resource.
 pub(crate) fn search(uses: &Uses<'_>, flow: &mut Flow) {
     let (plan, handle, regions) = (uses.plan, uses.handle, uses.regions.count());
     let mut writers: Vec<Vec<usize>> = vec![Vec::new(); regions];
@@ -46,9 +46,9 @@ pub(crate) fn search(uses: &Uses<'_>, flow: &mut Flow) {
 
 struct BackwardSearch<'a> {
     uses: &'a Uses<'a>,
-    /// In which frames each access happens.
+    /// The conditions of each access.
     conditions: Vec<Vec<Condition>>,
-    /// For each region the accesses that write it, in their order.
+    /// For each region, the accesses that write it, in plan order.
     writers: Vec<Vec<usize>>,
 }
 
@@ -61,7 +61,7 @@ impl Known {
         conditions.iter().any(|one| self.0.contains(&one.opposite()))
     }
 
-    /// Goes on to the frames in which something does not happen; whether there are any.
+    /// Adds the condition that something does not happen; returns whether such frames exist.
     fn pass(&mut self, conditions: &[Condition]) -> bool {
         let open: Vec<&Condition> = conditions.iter().filter(|one| !self.0.contains(one)).collect();
         if let [one] = open[..] {
@@ -72,7 +72,7 @@ impl Known {
 }
 
 impl BackwardSearch<'_> {
-    /// Whether a reader finds in some state what a pass wrote.
+    /// Whether a pass's write reaches a reader in some state.
     fn is_seen(&self, writer: PassHandle, reader: PassHandle) -> bool {
         let limit = self.uses.schedule.of(reader);
         let written: HashSet<usize> = self
@@ -111,7 +111,7 @@ impl BackwardSearch<'_> {
         false
     }
 
-    /// The passes of which something is left in a region at the end of the frame in some state.
+    /// The passes whose writes to a region remain at the end of the frame in some state.
     fn left(&self, region: usize) -> Vec<PassHandle> {
         let mut known = Known(FxHashSet::default());
         let mut left = Vec::new();

@@ -15,9 +15,9 @@
 //! - two writers of a region have to be ordered by data, by `after` or by a named version, unless the first of them is
 //!   the only one that does not load, and `after` does not put it behind another. An order found for one resource may explain that of another.
 //!
-//! Where passes that use a resource have toggles, its frame is played through in every state of those toggles, with the
-//! passes and accesses of that state only. With more than [`MAX_TOGGLES`] of them it is played with all on, all
-//! off, and each alone, as far as [`MAX_WORK`] goes; who feeds whom in the other states is found by going `back`.
+//! If passes that use a resource have toggles, its frame is played in every state of those toggles, with the passes and
+//! accesses of that state only. With more than [`MAX_TOGGLES`] it is played with all on, all off, and each one alone,
+//! up to [`MAX_WORK`]; `back` finds the data edges of the other states.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
@@ -205,13 +205,13 @@ fn in_words(plan: &Plan, state: &[(usize, bool)]) -> String {
 struct Player<'a, 'b> {
     uses: &'a Uses<'a>,
     by_name: &'a HashMap<&'a str, PassHandle>,
-    /// The histories of which planned passes read earlier frames.
+    /// The histories whose earlier frames planned passes read.
     read_back: &'a HashSet<ResourceHandle>,
     /// Whether one writer of the resource is certain to be the first.
     single: bool,
     state: &'a [(usize, bool)],
     flow: &'b mut Flow,
-    /// What "after" and the names of versions say.
+    /// The orders that `after` and named versions declare.
     after: &'a Explained,
     explained: &'b mut Explained,
     violations: &'b mut Violations,

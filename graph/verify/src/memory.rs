@@ -12,7 +12,7 @@ use umbragraph_pipeline::language::{Lifetime, TextureShape};
 use umbragraph_pipeline::pipeline::{IndexRange, ResourceKind, SubresourceRange, Usage};
 use umbragraph_pipeline::work::ResourceHandle;
 
-/// Where a resource is really used, and how.
+/// The actual uses of a resource: its first and last position, usages and extents.
 struct Used {
     first: usize,
     last: usize,
@@ -396,7 +396,7 @@ fn conditional(plan: &Plan) -> HashSet<ResourceHandle> {
     conditional
 }
 
-/// The power of two up to which a buffer is of a class.
+/// The exponent of the next power of two: buffers of one class share it.
 fn class(bytes: u64) -> u32 {
     u64::BITS - bytes.saturating_sub(1).leading_zeros()
 }
@@ -404,20 +404,20 @@ fn class(bytes: u64) -> u32 {
 /// A class of resources that may stand for one another.
 #[derive(Default)]
 struct CompatibilityClass {
-    /// How many are created.
+    /// The number of created resources.
     created: usize,
-    /// At twice the first position, and just behind twice the last one, the bytes that begin and end: lifetimes that
-    /// touch are both alive.
+    /// The bytes that begin at twice the first position, and end just after twice the last one: lifetimes that touch
+    /// overlap.
     events: Vec<(usize, bool, u64)>,
 }
 
 impl CompatibilityClass {
-    /// Takes in a resource that is alive from one position to another.
+    /// Adds a resource that is alive from one position to another.
     fn add(&mut self, first: usize, last: usize, bytes: u64) {
         self.events.extend([(2 * first, true, bytes), (2 * last + 1, false, bytes)]);
     }
 
-    /// How many are alive at once, and how many bytes.
+    /// The maximum number of resources alive at once, and the maximum of their bytes.
     fn peaks(&mut self) -> (usize, u64) {
         self.events.sort_unstable();
         let (mut alive, mut max) = ((0usize, 0u64), (0, 0));

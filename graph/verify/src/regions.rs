@@ -1,4 +1,4 @@
-//! The regions that the accesses of a resource tell apart, and what reaches what.
+//! The regions of a resource, cut by its accesses, and the data flow between them.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
@@ -7,13 +7,13 @@ use umbragraph_compiler::{Plan, StoreOperation};
 use umbragraph_pipeline::pipeline::{Access, Aspect, Condition, IndexRange, SubresourceRange, Usage};
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
-/// Which writes reach which reads.
+/// The data flow between passes: the writes that reach reads, later frames or the host.
 pub(crate) struct Flow {
     /// Writer, reader and resource.
     pub(crate) feeds: HashSet<(PassHandle, PassHandle, ResourceHandle)>,
-    /// The passes of whose writes something outlives the frame.
+    /// The passes with writes that outlive the frame.
     pub(crate) lasting: BTreeSet<PassHandle>,
-    /// By history the passes of whose writes something is left for later frames.
+    /// For each history, the passes whose writes remain for later frames.
     pub(crate) carried: HashMap<ResourceHandle, BTreeSet<PassHandle>>,
 }
 
@@ -24,7 +24,7 @@ pub(crate) struct Event<'a> {
     pub(crate) regions: Vec<usize>,
 }
 
-/// How one resource is used.
+/// The accesses of one resource.
 pub(crate) struct Uses<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) schedule: &'a Schedule,
@@ -70,7 +70,7 @@ impl Axis {
     }
 }
 
-/// What a subresource range covers in each direction; nothing said means everything.
+/// The extent of a subresource range in each dimension; `None` covers the whole dimension.
 pub(crate) fn extents(range: SubresourceRange) -> [Option<(u64, u64)>; 4] {
     let aspect = match range.aspect {
         Aspect::All => None,
@@ -130,7 +130,7 @@ impl<'a> Uses<'a> {
         &self.events[..self.events.partition_point(is_planned)]
     }
 
-    /// What has to hold for an access to happen.
+    /// The conditions of an access: those of its pass and its own.
     pub(crate) fn conditions(&self, event: &Event<'_>) -> impl Iterator<Item = Condition> {
         self.plan.pipeline.pass(event.pass).condition.into_iter().chain(event.one.when.iter().copied())
     }

@@ -1,9 +1,8 @@
-//! Reads of pieces that nothing writes.
+//! Reads of regions that no pass writes.
 //!
-//! In the order of the plan, each region that exists collects when it is written: always, or while a toggle is switched
-//! one way. A read has to find each of its regions written in some state in which it happens itself. What keeps memory
-//! of its own over frames, or is the host's, has contents anyway.
-//! Which regions exist follows from the sizes and formats of the plan.
+//! In plan order, the check collects for each region when it is written: always, or while a toggle has one value. Each
+//! region of a read must be written in some state in which the read happens. Memory that is kept over frames, or that
+//! the host owns, always has contents. The sizes and formats of the plan define the regions.
 //!
 //! Cost: linear in the regions of accesses.
 

@@ -95,9 +95,9 @@ pub enum ViolationKind {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Violation {
-    /// What.
+    /// The rule that is violated.
     pub kind: ViolationKind,
-    /// In words, with names.
+    /// The message, with the names of passes and resources.
     pub message: String,
 }
 
