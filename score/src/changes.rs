@@ -1,16 +1,15 @@
-//! How much of a shadow term changes though the truth does not: shadows that swim.
+//! Temporal stability: the share of a shadow term that changes although the truth does not (swimming shadows).
 //!
-//! A point of the world that two frames in a row see is found again with the camera of the earlier one. Its value in the
-//! later frame is compared with those of the pixels around it in the earlier one: four by four of them, which have to be of
-//! one value but for [`TOLERANCE`], so that the point is an interior one, a pixel or more from any edge. It has changed
-//! where its value is another than theirs by more than that.
+//! A point that two consecutive frames show is projected with the earlier camera. Its later value is compared with the
+//! 4 by 4 pixels around it in the earlier frame. These must be equal within [`TOLERANCE`], so that the point is at
+//! least a pixel away from any edge. The point has changed if its value differs from theirs by more than that.
 //!
-//! A point counts where rays say the same of it and of the four nearest pixels, as they do wherever nothing moves but the
-//! camera, and where those are of its own surface: their positions are the corners of a parallelogram in which it lies.
-//! Edges of things, what was hidden or out of the picture, and surfaces seen at the most grazing angles do not count.
+//! A point counts if rays give the same answer for it and for the four nearest pixels, which holds wherever only the
+//! camera moves. These pixels must also show its own surface: it lies in the parallelogram of their positions.
+//! Silhouettes, points that were hidden or outside the earlier frame, and surfaces at the most grazing angles do not
+//! count.
 //!
-//! Limits: what moves by less than a pixel is not found; what is smaller than a pixel may lie between pixels and count as
-//! changed.
+//! Limits: motion below a pixel is not found; details smaller than a pixel may lie between pixels and count as changed.
 
 use glam::{DMat4, DVec2, DVec3};
 use serde::Serialize;
@@ -19,13 +18,13 @@ use serde::ser::SerializeMap;
 use crate::scores::{Rendered, ratio};
 use crate::truth::{LightTruth, Truth};
 
-/// What a value may differ by without counting as changed.
+/// The maximum difference of a value that does not count as a change.
 pub const TOLERANCE: f64 = 0.02;
 
-/// By how much of a pixel's extent on its surface a position may be off.
+/// The maximum error of a position, as a part of a pixel's extent on its surface.
 const FLATNESS: f64 = 0.1;
 
-/// What a frame shows of a light: the pixels that count, row 0 on top.
+/// The counted pixels of a light's shadow term in one frame, row 0 on top.
 #[derive(Clone, Debug)]
 pub struct Seen {
     size: [u32; 2],
@@ -72,7 +71,7 @@ impl Serialize for Changes {
 }
 
 impl Seen {
-    /// What a picture shows of a light.
+    /// Collects the pixels of a shadow term that count for a light.
     pub fn new(truth: &Truth<'_>, light: &LightTruth, picture: Rendered<'_>) -> Self {
         let pixel = |(at, point): (usize, &Option<crate::truth::Point>)| {
             let position = point.as_ref().filter(|_| light.evaluated[at] && picture.hits(at))?.position;
@@ -85,7 +84,7 @@ impl Seen {
         }
     }
 
-    /// What has changed since an earlier frame.
+    /// Counts the changes since an earlier frame.
     pub fn changes_since(&self, before: &Self) -> Changes {
         let mut changes = Changes::default();
         for pixel in self.pixels.iter().flatten() {
@@ -99,7 +98,7 @@ impl Seen {
         changes
     }
 
-    /// The lowest and the highest value of the pixels around a point, if it is of the surface that they show.
+    /// The range of the values around a point, if the pixels show the surface of the point.
     fn around(&self, point: &Pixel) -> Option<[f64; 2]> {
         let clip = self.clip_from_world * point.position.extend(1.0);
         if clip.w <= 0.0 {

@@ -1,4 +1,4 @@
-//! A picture of where and how shadows differ from the truth.
+//! Difference images: the places and kinds of errors against the truth.
 //!
 //! | colour | what |
 //! |---|---|
@@ -12,7 +12,7 @@
 use crate::scores::{Answer, PENUMBRA, Rendered};
 use crate::truth::{LightTruth, Truth};
 
-/// Where a picture differs, 8 bits for red, green, blue and alpha.
+/// Paints the errors of a shadow term, in 8 bits for red, green, blue and alpha.
 pub fn picture(truth: &Truth<'_>, light: &LightTruth, rendered: Rendered<'_>) -> Vec<u8> {
     let colour = |at: usize| -> [u8; 3] {
         if truth.points()[at].is_none() || !light.evaluated[at] || !rendered.hits(at) {

@@ -1,21 +1,21 @@
-//! How well rendered shadows agree with ray-traced ones.
+//! Scores of rendered shadows against ray-traced ones.
 //!
-//! A pipeline's *shadow term* is a picture of the visibility of lights: white where light arrives, alpha where there is
-//! geometry. Here the same pixels are asked of rays: one from the camera, one to the light, and many to a light that has
-//! an extent ([`Truth`]). Both are compared pixel by pixel ([`Scores`]), in counts and sums that add up over lights,
-//! frames and scenes; [`limits`] on the result are what CI asks for, and [`difference`] paints where and how they differ.
+//! A pipeline's *shadow term* is an image of the visibility of lights: white for lit, alpha for geometry. This crate
+//! traces rays for the same pixels ([`Truth`]): one from the camera, one to the light, and many to a light with an
+//! extent. Both are compared pixel by pixel ([`Scores`]), in counts and sums that add up over lights, frames and
+//! scenes. [`limits`] bound the scores in CI, and [`difference`] paints the errors.
 //!
 //! | step | module |
 //! |---|---|
 //! | triangles of a scene in a pose, skinned on the CPU, with the holes of alpha masks | [`triangles`] |
-//! | the hierarchy of boxes around them, and rays through it | [`rays`] |
-//! | which rays lead to a light | [`light`] |
-//! | what each pixel of a camera shows, and what of a light arrives there | [`truth`] |
-//! | how a picture answers | [`scores`] |
-//! | how much of it changes from frame to frame though the truth does not | [`changes`] |
+//! | a bounding volume hierarchy of the triangles, and rays through it | [`rays`] |
+//! | the rays from a point to a light | [`light`] |
+//! | the surface that each pixel shows, and its visibility from a light | [`truth`] |
+//! | the scores of a picture | [`scores`] |
+//! | changes from frame to frame that the truth does not have | [`changes`] |
 //!
-//! Nothing here knows how shadows are rendered, and no device is needed. Limits: surfaces that are blended neither cast
-//! shadows nor count; alpha masks are sampled in their base level, where a renderer may take smaller ones.
+//! The crate does not depend on the shadow technique and needs no device. Limits: blended surfaces neither cast shadows
+//! nor count; alpha masks are sampled in their base level, where a renderer may use smaller ones.
 
 pub mod changes;
 pub mod difference;

@@ -1,8 +1,8 @@
 //! The rays that lead from a point to a light.
 //!
-//! A directional light is seen under an angle, a spot or point light is a disc of its radius that faces the receiver.
-//! Samples lie on a disc in an order of which every beginning covers it evenly (the R2 sequence, M. Roberts 2018), so
-//! that a few tell full light and full shadow from a penumbra, where more follow.
+//! A directional light has an angular diameter; a spot or point light is a disc of its radius that faces the receiver.
+//! Samples cover a disc, and so does every prefix of their sequence (R2, M. Roberts 2018). A few samples find out
+//! whether a point is in full light, full shadow or a penumbra, which takes more samples.
 
 use std::f64::consts::TAU;
 
@@ -21,7 +21,7 @@ pub struct Source {
 }
 
 impl Source {
-    /// The source of a light that can be used; `None` for one that cannot.
+    /// The source of a light; `None` for an invalid light.
     pub fn of(light: &Light) -> Option<Self> {
         if light.check().is_some() {
             return None;
@@ -44,7 +44,7 @@ impl Source {
         self.size > 0.0
     }
 
-    /// Whether its light reaches a point, if nothing stands between: inside of cone and range.
+    /// Whether an unoccluded point is inside its cone and range.
     pub fn reaches(&self, point: DVec3) -> bool {
         let offset = self.position - point;
         match self.kind {

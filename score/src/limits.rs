@@ -29,7 +29,7 @@ pub struct Broken {
     pub name: String,
     /// Its value.
     pub limit: f64,
-    /// What was measured, if that score exists.
+    /// The measured score, if it exists.
     pub measured: Option<f64>,
 }
 

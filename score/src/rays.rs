@@ -23,29 +23,29 @@ pub struct Rays<'a> {
     nodes: Vec<Node>,
 }
 
-/// What a camera sees along a ray.
+/// The surface that a camera sees along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
     /// The index of the triangle.
     pub triangle: u32,
-    /// How far away it is.
+    /// Its distance along the ray.
     pub distance: f64,
-    /// The unit normal of the side that is seen.
+    /// The unit normal of the visible side.
     pub normal: DVec3,
-    /// Whether it receives shadows, and nothing that is blended lies before it.
+    /// Whether it receives shadows and no blended surface lies before it.
     pub counts: bool,
 }
 
 struct Node {
     min: [f32; 3],
     max: [f32; 3],
-    /// Where to go on inside; of a leaf `u32::MAX`.
+    /// The first node inside the box; `u32::MAX` for a leaf.
     entry: u32,
     exit: u32,
     triangle: u32,
 }
 
-/// What the hierarchy is made of.
+/// A leaf of the hierarchy: the bounds of one triangle.
 struct Leaf {
     bounds: [DVec3; 2],
     node: usize,
@@ -100,7 +100,7 @@ impl<'a> Rays<'a> {
         self.triangles.len()
     }
 
-    /// The bytes that triangles and boxes take.
+    /// The size of triangles and boxes in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.triangles.as_slice()) + size_of_val(self.nodes.as_slice())
     }
@@ -110,7 +110,7 @@ impl<'a> Rays<'a> {
         &self.triangles[index as usize]
     }
 
-    /// What a camera sees between two distances along a ray: the nearest that is not blended.
+    /// Finds the nearest surface between two distances along a ray that is not blended.
     pub fn seen(&self, origin: DVec3, direction: DVec3, range: [f64; 2]) -> Option<Seen> {
         let [begin, mut end] = range;
         let mut found: Option<(u32, Hit)> = None;
@@ -138,7 +138,7 @@ impl<'a> Rays<'a> {
         })
     }
 
-    /// Whether something that casts shadows stands between two distances along a ray from a triangle.
+    /// Whether a shadow caster lies between two distances along a ray from a triangle.
     pub fn is_blocked(&self, from: u32, origin: DVec3, direction: DVec3, range: [f64; 2]) -> bool {
         let mut blocked = false;
         self.each(origin, direction, &mut |index, triangle, surface, hit| {
@@ -148,7 +148,7 @@ impl<'a> Rays<'a> {
         blocked
     }
 
-    /// How far the last of what casts shadows between two distances is, which is the first that the light meets.
+    /// The distance of the last shadow caster between two distances: the one that the light meets first.
     pub fn first_blocker(&self, from: u32, origin: DVec3, direction: DVec3, range: [f64; 2]) -> Option<f64> {
         let mut farthest = None;
         self.each(origin, direction, &mut |index, triangle, surface, hit| {
@@ -161,7 +161,7 @@ impl<'a> Rays<'a> {
         farthest
     }
 
-    /// Whether what is hit casts shadows, and lies between two distances.
+    /// Whether a hit surface casts shadows and lies between two distances.
     fn is_blocker(&self, triangle: &Triangle, surface: &Surface, hit: Hit, [begin, end]: [f64; 2]) -> bool {
         let is_between = hit.distance > begin && hit.distance < end;
         surface.casts && is_between && self.is_there(triangle, surface, hit)

@@ -1,6 +1,6 @@
-//! How a picture of visibility answers the truth.
+//! Scores of an image of visibility against the truth.
 //!
-//! A pixel is shadowed when it is darker than half. Over the pixels that are evaluated and that the picture hits, with
+//! A pixel is shadowed if it is darker than half. The scores cover the evaluated pixels that the image hits, with
 //! *shadowed* as the positive answer:
 //!
 //! | score | definition |
@@ -8,11 +8,12 @@
 //! | intersection over union | pixels shadowed in both / pixels shadowed in either |
 //! | leak | pixels shadowed in the truth and lit in the picture / pixels shadowed in the truth |
 //! | acne | pixels lit in the truth and shadowed in the picture / pixels lit in the truth |
-//! | contact leak | leak over what something very near shadows, edges left out |
+//! | contact leak | leak in contact shadows, without their edges |
 //! | penumbra error | the mean of |grey − visible part| where that part is between 0.02 and 0.98; the mean error is over all |
 //!
-//! Each is given for the [`BANDS`]: band 0 holds all pixels, band *k* leaves out those nearer than *k* pixels to an edge
-//! of a shadow; and by distance from the camera, for each doubling. A score whose denominator is zero does not exist.
+//! Each score is given for the [`BANDS`]: band 0 holds all pixels, band *k* leaves out pixels nearer than *k* pixels to
+//! a shadow edge. It is also given by distance from the camera, for each doubling. A score with a zero denominator does
+//! not exist.
 
 use std::collections::BTreeMap;
 
@@ -63,7 +64,7 @@ impl<'p> Rendered<'p> {
     }
 }
 
-/// How a pixel is answered.
+/// The answer for one pixel: shadowed or lit in the truth and in the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// Shadowed in the truth and in the picture.
@@ -87,7 +88,7 @@ impl Answer {
     }
 }
 
-/// How the pixels of one group were answered.
+/// The answers for the pixels of one group, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Shadowed in the truth and in the picture.
@@ -151,7 +152,7 @@ impl Serialize for Counts {
     }
 }
 
-/// Errors of grey against the visible part of a light, summed.
+/// Sum of the errors of grey against the visible part of a light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
     sum: f64,
@@ -187,28 +188,28 @@ impl Serialize for Errors {
 pub struct Scores {
     /// Pixels that rays hit.
     pub hit: u64,
-    /// Those of them that the picture hits too.
+    /// Pixels that rays and the picture hit.
     pub hit_in_both: u64,
     /// Pixels that only the picture hits.
     pub hit_in_picture_only: u64,
-    /// By the distance from edges of shadows in pixels: those at least so far away.
+    /// By the distance from shadow edges: pixels at least this many pixels away.
     pub bands: BTreeMap<u8, Counts>,
-    /// By the distance from the camera: from these powers of two of a metre to the next.
+    /// By the distance from the camera: from this power of two of a metre to the next.
     pub distances: BTreeMap<i32, Counts>,
-    /// What something very near shadows, without edges.
+    /// Pixels in a contact shadow, without its edges.
     pub contact: Counts,
     /// The errors against lights with an extent.
     pub mean_error: Errors,
-    /// Those of them in penumbrae.
+    /// The errors in penumbrae.
     pub penumbra_error: Errors,
-    /// What is grey too light, less what is too dark.
+    /// The signed errors: positive where the picture is too light, negative where it is too dark.
     pub bias: Errors,
-    /// What has changed since the frame before.
+    /// The changes since the frame before.
     pub changes: Changes,
 }
 
 impl Scores {
-    /// How a picture answers what is true of a light.
+    /// Scores a picture against the truth of a light.
     pub fn of(truth: &Truth<'_>, light: &LightTruth, picture: Rendered<'_>) -> Self {
         let mut scores =
             Self { bands: BANDS.map(|band| (band, Counts::default())).into(), ..Self::default() };

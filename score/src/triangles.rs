@@ -21,12 +21,12 @@ pub struct Triangle {
     pub index: u32,
 }
 
-/// Where a ray meets a triangle.
+/// The point where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// How far along the ray, in lengths of its direction.
+    /// The distance along the ray, in lengths of its direction.
     pub distance: f64,
-    /// The parts of the second and third corner in the point.
+    /// The barycentric weights of the second and third corner.
     pub weights: DVec2,
 }
 
@@ -37,7 +37,7 @@ impl Triangle {
         (b - a).cross(c - a).normalize_or_zero()
     }
 
-    /// Where a ray meets it, from either side (Möller and Trumbore, 1997).
+    /// Intersects the triangle with a ray, from either side (Möller and Trumbore, 1997).
     pub fn hit(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
         let [a, b, c] = self.corners;
         let (ab, ac) = (b - a, c - a);
@@ -89,7 +89,7 @@ pub fn triangles_of(scene: &Scene, pose: &Pose) -> Vec<Triangle> {
     all
 }
 
-/// What of a draw decides on rays.
+/// The properties of a draw that rays need.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
     pub(crate) casts: bool,

@@ -1,15 +1,15 @@
-//! What each pixel of a camera shows, and what of a light arrives there, by rays.
+//! Ray-traced truth: the surface that each pixel shows, and its visibility from a light.
 //!
 //! | value | definition |
 //! |---|---|
 //! | hit | the ray through the middle of the pixel meets a surface between the camera's planes |
 //! | lit | nothing that casts shadows stands between that point and the light; surfaces do not shade themselves by facing away |
-//! | visible part | the part of a light with an extent that is seen from there |
-//! | evaluated | hit, of a surface that receives shadows with nothing blended before it; the light reaches the pixel and its eight neighbours; the cosine between the side that is seen and the light is at least [`MIN_COSINE`] |
-//! | edge | hit pixels of which a neighbour has the other answer, or whose 4 by 4 samples disagree |
-//! | contact | shadowed by something so near that it counts as contact: what the light meets first is nearer than [`CONTACT`] of the distance from the camera |
+//! | visible part | the part of a light with an extent that is visible from the point |
+//! | evaluated | the pixel hits a surface that receives shadows, with nothing blended before it; the light reaches the pixel and its eight neighbours; the cosine between the visible side and the light is at least [`MIN_COSINE`] |
+//! | edge | a neighbour of the hit pixel has the other answer, or its 4 by 4 samples disagree |
+//! | contact | shadowed, and the caster that the light meets first is nearer than [`CONTACT`] times the distance from the camera |
 //!
-//! The part of a light is counted by 16 samples, where they disagree by 256.
+//! The visible part of a light takes 16 samples, or 256 if these disagree.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -18,19 +18,19 @@ use umbragraph_pipeline::frame::{Camera, Light, Projection};
 use crate::light::{Source, disc_sample};
 use crate::rays::{Rays, Seen};
 
-/// The least cosine between a surface and a light at which a pixel counts: renderers treat grazing light differently.
+/// The minimum cosine between a surface and a light for a pixel to count: renderers treat grazing light differently.
 pub const MIN_COSINE: f64 = 0.05;
 
-/// The distance of what casts a contact shadow, as a part of the distance from the camera.
+/// The maximum distance of the caster of a contact shadow, as a part of the distance from the camera.
 pub const CONTACT: f64 = 0.02;
 
-/// Samples of a light in full light or shadow, and in a penumbra.
+/// The number of samples of a light: in full light or shadow, and in a penumbra.
 const SAMPLES: [u32; 2] = [16, 256];
 
-/// The samples of a pixel on each side.
+/// The number of samples along each side of a pixel.
 const SIDE: u32 = 4;
 
-/// What a camera sees.
+/// The surfaces that a camera sees.
 pub struct Truth<'r> {
     rays: &'r Rays<'r>,
     pub(crate) camera: Camera,
@@ -39,33 +39,33 @@ pub struct Truth<'r> {
     points: Vec<Option<Point>>,
 }
 
-/// What a pixel shows.
+/// The point that a pixel shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
-    /// Where it is.
+    /// Its position in the world.
     pub position: DVec3,
     /// Its distance along the axis of the view.
     pub depth: f64,
-    /// What was hit.
+    /// The surface that was hit.
     pub seen: Seen,
 }
 
-/// What of a light arrives at each pixel; row 0 on top.
+/// The visibility of a light at each pixel; row 0 on top.
 pub struct LightTruth {
-    /// Whether nothing stands between; also where nothing is hit.
+    /// Whether the light is unoccluded; also true for pixels without a surface.
     pub lit: Vec<bool>,
     /// The part of the light that is visible, if it has an extent.
     pub visible: Option<Vec<f32>>,
     /// Whether the pixel counts.
     pub evaluated: Vec<bool>,
-    /// How far away the next edge of a shadow is, in pixels, up to 5.
+    /// The distance to the next shadow edge in pixels, up to 5.
     pub edge: Vec<f32>,
-    /// Whether the pixel is shadowed by what is very near.
+    /// Whether the pixel lies in a contact shadow.
     pub contact: Vec<bool>,
 }
 
 impl<'r> Truth<'r> {
-    /// What a camera sees in a picture of a size.
+    /// Traces the camera rays of an image of a size.
     pub fn new(rays: &'r Rays<'r>, camera: &Camera, size: [u32; 2]) -> Self {
         let mut truth = Self { rays, camera: *camera, size, points: Vec::new() };
         let middles = |pixel: usize| truth.see(pixel, DVec2::splat(0.5));
@@ -73,7 +73,7 @@ impl<'r> Truth<'r> {
         truth
     }
 
-    /// What each pixel shows; row 0 on top.
+    /// The point that each pixel shows; row 0 on top.
     pub fn points(&self) -> &[Option<Point>] {
         &self.points
     }
@@ -82,7 +82,7 @@ impl<'r> Truth<'r> {
         self.size[0] as usize * self.size[1] as usize
     }
 
-    /// What is seen through a place in a pixel.
+    /// Traces the camera ray through a place in a pixel.
     fn see(&self, pixel: usize, within: DVec2) -> Option<Point> {
         let width = self.size[0] as usize;
         let at = DVec2::new((pixel % width) as f64, (pixel / width) as f64) + within;
@@ -112,7 +112,7 @@ impl<'r> Truth<'r> {
         Some(Point { position: origin + direction * seen.distance, depth: seen.distance, seen })
     }
 
-    /// Where a ray towards a light begins to count: behind what numbers leave open of the point.
+    /// The distance at which a ray towards a light begins: beyond the rounding error of the point.
     fn begin(&self, point: &Point) -> f64 {
         let size = point.position.abs().max_element().max(point.depth.abs());
         size * 1e-9
@@ -123,7 +123,7 @@ impl<'r> Truth<'r> {
         !self.rays.is_blocked(point.seen.triangle, point.position, direction, [self.begin(point), distance])
     }
 
-    /// What of a light arrives.
+    /// Traces the visibility of a light; `None` for an invalid light.
     pub fn light(&self, light: &Light) -> Option<LightTruth> {
         let source = Source::of(light)?;
         let pixels = (0..self.pixels()).into_par_iter();
@@ -204,7 +204,7 @@ fn neighbours(pixel: usize, [width, height]: [u32; 2]) -> impl Iterator<Item = u
     })
 }
 
-/// The farthest that distances to edges are told.
+/// The maximum distance to an edge, in pixels.
 const FARTHEST: i64 = 5;
 
 /// The distance from each pixel to the next one that is set.
