@@ -1,11 +1,11 @@
-//! Makes sure that a graphics adapter can be had.
+//! Makes sure that a graphics adapter is available.
 //!
-//! macOS has Metal and Windows has DirectX 12. Linux needs a Vulkan driver; where [`crate::driver_search`] finds none,
-//! Mesa's software driver is installed with apt, given Debian or a descendant and root or a sudo that asks for no
-//! password. Anywhere else, and where installing fails, the words on standard error say what to do.
+//! macOS has Metal and Windows has DirectX 12. Linux needs a Vulkan driver. If [`crate::driver_search`] finds none,
+//! Mesa's software driver is installed with apt, on Debian or a descendant, as root or with a sudo that asks for no
+//! password. Elsewhere, or if the installation fails, a message on standard error says what to do.
 //!
-//! The outcome is advice to what follows, not a verdict: a search by file names can be wrong, and what really needs
-//! an adapter says so itself.
+//! The result is a hint, not a verdict: a search by file names can be wrong. A step that needs an adapter reports a
+//! missing one itself.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::distribution::{DEBIAN_PACKAGES, Distribution};
 use crate::driver_search::{Machine, SearchResult};
 use crate::process;
 
-/// Whether an adapter can be had, after an attempt to install one where there was none.
+/// Returns whether an adapter is available, after an attempt to install one.
 pub(crate) fn ensure() -> bool {
     match std::env::consts::OS {
         "linux" => ensure_on_linux(),
@@ -25,7 +25,7 @@ pub(crate) fn ensure() -> bool {
     }
 }
 
-/// The same for a command that goes on without one.
+/// As [`ensure`], for a command that continues without an adapter.
 pub(crate) fn ensure_if_possible() {
     if !ensure() {
         eprintln!(
@@ -95,7 +95,7 @@ fn explain(result: &SearchResult) -> String {
     }
 }
 
-/// What apt-get must be preceded by to run as root, or why it cannot be run.
+/// The words before `apt-get` that run it as root, or the reason why it cannot run.
 fn installation_rights(distribution: Distribution) -> Result<Vec<&'static str>, String> {
     let user = process::program("id").arg("--user").output().map(|output| output.stdout);
     let root = user.is_ok_and(|output| String::from_utf8_lossy(&output).trim() == "0");

@@ -2,10 +2,10 @@
 
 use crate::{adapter, process};
 
-/// Where the picture comes to lie, from the root of the workspace.
+/// The path of the picture, from the root of the workspace.
 const PICTURE: &str = "target/demo/courtyard.png";
 
-/// What cargo is asked to do.
+/// The arguments of cargo.
 const ARGUMENTS: &str = "run --release --package umbragraph-cli --bin umbragraph -- render pipelines/nebula.json \
                          --scene examples/scenes/courtyard.glb --size 1280x720 --out";
 

@@ -1,7 +1,7 @@
-//! Which Linux distribution this is, and what brings it a software Vulkan driver.
+//! Detects the Linux distribution, and advises how to install a software Vulkan driver on it.
 //!
-//! `/etc/os-release` names the distribution (`ID`) and those it descends from (`ID_LIKE`); the first of these that
-//! is known decides. The advice always names the driver and the loader: without `libvulkan.so.1` no driver is found.
+//! `/etc/os-release` names the distribution (`ID`) and its ancestors (`ID_LIKE`); the first known one decides. The
+//! advice always names the driver and the loader: without `libvulkan.so.1` no driver is found.
 
 /// A family of distributions that share their packages' names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +48,7 @@ impl Distribution {
         })
     }
 
-    /// What to do, as root, to have a software Vulkan driver.
+    /// The command that installs a software Vulkan driver as root.
     pub(crate) fn advice(self) -> String {
         let advice = match self {
             Self::Debian => {

@@ -17,16 +17,16 @@ pub(crate) struct Machine<'a> {
     pub(crate) variable: &'a dyn Fn(&str) -> Option<OsString>,
 }
 
-/// What the search found.
+/// The result of the search.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum SearchResult {
     /// A driver that can work, by its manifest.
     Driver(PathBuf),
-    /// A variable restricts the search to drivers none of which can work; to install one would not help.
+    /// A variable restricts the search to drivers that cannot work; installing another one would not help.
     Restricted { variable: &'static str, value: String },
-    /// There is a driver, but not the loader.
+    /// A driver is installed, but not the loader.
     NoLoader,
-    /// There is no driver that can work; the manifests that were passed over, with the reason.
+    /// No driver can work; holds the rejected manifests, each with the reason.
     NoDriver(Vec<String>),
 }
 

@@ -79,7 +79,7 @@ fn lacks_display() -> bool {
     is_there()
 }
 
-/// How many lines concern the module: those that are neither empty nor comments.
+/// Counts the lines of the sources, without empty lines and comments.
 fn lines(folder: &Path, sources: &[&str]) -> String {
     let (mut all, mut imports) = (0, 0);
     for source in sources {

@@ -62,7 +62,7 @@ environment:
   UMBRAGRAPH_TIMES=N         N times as many of them: what `soak` sets and prints
 ";
 
-/// What the command line asks for.
+/// A command of the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Command {
     Demo,
@@ -92,10 +92,10 @@ fn main() -> ExitCode {
     if fine { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Runs a command; whether all is well, where the command itself has said what is not.
+/// Runs a command. Returns whether it succeeded; the command itself has printed its failures.
 ///
 /// # Errors
-/// What is still to be said of what is not well.
+/// A failure that the command has not printed.
 fn run(command: Command) -> Result<bool, String> {
     match command {
         Command::Demo => demo::run(),

@@ -6,11 +6,11 @@
 
 use crate::{process, toolchain};
 
-/// What faults are planted in for `--rust`.
+/// The files that receive faults with `--rust`.
 const FILES: &[&str] = &["passes/src/**", "scene/src/**", "graph/compiler/src/**", "graph/executor/src/**"];
 
-/// The packages and tests that look for them: those that hold what is planned, placed and drawn to a simulation, a
-/// figure, a picture or a diagnostic. A build and a run of all would take several minutes for each fault.
+/// The packages and tests that must find the faults: they compare plans, placements and draws with a simulation, a
+/// number, a picture or a diagnostic. Building and running all tests would take several minutes for each fault.
 const PACKAGES: &str = "umbragraph,umbragraph-compiler,umbragraph-executor,umbragraph-passes,umbragraph-scene,umbragraph-tools,umbragraph-verify";
 const TESTS: &[&str] = &[
     "broken",
@@ -34,16 +34,16 @@ const TESTS: &[&str] = &[
 /// Without a driver.
 const FEATURES: &[&str] = &["--features", "umbragraph/noop"];
 
-/// What to plant faults in, and how many.
+/// The kind and number of the faults.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Options {
     pub(crate) rust: bool,
-    /// So many, chosen by the seed; all without it.
+    /// The number of faults, chosen by the seed; all if absent.
     pub(crate) sample: Option<u32>,
     pub(crate) seed: Option<u64>,
-    /// So many templates at once; as many as there are cores without it.
+    /// The number of templates tested in parallel; the number of cores if absent.
     pub(crate) jobs: Option<u32>,
-    /// Only templates, or files, whose name contains this.
+    /// Only templates or files whose name contains this text.
     pub(crate) within: Option<String>,
 }
 

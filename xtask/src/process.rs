@@ -55,7 +55,7 @@ pub(crate) fn cargo(command: &mut Command) -> Result<bool, String> {
     Ok(status.success())
 }
 
-/// What a program prints, if it succeeds.
+/// Runs a program and returns its output, if it succeeds.
 pub(crate) fn output(name: &str, arguments: &[&str]) -> Option<String> {
     let output = program(name).args(arguments).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())

@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 
 use crate::process;
 
-/// Where the scenes are, from the root of the workspace.
+/// The folder of the scenes, from the root of the workspace.
 const SCENES: &str = "examples/scenes";
 
-/// Where they are written to be compared, from the folder into which cargo builds.
+/// The folder of the scenes that `--check` writes, below the target folder of cargo.
 const COMPARED: &str = "scenes";
 
-/// The size that no scene may have.
+/// The size in bytes that every scene must stay below.
 const MAX_BYTES: u64 = 1_000_000;
 
 /// Runs the command.
@@ -71,7 +71,7 @@ fn write(names: &BTreeSet<String>, folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// What differs between the scenes just written and those in the tree.
+/// The differences between the scenes just written and those in the tree.
 fn compare(names: &BTreeSet<String>, written: &Path, in_tree: &Path) -> Vec<String> {
     let mut faults = too_large(names, written);
     match files(in_tree) {

@@ -1,8 +1,8 @@
-//! `cargo xtask soak`: the tests of random cases with fresh seeds, and what is too long for ordinary tests.
+//! `cargo xtask soak`: the tests of random cases with fresh seeds, and checks that take too long for ordinary tests.
 //!
-//! The tests are those of every file that asks the shared helper (`tests/support/src/property.rs`) for cases or seeds, so
-//! that a new property needs no line here. They run in rounds, each from a seed of its own that is printed, until the
-//! time is over or a test fails.
+//! It runs the tests of every file that gets its cases or seeds from the shared helper
+//! (`tests/support/src/property.rs`), so that a new property needs no line here. Each round prints its own seed. Rounds
+//! repeat until the time is over or a test fails.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -10,17 +10,17 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crate::process;
 
-/// How many times as many cases as ordinarily a round has, where only the time is given.
+/// The factor on the number of cases in a round, if only the time is given.
 const TIMES: u32 = 10;
 
-/// How long to go on, and from where.
+/// The duration, the number of cases and the first seed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Options {
-    /// New rounds begin for so many seconds; without it there is one round.
+    /// The number of seconds in which new rounds begin; one round if absent.
     pub(crate) seconds: Option<u64>,
-    /// So many times as many cases as ordinarily.
+    /// The factor on the number of cases.
     pub(crate) times: Option<u32>,
-    /// The seed of the first round; the time without it.
+    /// The seed of the first round; the current time if absent.
     pub(crate) seed: Option<u64>,
 }
 
@@ -52,7 +52,7 @@ pub(crate) fn run(options: &Options) -> Result<bool, String> {
     }
 }
 
-/// The names of the tests in the files below a folder that ask the helper for something.
+/// Collects the names of the tests in the files below a folder that use the shared helper.
 fn collect(folder: &Path, tests: &mut BTreeSet<String>) {
     for path in std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -66,7 +66,7 @@ fn collect(folder: &Path, tests: &mut BTreeSet<String>) {
     }
 }
 
-/// The names of the tests of a file that asks the helper for something.
+/// The names of the tests of a file that uses the shared helper.
 fn names(text: &str) -> Vec<String> {
     let asks = ["config(", "part(", "seed()", "times()"].map(|call| format!("property::{call}"));
     if !asks.iter().any(|call| text.contains(call)) {

@@ -1,13 +1,13 @@
-//! What became of the steps, and how that is told.
+//! Outcomes of the steps, and their summary.
 
 use std::time::Duration;
 
-/// What became of one step.
+/// The outcome of one step.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Outcome {
     pub(crate) name: &'static str,
     pub(crate) elapsed: Duration,
-    /// What went wrong, if anything did.
+    /// The reason of the failure, if it failed.
     pub(crate) failure: Option<String>,
 }
 

@@ -1,8 +1,8 @@
-//! Parts of the Rust toolchain that a step needs and that a machine may lack.
+//! Components of the Rust toolchain that a step needs and that a machine may lack.
 
 use crate::process;
 
-/// A part that comes apart from cargo.
+/// A component that is installed separately from cargo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Component {
     Rustfmt,
@@ -11,7 +11,7 @@ pub(crate) enum Component {
 }
 
 impl Component {
-    /// What is missing and what installs it; nothing where the part is there.
+    /// The missing component and the command that installs it; `None` if it is installed.
     pub(crate) fn missing(self) -> Option<String> {
         let present = match self {
             Self::Rustfmt => process::succeeds("cargo", &["fmt", "--version"]),
