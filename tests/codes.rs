@@ -11,6 +11,7 @@ const EXPECTED: [&str; 2] = ["tests/broken/expected", "graph/shaders/src/tests/b
 
 /// Codes that no document alone can bring about, by the file of the tests that do.
 const ELSEWHERE: &[(&str, &[&str])] = &[
+    ("tests/engine/adopter.rs", &["UG0623", "UG0624"]),
     ("tests/engine/devices.rs", &["UG0820", "UG0821"]),
     ("tests/live_parameters.rs", &["UG0230"]),
     ("cli/tests/command.rs", &["UG0004", "UG0005", "UG0801", "UG0808"]),
