@@ -32,8 +32,8 @@ pub enum Property {
     Weight(usize),
 }
 
-/// What happens between two keys: the value of the earlier one stays, a straight line (for rotations the shorter arc), or
-/// a cubic Hermite spline.
+/// The interpolation between two keys: a step that holds the earlier value, a straight line (the shorter arc for
+/// rotations), or a cubic Hermite spline.
 pub use gltf::json::animation::Interpolation;
 
 /// One property of one node over time. (A channel of glTF that moves all weights of a node is one for each of them.)
@@ -41,9 +41,9 @@ pub use gltf::json::animation::Interpolation;
 pub struct Channel {
     /// The node that moves.
     pub node: NodeId,
-    /// What of it.
+    /// The animated property of the node.
     pub property: Property,
-    /// How values between keys are found.
+    /// The interpolation between keys.
     pub interpolation: Interpolation,
     /// The times of the keys in seconds, strictly increasing, at least one.
     pub times: Vec<f32>,

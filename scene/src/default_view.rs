@@ -10,13 +10,13 @@ use umbragraph_pipeline::frame::{Bounds, Camera, Light, LightKind, Projection};
 /// The vertical field of view of the default camera, in radians (40°).
 pub const VERTICAL_FOV: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
-/// Where the default camera stands as seen from the scene's middle; made a unit vector before use.
+/// The direction from the scene's center to the default camera; normalised before use.
 const TOWARDS_CAMERA: DVec3 = DVec3::new(0.45, 0.4, 1.0);
 
-/// Where the default sun stands as seen from the scene's middle; made a unit vector before use.
+/// The direction from the scene's center to the default sun; normalised before use.
 const TOWARDS_SUN: DVec3 = DVec3::new(-0.6, 1.0, 0.5);
 
-/// A camera that sees all of `bounds` (a metre around the origin, where they are empty).
+/// A camera that sees all of `bounds`, or a metre around the origin if they are empty.
 pub fn camera(bounds: &Bounds, aspect: f64) -> Camera {
     let (center, radius) =
         if bounds.is_empty() { (DVec3::ZERO, 1.0) } else { (bounds.center(), bounds.radius().max(1e-3)) };

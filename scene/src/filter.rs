@@ -1,9 +1,9 @@
-//! Which draws a pass wants: the words that a pipeline may write under `filter`.
+//! Draw filters of passes: the words that a pipeline may write under `filter`.
 //!
-//! `all`, `opaque` (alpha-masked ones included) and `transparent` (alpha mode `BLEND`) are for what is seen; `casters`,
-//! `static_casters` and `dynamic_casters` for shadow maps. Transparent draws cast no shadows, and are issued from back to
-//! front whatever order a pass asks for. A pipeline without a pass that wants them leaves them out; [`left_out`] counts
-//! them, so that nobody has to find out by looking.
+//! `all`, `opaque` (alpha-masked ones included) and `transparent` (alpha mode `BLEND`) select visible draws; `casters`,
+//! `static_casters` and `dynamic_casters` are for shadow maps. Transparent draws cast no shadows, and are always issued
+//! back to front, in passes of any order. A pipeline without a pass for them omits them; [`left_out`] counts them in a
+//! warning.
 
 use std::collections::BTreeSet;
 use umbragraph_compiler::Plan;

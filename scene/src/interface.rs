@@ -1,8 +1,8 @@
-//! How a scene stores what pipelines draw: the host's side of the draw contract, without a device.
+//! Storage of a scene for pipelines: the host's side of the draw contract, without a device.
 //!
-//! A scene knows one geometry contract, [`GEOMETRY`]. Its vertex streams are separate buffers, so that a pass binds only
-//! what it reads; the blocks of materials and objects are plain structs whose members are listed once, from which both
-//! the bytes and the interface come.
+//! A scene has one geometry contract, [`GEOMETRY`]. Its vertex streams are separate buffers, so that a pass binds only
+//! the streams that it reads. The blocks of materials and objects are plain structs; one list of members gives both
+//! their bytes and the interface.
 
 use bytemuck::{Pod, Zeroable};
 use std::collections::BTreeSet;
@@ -56,7 +56,7 @@ macro_rules! block {
 }
 
 block! {
-    /// What a shader sees of a material.
+    /// The block of a material in shaders.
     MaterialBlock {
         /// Linear colour and alpha, multiplied with the texture.
         base_color: [f32; 4] = ValueType::VEC4,
@@ -70,7 +70,7 @@ block! {
 }
 
 block! {
-    /// What a shader sees of a placed primitive.
+    /// The block of a placed primitive in shaders.
     ObjectBlock {
         /// From the mesh's space to the world.
         world_from_object: [[f32; 4]; 4] = ValueType::MAT4,
@@ -86,14 +86,14 @@ pub fn properties(scene: &Scene, draw: Draw) -> PropertySet {
     PropertySet(u32::from(scene.is_alpha_masked(draw)) | u32::from(scene.material(draw).double_sided) << 1)
 }
 
-/// How `scene` stores what [`GEOMETRY`] names.
+/// The layout in which `scene` stores the members of [`GEOMETRY`].
 pub fn interface(scene: &Scene) -> HostInterface {
     let sets: BTreeSet<PropertySet> =
         scene.draws_of_all_details().map(|draw| properties(scene, draw)).collect();
     any_scene().properties(PROPERTIES, sets)
 }
 
-/// How every scene stores what [`GEOMETRY`] names, with all sets of properties that a scene could have.
+/// The layout in which every scene stores the members of [`GEOMETRY`], with all property sets that a scene can have.
 pub fn any_scene() -> HostInterface {
     let stream = |(name, format, stride): (&'static str, VertexFormat, u64)| {
         HostVertexBuffer::new(stride, [(name, format, 0)])
@@ -114,7 +114,7 @@ mod tests {
 
     use super::*;
 
-    /// Where WGSL puts the members of a uniform block, by its rules of alignment.
+    /// The offsets that WGSL gives to the members of a uniform block, by its alignment rules.
     fn wgsl_offsets(members: &[HostMember]) -> (Vec<u32>, u32) {
         let (mut at, mut offsets) = (0_u32, Vec::new());
         for member in members {

@@ -1,8 +1,8 @@
 //! Lights of a scene: `KHR_lights_punctual`, placed by nodes.
 //!
-//! What glTF does not say comes from `extras` of the light or, stronger, of its node: `castShadow`,
-//! `contactShadow`, `shadowHardness` (`hard`, `soft` or `pcss`), `angular_diameter_deg` (degrees), `radius` (metres) and
-//! `priority`.
+//! Properties that glTF lacks come from `extras` of the light or, with priority, of its node: `castShadow`,
+//! `contactShadow`, `shadowHardness` (`hard`, `soft` or `pcss`), `angular_diameter_deg` (degrees), `radius` (metres)
+//! and `priority`.
 
 use glam::{DMat4, DVec3};
 use umbragraph_pipeline::frame::Light;

@@ -1,11 +1,11 @@
-//! Surfaces: what of a glTF material the engine uses.
+//! Surfaces: the properties of glTF materials that the engine uses.
 
-/// How a material's alpha is understood.
+/// The meaning of a material's alpha.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
     /// Alpha is ignored.
     Opaque,
-    /// Where alpha is below the cutoff, there is nothing.
+    /// Alpha below the cutoff is a hole.
     Mask {
         /// The smallest alpha that is drawn.
         cutoff: f32,
@@ -25,7 +25,7 @@ pub struct Material {
     pub base_color_texture: Option<usize>,
     /// Linear colour that the surface emits.
     pub emissive: [f32; 3],
-    /// What alpha means.
+    /// The meaning of alpha.
     pub alpha_mode: AlphaMode,
     /// Whether back faces are drawn, lit by the reversed normal.
     pub double_sided: bool,

@@ -14,19 +14,19 @@ use crate::mesh::{Primitive, flat_normals, unit};
 /// The largest weight, in either direction.
 pub(crate) const MAX_WEIGHT: f32 = 1e6;
 
-/// A shape that vertices go towards.
+/// A target shape of vertices.
 #[derive(Clone, Debug)]
 pub struct MorphTarget {
-    /// What is added to each position; nothing where the file has none.
+    /// The offset of each position; empty if the file has none.
     pub positions: Vec<[f32; 3]>,
-    /// What is added to each normal; nothing where the file has none.
+    /// The offset of each normal; empty if the file has none.
     pub normals: Vec<[f32; 3]>,
-    /// The box around what is added to positions, and zero.
+    /// The bounds of the position offsets and zero.
     pub bounds: Bounds,
 }
 
 impl Primitive {
-    /// The positions and normals with each target as far as its weight says; missing weights are 0.
+    /// Computes positions and normals with each target weighted; missing weights are 0.
     pub fn morph(&self, weights: &[f32], positions: &mut Vec<[f32; 3]>, normals: &mut Vec<[f32; 3]>) {
         positions.clone_from(&self.positions);
         normals.clone_from(&self.normals);

@@ -15,7 +15,7 @@ use crate::morph::MAX_WEIGHT;
 use crate::node::{LocalTransform, NodeId};
 use crate::scene::{Draw, Scene};
 
-/// Where every node of a scene stands at one time.
+/// The transforms of all nodes of a scene at one time.
 #[derive(Debug, PartialEq)]
 pub struct Pose {
     local: Vec<LocalTransform>,

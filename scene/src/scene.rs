@@ -43,15 +43,15 @@ pub struct Scene {
     pub skins: Vec<Skin>,
     /// All animations of the file.
     pub animations: Vec<Animation>,
-    /// What is odd about the file, but no error.
+    /// Problems of the file that are no errors.
     pub warnings: Diagnostics,
     /// Nodes, parents before children.
     pub(crate) order: Vec<NodeId>,
     /// The draws: all of the finest level of detail, then those of coarser ones.
     pub(crate) draws: Vec<Draw>,
-    /// How many draws are of the finest level.
+    /// The number of draws of the finest level.
     pub(crate) finest: usize,
-    /// For each skinned draw, the boxes around what each joint moves.
+    /// For each skinned draw, the bounds of the vertices that each joint moves.
     pub(crate) joint_bounds: Vec<Vec<Bounds>>,
 }
 
@@ -78,17 +78,17 @@ pub struct Draw {
     pub detail: u32,
     /// The last level that its node has.
     pub last_detail: u32,
-    /// Where its boxes by joint are, for a skinned draw.
+    /// The index of its bounds by joint, for a skinned draw.
     pub(crate) joint_bounds: Option<usize>,
 }
 
 impl Scene {
-    /// What is drawn in the finest level of detail, in the order of the hierarchy.
+    /// The draws of the finest level of detail, in the order of the hierarchy.
     pub fn draws(&self) -> impl ExactSizeIterator<Item = Draw> + '_ {
         self.draws.iter().take(self.finest).copied()
     }
 
-    /// The same, and then what is drawn instead in coarser levels.
+    /// The draws of the finest level of detail, then those of the coarser levels.
     pub fn draws_of_all_details(&self) -> impl ExactSizeIterator<Item = Draw> + '_ {
         self.draws.iter().copied()
     }
@@ -154,14 +154,13 @@ impl Scene {
         self.lights.iter().map(|light| light.placed(&pose.world(light.node))).collect()
     }
 
-    /// What a frame needs to know of the scene at a time in seconds: its first camera with the picture's `aspect`
-    /// (width over height), all lights and the bounds. The frame's index is 0; a host that draws more than one frame
-    /// counts them itself.
+    /// The frame input at a time in seconds: the scene's first camera with the given `aspect` (width over height), all
+    /// lights and the bounds. The frame's index is 0; a host that draws more than one frame counts them itself.
     pub fn frame_input(&self, aspect: f64, time: f64) -> FrameInput {
         self.frame_input_of(&self.pose(time), aspect, time)
     }
 
-    /// As [`Scene::frame_input`], in a pose that the caller has already.
+    /// As [`Scene::frame_input`], for a pose that the caller has already computed.
     pub fn frame_input_of(&self, pose: &Pose, aspect: f64, time: f64) -> FrameInput {
         let scene_bounds = self.bounds(pose);
         let camera = match self.cameras.first() {

@@ -2,18 +2,18 @@
 
 use umbragraph_pipeline::wgpu_types::{AddressMode, FilterMode, MipmapFilterMode};
 
-/// How a texture is sampled. The default (where the file says nothing) repeats and mixes texels and mip levels.
+/// The sampling of a texture. The default, for files without a sampler, repeats and interpolates texels and mip levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Sampler {
-    /// Across.
+    /// The address mode along u.
     pub wrap_u: AddressMode,
-    /// Down.
+    /// The address mode along v.
     pub wrap_v: AddressMode,
-    /// Where a texel covers more than a pixel.
+    /// The filter for a texel that covers more than a pixel.
     pub magnify: FilterMode,
-    /// Where a pixel covers more than a texel.
+    /// The filter for a pixel that covers more than a texel.
     pub minify: FilterMode,
-    /// Between mip levels; `None` where the file asks for the base level only.
+    /// The filter between mip levels; `None` if the file uses the base level only.
     pub mipmap: Option<MipmapFilterMode>,
 }
 
@@ -53,6 +53,6 @@ impl std::fmt::Debug for Image {
 pub struct Texture {
     /// The index of the image in [`Scene::images`](crate::Scene::images).
     pub image: usize,
-    /// How it is sampled.
+    /// Its sampler.
     pub sampler: Sampler,
 }

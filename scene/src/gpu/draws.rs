@@ -1,4 +1,4 @@
-//! What is drawn in a view, and in which order.
+//! The draws of a view, and their order.
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -120,7 +120,7 @@ fn sort(
     sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
 }
 
-/// What is bound already.
+/// The state that is already bound.
 #[derive(Default)]
 struct State {
     properties: Option<(PropertySet, bool)>,

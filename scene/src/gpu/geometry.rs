@@ -15,12 +15,12 @@ use crate::codes;
 use crate::interface::{BLOCK_STRIDE, STREAMS};
 use crate::scene::{Draw, Scene};
 
-/// Where a primitive lies in the buffers.
+/// The ranges of a primitive in the buffers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Part {
     /// Its indices, counted from its first vertex.
     pub(super) indices: Range<u32>,
-    /// The same triangles turned around.
+    /// Indices of the same triangles with reversed winding.
     pub(super) mirrored: Range<u32>,
     /// Its first vertex.
     pub(super) first_vertex: i32,
@@ -39,12 +39,12 @@ pub(super) struct Geometry {
     pub(super) skinned_vertices: u32,
 }
 
-/// Where a part is stored.
+/// The key of a stored part: mesh, primitive, and the draw's number if it has vertices of its own.
 fn key(scene: &Scene, number: usize, draw: Draw) -> (usize, usize, Option<usize>) {
     (draw.mesh, draw.primitive, scene.has_own_vertices(draw).then_some(number))
 }
 
-/// Finds out whether the buffers of a scene fit a device.
+/// Checks that the buffers of a scene fit the limits of a device.
 pub(super) fn check_limits(scene: &Scene, limits: &wgpu::Limits) -> Result<(), Diagnostics> {
     let (mut vertices, mut indices) = (0_u64, 0_u64);
     let mut known = std::collections::BTreeSet::new();
@@ -129,7 +129,7 @@ impl Geometry {
         }
     }
 
-    /// Where a draw of the scene lies; `number` is its place among the draws.
+    /// The part of a draw; `number` is its index among the draws.
     pub(super) fn part(&self, scene: &Scene, number: usize, draw: Draw) -> Option<&Part> {
         self.parts.get(&key(scene, number, draw))
     }
@@ -143,8 +143,8 @@ impl Geometry {
     }
 }
 
-/// What turns normals with a transform: its cofactors, made so large that `f32` keeps them. Unlike the inverse
-/// transpose they exist for every transform, also one that flattens.
+/// The matrix for normals under a transform: its cofactors, scaled to the range of `f32`. Unlike the inverse transpose
+/// they exist for every transform, even a singular one.
 pub(super) fn normal_matrix(transform: &DMat4) -> DMat3 {
     let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis].map(glam::DVec4::truncate);
     let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));

@@ -14,12 +14,12 @@ use crate::mipmap;
 use crate::scene::Scene;
 use crate::texture::{Image, Sampler};
 
-/// How many samples along the steeper direction a texture seen at a grazing angle may take.
+/// The maximum anisotropy of material samplers, for textures at grazing angles.
 const ANISOTROPY: u16 = 8;
 
 pub(super) struct Materials {
     blocks: wgpu::Buffer,
-    /// For each material the places of its image and its sampler.
+    /// For each material, the indices of its image and its sampler.
     textures: Vec<(usize, usize)>,
     /// The images, and a white texel last.
     images: Vec<wgpu::TextureView>,
@@ -60,7 +60,7 @@ impl Materials {
         self.textures.len() as u32
     }
 
-    /// What fills a binding for a material.
+    /// The resource that a material binds under a name.
     pub(super) fn binding(&self, material: u32, name: &str) -> Option<wgpu::BindingResource<'_>> {
         let (image, sampler) = self.textures.get(material as usize)?;
         match name {

@@ -96,7 +96,7 @@ impl<'a> Encoded<'a> {
     }
 }
 
-/// What a decoder says, which may panic on files that are broken on purpose.
+/// Runs a decoder that may panic on corrupt files, and turns a panic into an error.
 fn guarded<T>(decode: impl FnOnce() -> Result<T, zune_jpeg::errors::DecodeErrors>) -> Result<T, DecodeError> {
     Ok(catch_unwind(AssertUnwindSafe(decode)).map_err(|_| DecodeError::Panic)??)
 }

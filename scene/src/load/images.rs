@@ -56,15 +56,15 @@ pub(super) fn read(
     (images, textures)
 }
 
-/// Where the bytes of an image come from.
+/// The source of an image's bytes.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Source {
     File(String),
-    /// A buffer, the first byte and how many.
+    /// A buffer, the first byte and the number of bytes.
     View(usize, u64, u64),
 }
 
-/// The images that were decoded, and the bytes of each buffer that were counted as those of images.
+/// The decoded images, and for each buffer the bytes already counted as image data.
 #[derive(Default)]
 struct Sources {
     decoded: BTreeMap<Source, usize>,
@@ -72,7 +72,7 @@ struct Sources {
 }
 
 impl Sources {
-    /// Where an image of the document comes from.
+    /// The source of an image of the document.
     fn of(&self, accessors: &Accessors<'_>, image: usize) -> Option<Source> {
         let json = accessors.root.images.get(image)?;
         if let Some(uri) = &json.uri {

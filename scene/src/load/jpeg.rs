@@ -1,7 +1,7 @@
-//! What of a JPEG file its decoder is given: the segments that say texels, and none that say anything about them.
+//! JPEG files for the decoder: the segments that define texels, without metadata.
 //!
-//! Metadata (Exif, XMP, color profiles, comments) is of no use to glTF, and the decoder's time for it grows with the
-//! square of its segments. Between segments entropy-coded bytes are taken as they are. Source: ITU-T T.81, annex B.
+//! glTF ignores metadata (Exif, XMP, color profiles, comments), and the decoder's time for it grows with the square of
+//! the number of its segments. Entropy-coded bytes between segments are copied. Source: ITU-T T.81, annex B.
 
 /// The file without the segments APP1 to APP13, APP15 and comments, and without stray bytes between segments.
 pub(super) fn without_metadata(bytes: &[u8]) -> Vec<u8> {

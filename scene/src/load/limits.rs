@@ -1,8 +1,8 @@
-//! How large a scene may be.
+//! Limits on the size of a scene.
 //!
-//! Loading takes memory in proportion to the files, and a few GiB at most, whatever they say: objects are counted before
-//! they are parsed, and all that is decoded is charged to one budget, which the bytes that are read make, before it is
-//! allocated.
+//! Loading takes memory in proportion to the size of the files, and a few GiB at most. Objects are counted before they
+//! are parsed. All decoded data is charged to one budget before it is allocated; each byte that is read raises the
+//! budget.
 
 /// The largest scene, buffer or image file, in bytes.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
@@ -18,11 +18,11 @@ pub const FREE_OBJECTS: usize = 1 << 12;
 /// The fewest bytes of JSON for each object beyond [`FREE_OBJECTS`].
 pub const BYTES_PER_OBJECT: usize = 20;
 
-/// What any scene may take once it is decoded, in bytes.
+/// The decoded bytes that any scene may take.
 pub const FREE_DECODED_BYTES: u64 = 64 << 20;
-/// What it may take besides for each byte that is read: primitives share vertices, and zeros need no bytes.
+/// The additional decoded bytes for each byte that is read: primitives share vertices, and zeros need no bytes.
 pub const DECODED_PER_BYTE: u64 = 1 << 6;
-/// The same for each byte of an image, which may be of one color; bytes that several images share count once.
+/// The same for each byte of an image, which may have one color; bytes that several images share count once.
 pub const DECODED_PER_IMAGE_BYTE: u64 = 1 << 12;
 
 /// The maximum number of bytes that buffers, vertices, indices, key frames and texels may take together once they are

@@ -130,7 +130,7 @@ pub(super) fn lights(root: &Root, scene: &mut Scene, pose: &Pose, report: &mut R
     }
 }
 
-/// What the extras of the node say, which is stronger than what those of the light say; both are read.
+/// Reads a value from the extras of the node, or else from those of the light; both are checked.
 fn stronger<T>(extras: &[ObjectExtras; 2], read: impl FnMut(&ObjectExtras) -> Option<T>) -> Option<T> {
     extras.each_ref().map(read).into_iter().flatten().next()
 }

@@ -14,9 +14,9 @@ pub(super) struct Report {
     warnings: Diagnostics,
     unlisted: usize,
     decoded_bytes: u64,
-    /// What may be decoded, as far as the bytes go that were read.
+    /// The budget of decoded bytes for the bytes read so far.
     allowed_bytes: u64,
-    /// What is done instead, while diagnostics are no errors.
+    /// The fallback that warnings name, while problems are warnings and no errors.
     instead: Option<&'static str>,
 }
 
@@ -76,7 +76,7 @@ impl Report {
         }
     }
 
-    /// Reads something that can be done without: what would be errors are warnings that say what is done `instead`.
+    /// Reads an optional part: its errors become warnings that name the fallback `instead`.
     pub(super) fn optional<T>(&mut self, instead: &'static str, read: impl FnOnce(&mut Self) -> T) -> T {
         let outer = self.instead.replace(instead);
         let result = read(self);

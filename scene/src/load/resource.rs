@@ -1,9 +1,8 @@
-//! What a document names by URI: buffers and images.
+//! Files that a document refers to by URI: buffers and images.
 //!
-//! A `data:` URI carries its bytes itself (base64 only, as glTF asks). Any other URI has to be a relative path, which a
-//! [`Resolver`] turns into bytes: [`Folder`] reads files beside the document (below its roots alone), [`NoFiles`]
-//! rejects (a document from memory), and a host with an archive or a network of its own writes its own. Nothing is ever
-//! fetched here.
+//! A `data:` URI contains its bytes (base64 only, as glTF requires). Any other URI must be a relative path, which a
+//! [`Resolver`] turns into bytes. [`Folder`] reads files below its roots, next to the document; [`NoFiles`] rejects all
+//! paths, for a document in memory. A host with an archive or a network implements its own. Nothing is fetched here.
 
 use base64::Engine;
 use std::path::{Path, PathBuf};
@@ -26,7 +25,7 @@ pub enum ResolveError {
     Unreadable {
         /// The name, as the document has it.
         name: String,
-        /// What the system says.
+        /// The error message of the operating system.
         reason: String,
     },
     /// It lies outside of the folders that may be read.

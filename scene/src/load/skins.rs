@@ -8,7 +8,7 @@ use crate::codes;
 use crate::node::NodeId;
 use crate::skin::Skin;
 
-/// How far the last row of an inverse bind matrix may be from 0, 0, 0, 1: what rounding in an exporter leaves.
+/// The tolerance of the last row of an inverse bind matrix around 0, 0, 0, 1: rounding in exporters.
 const AFFINE_TOLERANCE: f32 = 1e-4;
 
 /// All skins. One that cannot be read has no joints, after a diagnostic.

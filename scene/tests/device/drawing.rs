@@ -1,4 +1,4 @@
-//! What scenes look like on a device, and which draws are issued.
+//! The appearance of scenes on a device, and the draws that are issued.
 
 use serde_json::{Value, json};
 use umbragraph_executor::DrawSource;

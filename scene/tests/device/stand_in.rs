@@ -35,7 +35,7 @@ struct Vertex { @builtin(position) position: vec4<f32>, @location(0) normal: vec
     return vec4(color.rg, towards, 1.0);
 }";
 
-/// What was drawn.
+/// The drawn picture and the objects.
 pub(crate) struct Drawn {
     texels: Vec<u8>,
     /// The objects in the order of their draws.

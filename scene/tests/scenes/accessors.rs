@@ -1,4 +1,4 @@
-//! How numbers lie in accessors, and vertices in triangles.
+//! Numbers in accessors, and vertices in triangles.
 
 use serde_json::json;
 

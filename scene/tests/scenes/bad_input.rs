@@ -1,4 +1,4 @@
-//! What is said about a broken document: code, place, message and help, all diagnostics at once.
+//! Diagnostics of a broken document: code, place, message and help, all at once.
 
 use serde_json::{Value, json};
 use umbragraph_pipeline::diagnostic::Place;

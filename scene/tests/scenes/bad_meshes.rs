@@ -1,4 +1,4 @@
-//! What is said about meshes that cannot be drawn: accessors, attributes, skins, morph targets, levels of detail.
+//! Diagnostics of meshes that cannot be drawn: accessors, attributes, skins, morph targets, levels of detail.
 
 use serde_json::json;
 

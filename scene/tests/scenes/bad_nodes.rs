@@ -1,4 +1,4 @@
-//! What is said about nodes, cameras, lights, materials and animations that cannot be used.
+//! Diagnostics of nodes, cameras, lights, materials and animations that cannot be used.
 
 use serde_json::json;
 

@@ -1,4 +1,4 @@
-//! What a valid document becomes.
+//! Scenes loaded from valid documents.
 
 use crate::document::{Document, line};
 use glam::{DVec3, Vec3};

@@ -17,7 +17,7 @@ const WORKGROUP: u32 = 64;
 /// The storage buffers of the shader.
 const STORAGE_BUFFERS: u32 = 4;
 
-/// The pipeline with what it reads.
+/// The compute pipeline and its resources.
 pub(super) struct DeviceSkinning {
     device: wgpu::Device,
     pipeline: wgpu::ComputePipeline,
@@ -25,11 +25,11 @@ pub(super) struct DeviceSkinning {
     joints: wgpu::Buffer,
     /// The number of workgroups for each draw.
     workgroups: Vec<u32>,
-    /// The matrices of the joints as they are written, kept to be used again.
+    /// The joint matrices as written to the buffer; the allocation is reused.
     matrices: Vec<Mat4>,
 }
 
-/// A vertex as it is modelled, as the shader has it.
+/// A vertex of the unskinned mesh, in the layout of the shader.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Modelled {
@@ -40,7 +40,7 @@ struct Modelled {
     weights: [f32; 4],
 }
 
-/// What a dispatch is told, as the shader has it.
+/// The uniform block of a dispatch, in the layout of the shader.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Task {

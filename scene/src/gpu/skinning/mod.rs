@@ -1,19 +1,18 @@
 //! Vertices that joints and morph targets move: linear blend skinning, once for each pose, whatever number of passes and views draw it.
 //!
-//! A skinned draw has a range of its own in the vertex streams. When the pose changes, its positions and normals are
-//! written there in world space, so that every pass draws it like any other mesh. That is done on the device: a compute
-//! dispatch for each skinned draw reads the primitive as it is modelled and the matrices of the joints, and writes the
-//! streams. Where a device cannot do that ([`DeviceSkinning::fits`]: no compute stage, too few storage buffers, or ones
-//! that are too small), the processor does, each vertex of each pose.
+//! A skinned draw has its own range in the vertex streams. When the pose changes, its positions and normals are written
+//! there in world space, so that every pass draws it like any other mesh. A compute dispatch for each skinned draw
+//! reads the unskinned primitive and the joint matrices, and writes the streams. If a device cannot do that
+//! ([`DeviceSkinning::fits`]: no compute stage, too few storage buffers, or ones that are too small), the CPU computes
+//! the vertices.
 //!
-//! A vertex is moved by the weighted sum of its joints' matrices, its normal by the cofactors of that sum. The device
-//! computes in `f32`, so its vertices differ from those of the processor, which computes in `f64`, by a few units in the
-//! last place of their coordinates.
+//! A vertex is transformed by the weighted sum of its joints' matrices, its normal by the cofactors of that sum. The
+//! device computes in `f32` and the CPU in `f64`, so their vertices differ by a few units in the last place of their
+//! coordinates.
 //!
-//! The dispatches are submitted on their own, after the matrices have been written to the queue: what was submitted
-//! before sees the old pose, what is submitted later the new one, just as with `Queue::write_buffer`. A pose in which no
-//! joint has moved and no weight is another costs nothing. Draws with [morph targets](crate::morph) are left to the
-//! processor, skinned or not.
+//! The dispatches are submitted on their own, after the matrices have been written to the queue. Work submitted before
+//! sees the old pose, later work the new one, as with `Queue::write_buffer`. A pose with the same joints and weights
+//! costs nothing. The CPU handles draws with [morph targets](crate::morph), skinned or not.
 
 mod device;
 mod host;
@@ -27,21 +26,21 @@ use crate::scene::{Draw, Scene};
 use device::DeviceSkinning;
 use host::HostSkinning;
 
-/// What moves the skinned draws of a scene.
+/// Skinning of the draws of a scene.
 pub(super) struct Skinning {
-    /// What moves skinned draws without morph targets, where the device can.
+    /// Skinning of draws without morph targets on the device, if it supports that.
     device: Option<DeviceSkinning>,
-    /// What moves the others.
+    /// Skinning of the other draws on the CPU.
     host: HostSkinning,
-    /// The joints of all skinned draws one after the other, as they were last written.
+    /// The joint matrices of all skinned draws, one after the other, as last written.
     joints: Vec<DMat4>,
-    /// The same of the pose that is being written, kept to be used again.
+    /// The joint matrices of the pose that is being written; the allocation is reused.
     next: Vec<DMat4>,
-    /// The weights of morph targets, as they were last written; nothing before.
+    /// The morph target weights as last written; `None` before the first pose.
     weights: Option<Vec<f32>>,
 }
 
-/// A skinned draw and where its vertices and joints are.
+/// A skinned draw and the ranges of its vertices and joints.
 #[derive(Clone, Copy, Debug)]
 struct Skinned {
     draw: Draw,
