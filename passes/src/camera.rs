@@ -76,7 +76,7 @@ impl Node for Camera {
     }
 }
 
-/// What a camera publishes, in metres unless said otherwise. The matrices are computed in `f64`.
+/// The data that a camera publishes, in metres unless stated otherwise. The matrices are computed in `f64`.
 pub fn shape() -> DataShape {
     let matrix = ValueType::MAT4;
     DataShape::new()

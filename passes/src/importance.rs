@@ -1,4 +1,4 @@
-//! How much a light's shadow matters in a frame, and how many texels would be right for it.
+//! The importance of a light's shadow in a frame, and the number of texels that suits it.
 //!
 //! `importance = priority · coverage · proximity · strength`, with
 //!
@@ -35,7 +35,7 @@ const HALF_DISTANCE: f64 = 10.0;
 /// The maximum weight that a host can give.
 const MAX_PRIORITY: f64 = 1e6;
 
-/// How much a light matters, by factor; see the module.
+/// The importance of a light by factor; see the module.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Importance {
     /// The host's weight.

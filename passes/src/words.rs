@@ -21,7 +21,7 @@ pub mod filters {
     pub const ALL: &str = "all";
     /// Everything that is not blended.
     pub const OPAQUE: &str = "opaque";
-    /// What is blended over the opaque, from back to front.
+    /// Draws that are blended over the opaque ones, back to front.
     pub const TRANSPARENT: &str = "transparent";
     /// Everything that casts shadows.
     pub const CASTERS: &str = "casters";

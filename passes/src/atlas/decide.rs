@@ -1,4 +1,4 @@
-//! Who is let in, and at which size: a function of numbers, without geometry and without history.
+//! Admission of lights to the atlas and their sizes: a function of numbers, without geometry and without history.
 //!
 //! 1. From the most important light on, each is let in that fits, at its smallest size, beside those let in before it,
 //!    and finds slots in every pool. A light that does not fit is evicted; a less important one that needs less may
@@ -18,9 +18,9 @@ use super::settle::Settled;
 pub(super) struct Candidate {
     /// The entry that it stands for.
     pub(super) entry: u32,
-    /// What it needs.
+    /// The resources that it needs.
     pub(super) need: Settled,
-    /// What was decided: the class of size, or why it is evicted.
+    /// The decision: the size class, or the reason of the eviction.
     pub(super) verdict: Result<u8, Eviction>,
 }
 

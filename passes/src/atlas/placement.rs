@@ -1,12 +1,12 @@
 //! Tiles and slots for the lights of each frame; see [`super`] for the algorithm.
 //!
-//! Call [`Placement::update`] once for each frame with all requests, then ask for the [`Grant`] of each by its position.
-//! What is granted fits the [`Capacity`] of the frame: the atlas and arrays that there are. What there should be, up to
-//! the limits in [`Settings`], is [`Placement::wanted`]; where the host follows it, a later frame has room for more.
+//! Call [`Placement::update`] once for each frame with all requests, then get the [`Grant`] of each by its position.
+//! All grants fit the [`Capacity`] of the frame: the existing atlas and arrays. [`Placement::wanted`] is the capacity
+//! that the requests need, up to the limits in [`Settings`]. If the host follows it, a later frame has room for more.
 //!
-//! Stability: a light whose settled importance, size and number of tiles stay keeps its tiles, unless the atlas is so
-//! full that one of its tiles stands where a larger one has to be. Two placements that were given the same requests in
-//! any orders grant the same.
+//! Stability: a light keeps its tiles while its committed importance, size and number of tiles stay, unless the atlas
+//! is so full that one of its tiles must make room for a larger one. Two placements grant the same for the same
+//! requests in any order.
 
 mod slots;
 mod tiles;
@@ -22,7 +22,7 @@ use super::slots::{MAX_SLOTS, SlotAllocator};
 use super::tile::Tile;
 use super::{MAX_SIDE, MAX_TILE, MAX_TILES, MIN_TILE};
 
-/// What stays the same from frame to frame.
+/// Settings that are constant over frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The fewest texels on a tile's side; a power of two, at least [`MIN_TILE`].
@@ -55,7 +55,7 @@ impl Default for Settings {
     }
 }
 
-/// What there is in a frame, or what there should be.
+/// Capacity of a frame: the existing one, or the wanted one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Capacity {
     /// The texels on the atlas's side; counts as the power of two that is not above.
@@ -110,10 +110,10 @@ struct Entry {
     seen: u64,
     /// The most of what requests of this frame ask for.
     asked: Request,
-    /// What counts; see `settle`.
+    /// The committed request; see `settle`.
     settled: Option<Settled>,
     fate: Fate,
-    /// The tiles that it has, their class, and their number.
+    /// The tiles that it holds, their size class, and their number.
     tiles: [Tile; MAX_TILES],
     held_class: u8,
     held_tiles: u8,
@@ -177,7 +177,7 @@ impl Placement {
         self.follow();
     }
 
-    /// What the request at a position of the last update got; `None` beyond its end.
+    /// The grant of the request at a position of the last update; `None` for an invalid position.
     pub fn grant(&self, request: usize) -> Option<Grant<'_>> {
         let at = *self.asked.get(request)? as usize;
         let entry = &self.entries[at];

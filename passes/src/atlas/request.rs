@@ -1,10 +1,10 @@
-//! What a light asks for, and what it gets.
+//! Requests of lights, and their grants.
 
 use std::fmt;
 
 use super::tile::Tile;
 
-/// What a light is known by from frame to frame.
+/// The identity of a light over frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Key(pub u64);
 
@@ -72,7 +72,7 @@ impl fmt::Display for Pool {
 /// The tiles that a light asks for; all of them get one size.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TileRequest {
-    /// How many, at most [`super::MAX_TILES`].
+    /// The number of tiles, at most [`super::MAX_TILES`].
     pub count: u32,
     /// The texels on a side that would be right; rounded up to a power of two.
     pub wanted: u32,
@@ -85,13 +85,12 @@ impl TileRequest {
     pub const NONE: Self = Self { count: 0, wanted: 0, min: 0 };
 }
 
-/// What a light asks for in a frame. Requests of the same key count as one that asks for the most of each.
+/// The request of a light in a frame. Requests of the same key count as one with the maximum of each value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request {
-    /// Who asks.
+    /// The light that makes the request.
     pub key: Key,
-    /// Who is served first: the higher number, and among equal ones the lower key. Not a number or negative counts
-    /// as 0.
+    /// The order of service: higher numbers first, then lower keys. NaN and negative numbers count as 0.
     pub importance: f32,
     /// The tiles of the atlas.
     pub tiles: TileRequest,
@@ -123,7 +122,7 @@ impl fmt::Display for Eviction {
     }
 }
 
-/// What became of a request.
+/// The outcome of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Fate {
     /// It gets all that it asks for.
@@ -139,13 +138,13 @@ pub enum Fate {
     Evicted(Eviction),
 }
 
-/// What a light gets in a frame.
+/// The grant of a light in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grant<'a> {
-    /// What became of the request.
+    /// The outcome of the request.
     pub fate: Fate,
-    /// Its tiles: none where it was evicted.
+    /// Its tiles; empty if it was evicted.
     pub tiles: &'a [Tile],
-    /// The first slot of each pool; the others follow. Meaningless where it asked for none or was evicted.
+    /// The first slot of each pool; the others follow. Meaningless if it requested none or was evicted.
     pub first_slots: PoolCounts,
 }

@@ -6,7 +6,7 @@ use umbragraph_test_support::random::Random;
 
 use super::*;
 
-/// Which tile covers each smallest square of an atlas, painted one by one.
+/// The tile that covers each smallest square of an atlas, painted one by one.
 struct Canvas {
     across: usize,
     unit: u32,
@@ -170,7 +170,7 @@ fn granted(placement: &Placement, requests: &[Request]) -> Granted {
         .collect()
 }
 
-/// That what is granted is sound: apart, within bounds, aligned, of the sizes that the fates say.
+/// Checks that grants are disjoint, within bounds, aligned, and of the size of their outcome.
 fn check(placement: &Placement, requests: &[Request]) {
     let Capacity { side, pools } = placement.capacity;
     let mut canvas = Canvas::new(side.max(16), placement.settings.min_tile);

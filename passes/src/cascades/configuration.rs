@@ -40,17 +40,17 @@ pub struct Configuration {
     pub border: u32,
     /// World direction that is up in the map.
     pub up: DVec3,
-    /// Where the near plane stands.
+    /// The position of the near plane.
     pub near_pull: NearPull,
-    /// How far behind the slice the far plane stands, in metres.
+    /// The distance of the far plane behind the slice, in metres.
     pub far_extension: f64,
     /// Whether cascades are narrowed to the scene's bounds.
     pub clip_to_scene: bool,
     /// Whether depth runs from 1 (near) to 0 (far).
     pub reverse: bool,
-    /// The most frames that what casters did waits for.
+    /// The maximum number of frames until a change of casters is drawn.
     pub cadence: u32,
-    /// Where in the map each cascade is drawn, and its resolution.
+    /// The region of the map and the resolution of each cascade.
     pub layout: Layout,
 }
 
@@ -188,11 +188,11 @@ impl Cascade {
     }
 }
 
-/// How far shadows reach along the view of a camera without a far plane in a scene without bounds, in metres: as in
-/// landscapes, with maps that are fitted to what is seen of it.
+/// The shadow distance along the view for a camera without a far plane in a scene without bounds, in metres: as in
+/// landscapes, where maps are fitted to the visible part.
 const FAR_WITHOUT_BOUNDS: f64 = 1000.0;
 
-/// How far the scene reaches along the view axis, for a camera without a far plane.
+/// The extent of the scene along the view axis, for a camera without a far plane.
 fn farthest(frame: &FrameInput) -> f64 {
     let FrameInput { camera, scene_bounds, .. } = frame;
     if scene_bounds.is_empty() {

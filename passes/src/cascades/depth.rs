@@ -26,7 +26,7 @@ pub const LONGEST_REACH: f64 = 1e5;
 /// its neighbour there.
 const MAX_WORLD: f64 = 1e9;
 
-/// How far the near plane is pulled towards the light.
+/// The distance of the near plane towards the light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum NearPull {
     /// To the casters' bounds.

@@ -37,7 +37,7 @@ pub enum FitShape {
     Sphere,
 }
 
-/// What a light view has to cover, in light space.
+/// The box that a light view must cover, in light space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
     /// The corner of the minimum coordinates, in metres.

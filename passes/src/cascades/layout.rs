@@ -1,4 +1,4 @@
-//! Where in the map each cascade is drawn: a layer for each, or tiles of one layer.
+//! The region of each cascade in the map: a layer for each, or tiles of one layer.
 //!
 //! With layers, every cascade draws into the layer of its index. The map is as large as the largest resolution; a
 //! cascade of a smaller one uses the upper left part of its layer. With tiles, all draw into layer 0 at given texels.

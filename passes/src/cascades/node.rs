@@ -134,7 +134,8 @@ impl Node for Cascades {
     }
 }
 
-/// What a fit of so many cascades publishes, in metres unless said otherwise. Arrays have an element for each cascade.
+/// The data that a fit of `count` cascades publishes, in metres unless stated otherwise. Arrays have an element for
+/// each cascade.
 pub fn shape(count: u32) -> DataShape {
     let matrices = ValueType::MAT4.array(count);
     let vectors = ValueType::VEC4.array(count);
@@ -166,7 +167,7 @@ struct RunCascades {
     configuration: Configuration,
 }
 
-/// What was said last: that bounds are missing, that the light casts no shadows.
+/// The last notices: missing bounds, a light without shadows.
 type Said = (bool, bool);
 
 impl CpuNode for RunCascades {

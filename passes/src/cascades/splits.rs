@@ -1,4 +1,4 @@
-//! Where cascades begin and end along the view axis.
+//! Split distances of cascades along the view axis.
 //!
 //! Explicit far distances are taken as they are. The formulas divide the range from `near` to `far` into n parts:
 //!
@@ -11,8 +11,8 @@
 //! A cascade blends into its successor over the end of its range, so the slice that the successor is fitted to begins
 //! where that blend zone begins. All distances are metres along the view axis from the camera.
 //!
-//! Where a pass on the GPU fits cascades to what the picture shows, the CPU does not know the splits: each slice is the whole
-//! range then, so that no caster of any cascade is culled.
+//! If a pass on the GPU fits cascades to the visible depth, the CPU does not know the splits. Each slice is then the
+//! whole range, so that no caster of any cascade is culled.
 //!
 //! Limits: the formulas need a near distance above zero; one that is not (an orthographic camera's) or is half the far
 //! distance and more is moved between a millionth and half of the far distance.
@@ -56,7 +56,7 @@ pub enum BlendOf {
 pub struct Blend {
     /// The zone as a fraction, from 0 (no blending) to 1.
     pub fraction: f64,
-    /// What it is a fraction of.
+    /// The distance that the fraction refers to.
     pub of: BlendOf,
 }
 
@@ -74,9 +74,9 @@ pub enum Splits {
     Formula {
         /// The weight of the logarithmic part: 0 is the uniform scheme, 1 the logarithmic.
         lambda: f64,
-        /// Where the first cascade begins, in metres; `None` for the camera's near plane.
+        /// The beginning of the first cascade, in metres; `None` for the camera's near plane.
         near: Option<f64>,
-        /// Where the last cascade ends, in metres.
+        /// The end of the last cascade, in metres.
         far: f64,
         /// The number of cascades.
         count: usize,
@@ -91,13 +91,13 @@ pub enum Splits {
 /// One cascade's part of the view axis, in metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Slice {
-    /// Where what the cascade has to cover begins: the blend zone of the cascade before included.
+    /// The beginning of the range to cover, including the blend zone of the cascade before.
     pub begin: f64,
-    /// Where it ends: the far distance, but not beyond the camera's far plane.
+    /// The end of the range: the far distance, at most the camera's far plane.
     pub end: f64,
     /// The far distance.
     pub far: f64,
-    /// Where the cascade begins to blend into the next.
+    /// The distance at which the cascade begins to blend into the next.
     pub blend_start: f64,
 }
 
@@ -111,7 +111,7 @@ impl Splits {
         }
     }
 
-    /// Where the first cascade begins as far as formulas and ranges are concerned, for a camera with this near plane.
+    /// The near distance of formulas and ranges, for a camera with this near plane.
     pub fn near(&self, camera_near: f64) -> f64 {
         match self {
             Splits::Explicit { .. } | Splits::Whole { .. } => camera_near,

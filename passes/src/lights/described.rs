@@ -1,7 +1,7 @@
-//! What the nodes that describe shadows have in common, whatever backs them: from the placed lights to views, one
-//! descriptor after another, and the places where bounds of filters bite.
+//! The common part of the nodes that describe shadows: views and descriptors of the placed lights, and reports of
+//! filter bounds that apply.
 //!
-//! A backing says with [`DescribeShadows`] what one placed light comes to; [`node`] makes a CPU node of it.
+//! A backing implements [`DescribeShadows`] for one placed light; [`node`] makes a CPU node of it.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -93,9 +93,9 @@ impl DescribedSettings {
     }
 }
 
-/// How the lights of one backing are described.
+/// The description of the lights of one backing.
 pub(crate) trait DescribeShadows: Clone + Debug + PartialEq + Send + Sync + 'static {
-    /// Tells of a placed light what it has here; nothing of one that another backing has.
+    /// Describes a placed light of this backing; ignores lights of other backings.
     fn describe(&self, entry: &Entry, output: &mut ShadowOutput<'_>);
     /// Whether a frame with lights of this backing lacks bounds.
     fn lacks(&self, _frame: &FrameInput) -> Option<NoBounds> {
@@ -107,7 +107,7 @@ pub(crate) trait DescribeShadows: Clone + Debug + PartialEq + Send + Sync + 'sta
     }
 }
 
-/// What is told of a frame.
+/// The output for one frame.
 pub(crate) struct ShadowOutput<'a> {
     pub(crate) frame: &'a FrameInput,
     /// The side of the atlas, in texels.
@@ -121,12 +121,12 @@ pub(crate) struct ShadowOutput<'a> {
     data: &'a mut BlackboardData,
     /// One descriptor after another; the default one shadows nothing.
     pub(crate) descriptors: &'a mut Vec<Descriptor>,
-    /// Where the bounds of the filter bite.
+    /// The places where the bounds of the filter apply.
     pub(crate) bounded: &'a mut Bounded,
 }
 
 impl ShadowOutput<'_> {
-    /// A map to draw; those beyond the capacity are left out, as their descriptors are.
+    /// Adds a map to draw; maps beyond the capacity are left out, as their descriptors are.
     pub(crate) fn view(&mut self, view: View) {
         if self.data.views().len() < self.data.shape().max_views as usize {
             self.data.push_view_every(view, self.cadence);

@@ -21,7 +21,7 @@ pub struct Descriptor {
     pub bounds: DVec4,
     /// Depth, width of a texel, size of the light.
     pub depth: DVec4,
-    /// Where it ends.
+    /// The end of its range.
     pub reach: DVec2,
     /// The layer, and the texels on a side.
     pub place: UVec2,
@@ -69,9 +69,9 @@ pub(crate) fn square(x: u32, y: u32, side: u32) -> DVec4 {
     DVec4::new(f64::from(x), f64::from(y), f64::from(x + side), f64::from(y + side))
 }
 
-/// How large a light is, as descriptors have it: as it says, or `without` where it says nothing, in radians or metres. What
-/// is no number, or negative, is nothing said. A directional light is seen under a right angle at most, and a light with a position
-/// is no larger than its range.
+/// The size of a light in descriptors, in radians or metres: its own, or `without` if it has none. NaN and negative
+/// sizes count as none. The maximum is a right angle for a directional light, and the range for a light with a
+/// position.
 pub(crate) fn light_size(light: &Light, without: f64, range: f64) -> f64 {
     let given = match light.kind {
         LightKind::Directional => light.angular_diameter,
@@ -84,18 +84,18 @@ pub(crate) fn light_size(light: &Light, without: f64, range: f64) -> f64 {
     }
 }
 
-/// What a pass that reads descriptors expects of blackboard data.
+/// The values that a pass with descriptors expects of blackboard data.
 pub(crate) fn expected() -> Vec<(&'static str, ValueType)> {
     let arrays = VALUES.iter().map(|(name, value_type, _)| (*name, value_type.array(0)));
     arrays.chain([("count", ValueType::U32)]).collect()
 }
 
-/// What publishes so many descriptors.
+/// The shape of data with `capacity` descriptors.
 pub fn shape(capacity: u32) -> DataShape {
     add(DataShape::new().value("count", ValueType::U32, "the descriptors of this frame"), capacity)
 }
 
-/// Adds the members of so many descriptors.
+/// Adds the members of `capacity` descriptors.
 pub(crate) fn add(shape: DataShape, capacity: u32) -> DataShape {
     VALUES
         .iter()

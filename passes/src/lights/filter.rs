@@ -1,9 +1,9 @@
-//! Where filters are not as wide as a pipeline wants them.
+//! Reports of filters that are narrower or wider than the pipeline wants.
 //!
-//! A filter of equal width in the world has other texels in each map, and in a perspective at each distance. Where the
-//! bounds that a pipeline sets in texels bite, the width is another one: a notice names the lights and where that is, for
-//! cascades by number with the width, for spots and point lights by the distance along the axis of their view, within
-//! which the filter is narrower, or beyond which it is wider.
+//! A filter of constant world width covers a different number of texels in each map, and in a perspective at each
+//! distance. If the pipeline's bounds in texels change the width, a notice names the lights and the place. For cascades
+//! that is their number and the width; for spots and point lights the distance along the view axis, within which the
+//! filter is narrower or beyond which it is wider.
 //!
 //! A filter may follow the penumbra instead of having one width. Then only the maximum half width bites: in cascades
 //! where something as high as the map is deep casts a wider penumbra, of spots and point lights for what stands nearer
@@ -48,7 +48,7 @@ pub(crate) struct Filter {
     penumbra: bool,
 }
 
-/// Where a bound bites.
+/// A place where a bound changes the width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Where {
     /// In a cascade: half the width there.
@@ -74,13 +74,13 @@ impl Filter {
         Some((filter.radius > 0.0).then_some(filter))
     }
 
-    /// How many texels a filter reaches at most.
+    /// The maximum reach of the filter, in texels.
     pub(crate) fn reach(self) -> f64 {
         self.max.max(self.min)
     }
 
-    /// Where the bounds bite in a cascade with texels so wide, and so deep, for a light seen under an angle of which half
-    /// has a tangent.
+    /// The bound that changes the width in a cascade with texels of `texel` metres and a depth of `depth`; `tangent` is
+    /// that of half the light's angular diameter.
     pub(crate) fn in_cascade(&self, at: usize, texel: f64, depth: f64, tangent: f64) -> Option<Where> {
         if self.penumbra {
             let width = self.max * texel;
@@ -90,8 +90,8 @@ impl Filter {
         ((width - self.radius).abs() > 1e-6 * self.radius).then_some(Where::Cascade(at, width))
     }
 
-    /// Where the bounds bite in a perspective with texels so wide at 1 m, between its nearest and farthest receivers, for
-    /// a light of a radius.
+    /// The bound that changes the width in a perspective, between its nearest and farthest receivers; `texel` is the
+    /// width of a texel at 1 m, `light` the light's radius.
     pub(crate) fn in_perspective(
         &self,
         texel: f64,
@@ -134,7 +134,7 @@ pub(crate) struct Bounded {
     said_lacks: bool,
 }
 
-/// What bites, without distance and width.
+/// The key of a bound, without distance and width.
 fn key((light, place): &(u32, Where)) -> (u32, usize) {
     match place {
         Where::Within(_) => (*light, 0),

@@ -103,8 +103,8 @@ impl Node for LightList {
     }
 }
 
-/// What a list of so many lights and descriptors publishes, in metres: directional lights come first, then spots, then
-/// point lights.
+/// The data of a list with so many lights and descriptors, in metres: directional lights first, then spots, then point
+/// lights.
 pub fn shape(lights: u32, descriptors: u32) -> DataShape {
     let number = ValueType::U32;
     let vectors = ValueType::VEC4.array(lights);
@@ -143,9 +143,9 @@ pub fn shape(lights: u32, descriptors: u32) -> DataShape {
 struct RunLightList {
     setting: Option<Expr>,
     capacity: usize,
-    /// Where the placement stands among the inputs.
+    /// The index of the placement among the inputs.
     placement: Option<usize>,
-    /// The same of the descriptors of tiles, cubes and layers.
+    /// The indices of the descriptors of tiles, cubes and layers among the inputs.
     described: [Option<usize>; 3],
     slots: Option<Slots>,
     hard_below: f64,
@@ -215,7 +215,7 @@ impl CpuNode for RunLightList {
 }
 
 impl RunLightList {
-    /// What a light says of its shadow's edges, else the rule of priority; 0 where the pipeline decides.
+    /// The hardness that a light declares for its shadow's edges, else the rule of priority; 0 if the pipeline decides.
     fn hardness(&self, light: &Light) -> u32 {
         let said = HARDNESS.iter().position(|word| light.has(word)).map(|at| at as u32 + 1);
         said.unwrap_or(u32::from(f64::from(light.priority) < self.hard_below))

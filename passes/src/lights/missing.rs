@@ -14,7 +14,7 @@ pub(crate) fn has_no_bounds(frame: &FrameInput) -> bool {
 /// Cascades are fitted to a frame without bounds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NoBounds {
-    /// How far they go along the view, if that is a guess.
+    /// The shadow distance along the view, if it is a guess.
     pub(crate) reach: Option<f64>,
 }
 

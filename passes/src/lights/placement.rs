@@ -94,7 +94,7 @@ pub struct DirectionalSettings {
     pub cascades: Expr,
 }
 
-/// Where the shadows of one light lie.
+/// The memory of one light's shadows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backing {
     /// A square of the atlas.
@@ -138,7 +138,7 @@ impl Backing {
 pub struct Entry {
     /// Its position among the frame's lights.
     pub light: u32,
-    /// Where its shadows lie.
+    /// The memory of its shadows.
     pub backing: Backing,
 }
 
@@ -157,13 +157,13 @@ pub fn entries(data: &BlackboardData) -> impl Iterator<Item = Entry> + '_ {
     })
 }
 
-/// What a pass that reads a placement expects of blackboard data.
+/// The values that a pass with a placement expects of blackboard data.
 pub(crate) fn expected() -> [(&'static str, ValueType); 4] {
     let numbers = ValueType::vector(Component::U32, 4).array(0);
     [("count", ValueType::U32), ("entry", numbers), ("tile", numbers), ("atlas_side", ValueType::U32)]
 }
 
-/// An order of lights that does not depend on where they stand in the frame: by name, then by what they are.
+/// An order of lights that does not depend on their positions in the frame: by name, then by their properties.
 pub fn compare(a: &Light, b: &Light) -> Ordering {
     let numbers = |light: &Light| {
         let ([x, y, z], [u, v, w]) = (light.position.to_array(), light.direction.to_array());
@@ -302,8 +302,8 @@ fn atlas_of([min_side, max_side]: [u32; 2], [min_tile, max_tile]: [u32; 2]) -> a
     atlas::Settings { min_side, max_side, min_tile, max_tile, ..atlas::Settings::default() }
 }
 
-/// What a placement publishes, with so many descriptors; the sizes are for an atlas of this side and one light with so
-/// many cascades.
+/// The data that a placement publishes, with a number of descriptors; the sizes are for an atlas of this side and one
+/// light with this number of cascades.
 fn shape(descriptors: u32, atlas_side: u32, cascades: u32) -> DataShape {
     let numbers = ValueType::vector(Component::U32, 4).array(descriptors);
     DataShape::new()
@@ -325,7 +325,7 @@ fn shape(descriptors: u32, atlas_side: u32, cascades: u32) -> DataShape {
         .size("layer_count", cascades)
 }
 
-/// What there is room for.
+/// The capacity of the shadow atlas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct RunShadowAtlas {
     /// The atlas of the spots.
@@ -359,7 +359,7 @@ impl RunShadowAtlas {
         }
     }
 
-    /// What a light asks for; nothing for a kind that has no shadows here.
+    /// The request of a light; `None` for a kind that has no shadows here.
     fn wants(&self, light: &Light, importance: &Importance) -> Option<(TileRequest, PoolCounts)> {
         use Pool::{Cubes, Descriptors, Layers, Spots, Views};
         let none = TileRequest::NONE;
@@ -382,14 +382,14 @@ impl RunShadowAtlas {
 
 #[derive(Debug, Default)]
 struct State {
-    /// Who has what; `None` before the first frame.
+    /// The current placement; `None` before the first frame.
     placement: Option<Placement>,
-    /// The lights that ask, as positions in the frame.
+    /// The lights with requests, as positions in the frame.
     asking: Vec<u32>,
     requests: Vec<Request>,
-    /// What is published: entries by backing, then by name.
+    /// The published entries, by backing, then by name.
     entries: Vec<Entry>,
-    /// Whether the last notices said that no light casts shadows.
+    /// Whether the last notices report that no light casts shadows.
     said_dark: bool,
 }
 
@@ -445,7 +445,7 @@ impl CpuNode for RunShadowAtlas {
 }
 
 impl RunShadowAtlas {
-    /// What the lights of a frame ask for: those that cast shadows where the camera sees something of their light.
+    /// Collects the requests of a frame: lights that cast shadows and light something in the camera's view.
     fn ask(&self, frame: &FrameInput, asking: &mut Vec<u32>, requests: &mut Vec<Request>) {
         asking.clear();
         requests.clear();
@@ -488,7 +488,7 @@ fn publish(entries: &[Entry], lights: &[Light], side: u32, data: &mut Blackboard
     data.set_words("label", entries.iter().flat_map(|entry| label(&lights[entry.light as usize].name)));
 }
 
-/// Who has less than it asks for, and why: one notice for each reason.
+/// Notices of the lights that get less than they request, one for each reason.
 fn notices(asking: &[u32], lights: &[Light], placement: &Placement) -> Diagnostics {
     let mut by_reason: BTreeMap<(u32, String), Vec<String>> = BTreeMap::new();
     for (light, grant) in asking.iter().zip(placement.grants()) {

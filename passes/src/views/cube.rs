@@ -79,7 +79,7 @@ impl Face {
 /// The six views of a point light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CubeViews {
-    /// Where the light stands, in world metres.
+    /// The position of the light, in world metres.
     pub position: DVec3,
     /// The distance of the near planes, in metres.
     pub near: f64,

@@ -1,8 +1,8 @@
-//! How far a light with a position reaches.
+//! The range of lights with a position.
 //!
-//! The range that it states; but at most where it lights a surface with [`DARKEST`] lux, which is also the answer for
-//! an infinite range. Whatever comes out lies between [`SHORTEST`] and [`LONGEST`]: a range of zero, or none that is a
-//! number, counts as the shortest. The shadow's far plane stands there; beyond it nothing is in shadow.
+//! The declared range, limited to the distance at which the light gives [`DARKEST`] lux. An infinite range gives that
+//! distance. The result is clamped to [`SHORTEST`] and [`LONGEST`]; zero and NaN count as the shortest. The shadow's
+//! far plane stands at the range; nothing is in shadow beyond it.
 
 use glam::DVec3;
 use umbragraph_pipeline::frame::Light;
@@ -19,19 +19,19 @@ pub const SHORTEST: f64 = 2.0 * NEAR;
 /// The longest range, in metres; a 32-bit depth tells the last 100 m of it apart no more than in half metres.
 pub const LONGEST: f64 = 1e4;
 
-/// How far a light reaches, in metres; for a directional light without meaning.
+/// The range of a light in metres; meaningless for a directional light.
 pub fn of(light: &Light) -> f64 {
     let luminance = light.color.as_dvec3().abs().max_element().min(f64::from(f32::MAX));
     let brightest = f64::from(light.intensity).abs() * luminance;
     seen(brightest).min(clamped(f64::from(light.range)))
 }
 
-/// Where a light of so many candela gives [`DARKEST`] lux, within the limits.
+/// The distance at which a light of `candela` gives [`DARKEST`] lux, clamped.
 fn seen(candela: f64) -> f64 {
     clamped((candela / DARKEST).sqrt())
 }
 
-/// Within the limits; what is no number is the shortest.
+/// The range clamped to the limits; NaN counts as the shortest.
 pub(super) fn clamped(range: f64) -> f64 {
     if range > SHORTEST { range.min(LONGEST) } else { SHORTEST }
 }

@@ -27,7 +27,7 @@ pub struct SpotView {
     pub clip_from_world: DMat4,
     /// World to view space: a rotation and a translation.
     pub view_from_world: DMat4,
-    /// Where the light stands, in world metres.
+    /// The position of the light, in world metres.
     pub position: DVec3,
     /// The unit direction of its axis.
     pub forward: DVec3,

@@ -1,4 +1,4 @@
-//! What has to be in the map is in it.
+//! Coverage: the map contains every point that it must contain.
 
 use super::*;
 

@@ -71,7 +71,7 @@ fn identity_camera() -> Camera {
     )
 }
 
-/// Where a world point falls: texels from the upper left, and clip depth.
+/// The texel of a world point, from the upper left, and its clip depth.
 fn lookup(cascade: &Cascade, resolution: f64, point: DVec3) -> DVec3 {
     let clip = cascade.view.clip_from_world.transform_point3(point);
     DVec3::new((clip.x * 0.5 + 0.5) * resolution, (0.5 - clip.y * 0.5) * resolution, clip.z)
