@@ -105,7 +105,7 @@ mod tests {
     fn every_pipeline_beside_this_file_is_bundled() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines");
         let mut found = Vec::new();
-        for prefix in ["", "base/", "extended/", "parts/"] {
+        for prefix in ["", "awsm/", "base/", "extended/", "parts/"] {
             for entry in std::fs::read_dir(folder.join(prefix)).unwrap().flatten() {
                 let name = entry.file_name().to_string_lossy().into_owned();
                 if name.ends_with(".json") {

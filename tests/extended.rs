@@ -48,11 +48,11 @@ fn mean_difference(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[test]
-fn what_one_system_has_on_its_list_takes_forty_lines_each() {
+fn each_addition_to_a_system_takes_at_most_fifty_lines() {
     let of_lore = ["lore_pcss", "lore_evsm", "lore_vsm", "lore_local_lights", "lore_temporal"];
     for name in of_lore {
         let text = std::fs::read_to_string(root().join(extended(name))).expect("a file");
-        assert!(text.lines().count() <= 40, "{name} has {} lines", text.lines().count());
+        assert!(text.lines().count() <= 50, "{name} has {} lines", text.lines().count());
         assert!(
             text.contains("\"extends\": \"../lore.json\"")
                 || text.contains("\"extends\": \"lore_evsm.json\"")

@@ -291,7 +291,7 @@ fn more_lights_than_there_is_room_for_are_reduced_and_left_out_by_importance_and
         "28 of 40 lamps have no cube: {notices}"
     );
     let lamps = (0..40).filter(|at| notices.contains(&format!("\"lamp {at}\""))).count();
-    assert_eq!(lamps, 28, "each is named: {notices}");
+    assert!(lamps == 24 && notices.contains("\"lamp 4\" and 4 more"), "two dozen are named: {notices}");
     // What is removed makes room within a frame.
     lights.retain(|light| !light.name.starts_with("spot 1") && !light.name.starts_with("lamp"));
     lights.truncate(16);

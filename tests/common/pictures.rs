@@ -237,8 +237,8 @@ const DRAWN_BY: &str = "llvmpipe (LLVM 15.0.6, 256 bits) on vulkan";
 /// How far a picture may lie from its reference.
 pub fn tolerance(gpu: &Gpu) -> Tolerance {
     if gpu.name == DRAWN_BY {
-        // Other processors may round otherwise.
-        Tolerance { per_channel: 1, failed_pixels: 2 }
+        // Processors round differently: with and without AVX-512 some 30 pixels of `lore` differ by two levels.
+        Tolerance { per_channel: 2, failed_pixels: 2 }
     } else if gpu.name.contains("llvmpipe") {
         Tolerance { per_channel: 2, failed_pixels: 8 }
     } else {
