@@ -49,7 +49,7 @@ umbragraph_text::codes! {
     /// An axis declared as an override that does not fit its declaration in WGSL.
     AXIS_OVERRIDE = "UG0517", "override axis",
         "An axis with `\"as\": \"override\"` becomes a pipeline-overridable constant. The WGSL must declare `override NAME` with the fitting type (`bool` for a boolean axis, `i32` or `u32` for an integer axis), and the template must not read it as a variable.\n\nBindings, array sizes in uniforms, vectors and `case` selectors cannot depend on overrides; use a template axis there.";
-    /// An axis that a template compares with what is none of its values.
+    /// A comparison of an axis with a value that it cannot have.
     AXIS_COMPARED = "UG0518", "comparison with no value of an axis",
         "A template compares an axis with a word or a number that is none of the values that the axis declares: `{% if filter == \"pfc\" %}`. Such a comparison has the same outcome always, so that text is missing from every variant, or stands in each.";
     /// WGSL that naga cannot parse.
@@ -93,7 +93,7 @@ umbragraph_text::codes! {
     /// Lines of a template that no variant contains.
     LINES_DEAD = "UG0551", "template text in no variant",
         "No reachable variant contains this text: its condition can never hold under the declared axes and constraints.";
-    /// Paths through a template beyond what is enumerated.
+    /// More paths through a template than the exploration enumerates.
     PATHS_LIMIT = "UG0552", "too many variants",
         "Not every variant of the template is proven: it has more than 65,536 paths, more than 32,768 distinct texts or 512 MiB of them, or its text depends on an axis with more than 16,384 values, of which the first, the default and the last are taken. Any of the others may fail, so this is an error.\n\nDeclare a narrower range, fewer values, or constraints between axes. An integer that is only a size takes `\"prove\": \"ends\"`; a number or switch that the WGSL can read itself takes `\"as\": \"override\"`, and costs one text. Without `--all` only the values that pipelines reach are proven, with `--set NAME=VALUE` only one configuration.";
     /// A pass that no proven configuration has.

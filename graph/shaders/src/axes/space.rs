@@ -1,15 +1,15 @@
-//! The space of configurations of a template: its axes, narrowed, and what constraints leave of their product.
+//! The space of configurations of a template: the product of its narrowed axes, restricted by constraints.
 //!
 //! Constraints become clauses over literals "this axis has one of these values". Counting goes axis by axis and keeps,
 //! for the axes already placed, only which clauses are satisfied: two partial configurations that satisfy the same
 //! clauses have the same completions, so they are counted together. That is a decision diagram, built one layer at a
-//! time and never stored. Of an axis only the values that some clause names are told apart; all others count as one,
-//! with their number as weight. An axis in no clause is a factor. The same walk answers whether a partial configuration
-//! can be completed at all.
+//! time and never stored. Only the values of an axis that a clause names are distinguished; all others count as one,
+//! weighted by their number. An axis in no clause is a factor. The same walk decides whether a partial configuration
+//! has a completion.
 //!
-//! Limits: a layer, which holds one group of axes that constraints tie to one another, has at most 65,536 nodes and a
-//! count at most 128 bits. Beyond either the count says "at least", and an undecided question of completion is answered
-//! with yes, so that nothing is left out.
+//! Limits: a layer holds one group of axes that constraints connect. It has at most 65,536 nodes, and a count at most
+//! 128 bits. Beyond either, the count is a lower bound, and an undecided completion counts as possible, so that no
+//! configuration is missed.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 

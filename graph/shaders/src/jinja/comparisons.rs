@@ -1,8 +1,8 @@
-//! Comparisons of an axis with what is none of its values.
+//! Comparisons of an axis with a value that it cannot have.
 //!
-//! `{% if filter == "pfc" %}` renders without complaint and never holds. Looked at are comparisons of an axis with a
-//! string or a whole number that is written out, in either order or as `in` a list. Only templates that have a
-//! declaration of their own are looked at: what axes a part has that any template may include is not known.
+//! `{% if filter == "pfc" %}` renders without an error and is never true. The check covers comparisons of an axis with
+//! a literal string or integer, in either order or as `in` a list. It covers only templates with a declaration of their
+//! own: a part that any template can include has unknown axes.
 
 use super::template::Template;
 use super::tree::Compared;

@@ -1,8 +1,8 @@
 //! The filters, tests and functions that templates may use.
 //!
-//! A short list, so that a template can be read without the manual of the template engine, and none of them can grow
-//! without bound: those of the engine that can (`format`, `list`, `batch`, ..) are left out, and `replace`, `join` and
-//! `indent` are own ones with a limit.
+//! The list is short, so that a template is readable without the template engine's manual. No filter can grow a value
+//! without bound: the engine's filters that can (`format`, `list`, `batch`, ..) are left out, and `replace`, `join` and
+//! `indent` are reimplemented with a limit.
 
 use minijinja::value::{Kwargs, Value, ValueKind};
 use minijinja::{Environment, Error, State, UndefinedBehavior, escape_formatter, filters, functions, tests};

@@ -1,10 +1,11 @@
 //! Guards against templates that grow without end.
 //!
-//! The template engine counts its steps (fuel), and the sink counts the bytes that reach it. Neither sees a value that
-//! doubles inside a variable: thirty rounds of `set s = s ~ s` are few steps and a gigabyte. Nor do they see how long one
-//! step takes in a long value. So [functions](super::tree) stand around the expressions that make large values, check
-//! what they made, and count what they and the filters look at ([`work`]). They stand inside tags and contain no line
-//! break, so that they change no output; [`Prepared::original`](super::tree::Prepared::original) maps offsets back.
+//! The template engine counts its steps (fuel), and the sink counts the bytes that reach it. Neither notices a value
+//! that doubles inside a variable: thirty rounds of `set s = s ~ s` are few steps and a gigabyte. Nor do they notice
+//! how long one step takes on a long value. So [functions](super::tree) wrap the expressions that make large values.
+//! They check the results, and count the work of checks and filters ([`work`]). They stand inside tags and contain no
+//! line break, so that they change no output; [`Prepared::original`](super::tree::Prepared::original) maps offsets
+//! back.
 
 use std::cell::Cell;
 use std::time::{Duration, Instant};

@@ -1,12 +1,11 @@
 //! The tags and the literal text of a template, and the words in its tags.
 //!
-//! The template engine's own tokenizer says where they are, so that what is read here is what the engine reads. Three
-//! things need it: the map from generated text to templates (which tag wrote this value?), the limit of the length of
-//! an expression, and the diagnostics of syntax (which block is open here?). Comments and the tags of `raw` blocks are no tokens; the body of
+//! The template engine's own tokenizer finds them, so that this module reads the same tags as the engine. Three users
+//! need them: the map from generated text to templates (which tag wrote this value?), the length limit of expressions,
+//! and syntax diagnostics (which block is open here?). Comments and the tags of `raw` blocks are no tokens; the body of
 //! a `raw` block is literal text.
 //!
-//! Limits: of a template that the engine rejects, what stands behind the place at which the tokenizer stops is not
-//! seen.
+//! Limits: in a template that the engine rejects, text after the place at which the tokenizer stops is not scanned.
 
 use std::ops::Range;
 

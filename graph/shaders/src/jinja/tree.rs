@@ -1,12 +1,12 @@
-//! The syntax tree of a template: the checks of size that it needs, the names that it reads and binds, and the literals
-//! with which it compares them.
+//! The syntax tree of a template: the size checks that it needs, the names that it reads and binds, and the literals
+//! that it compares them with.
 //!
-//! The engine's fuel bounds steps, and the sink bounds the text. Neither sees a value that doubles (`s ~ s`), nor how
-//! long `in`, a slice or an index takes in a long value, and an operation on literals runs in the parser. So every
-//! expression that can make a larger value gets a function around it that checks the result ([`guard`](super::guard)),
-//! and every value that is searched one that counts its size: operators that grow, results of macros, captured blocks,
-//! and the elements of lists (`[l, l]` needs no memory, but a comparison visits all of it). Of a chain of one operator
-//! every [`LINKS`]th link is checked, so that calls nest less deep than the parser goes.
+//! The engine's fuel bounds steps, and the sink bounds the text. Neither notices a value that doubles (`s ~ s`), nor
+//! how long `in`, a slice or an index takes on a long value; and the parser evaluates operations on literals. So every
+//! expression that can grow a value is wrapped in a function that checks the result ([`guard`](super::guard)). Every
+//! value that is searched is wrapped in one that counts its size: operators that grow, results of macros, captured
+//! blocks, and list elements (`[l, l]` needs no memory, but a comparison visits all of it). In a chain of one operator
+//! every [`LINKS`]th link is checked, so that calls nest less deeply than the parser.
 //!
 //! Limits: an expression is as long as the engine's own recursion allows ([`length`](super::length)); between two checks there are
 //! [`LINKS`] values of 1 MiB, or one of the 100 MB that the engine allows for `"x" * n`. Of a template that the engine

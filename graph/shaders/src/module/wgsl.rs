@@ -1,13 +1,13 @@
 //! WGSL to a validated naga module.
 //!
-//! Three steps, each of which can reject: parse, validate with the capabilities of a profile, and, where the module has
-//! pipeline-overridable constants, give them their values and validate again, since backends do the same and naga can
-//! fail only there. naga is not written to be fed with anything: a panic inside it becomes a diagnostic, and it runs on
-//! a thread with a stack of its own, because it descends recursively into nested text.
+//! Three steps, each of which can reject: parse, validate with the capabilities of a profile, and, if the module has
+//! pipeline-overridable constants, substitute their values and validate again. Backends do the same, and naga can fail
+//! only there. naga does not expect hostile input: a panic inside it becomes a diagnostic. It runs on a thread with its
+//! own stack, because it recurses into nested text.
 //!
-//! Limits: in a browser a panic ends the module, since nothing unwinds there, and no thread has a deeper stack. Texts that
-//! nest too deep or grow too large are rejected before naga sees them, there as elsewhere; what remains are defects of naga.
-//! So a pipeline that a browser loads is checked where it is built (`umbragraph check`), which runs naga on each of its texts.
+//! Limits: in a browser a panic ends the module, since nothing unwinds there, and no thread has a deeper stack. Texts
+//! that nest too deeply or are too large are rejected before naga, everywhere; only defects of naga remain. So check a
+//! pipeline for a browser where you build it (`umbragraph check`), which runs naga on each of its texts.
 
 use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -87,7 +87,7 @@ pub(crate) fn workgroup_sizes(resolved: &Resolved<'_>) -> WorkgroupSizes {
     module.entry_points.iter().map(|entry| (entry.name.clone(), entry.workgroup_size)).collect()
 }
 
-/// Runs `work` on a thread whose stack is deep enough for naga; where no thread can be had, on the stack at hand.
+/// Runs `work` on a thread with a stack deep enough for naga, or on the current one if no thread can be started.
 pub(crate) fn with_stack<T: Send>(work: impl Fn() -> T + Sync) -> T {
     if cfg!(target_family = "wasm") {
         return work();

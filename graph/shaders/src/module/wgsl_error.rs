@@ -1,9 +1,9 @@
-//! Why naga rejects a text, as a diagnostic in the template.
+//! Errors of naga as diagnostics in the template.
 //!
-//! naga's errors carry several spans and a chain of causes. The last cause says what is wrong; the first says where in
-//! the module. Of the spans, the first is the place for parse errors; validation errors list the enclosing function first,
-//! so there the shortest is. Numbers of handles are cut out of messages: they differ from variant to variant, and one
-//! mistake has to read the same in all of them.
+//! naga's errors carry several spans and a chain of causes. The last cause is the error, the first is its context in
+//! the module. The place of a parse error is its first span. Validation errors list the enclosing function first, so
+//! their place is the shortest span. Handle numbers are cut from messages: they differ between variants, and one
+//! mistake must read the same in all of them.
 
 use std::error::Error;
 use std::ops::Range;

@@ -1,9 +1,10 @@
 //! From many failures to few diagnostics: one per root cause.
 //!
-//! Failures with the same message at the same place of a template are one cause, however many variants, templates and
-//! profiles show it. So are excesses over one limit, whatever their amounts. A cause says how much it hits and names an inclusion-minimal provocation: values of axes such that
-//! every variant that has them fails, while without any one of them some variant does not. It is found greedily, giving
-//! up axes with default values first, so that what remains is what somebody switched on.
+//! Failures with the same message at the same place of a template have one cause, in any number of variants, templates
+//! and profiles. So have excesses over one limit, of any amount. A cause reports the number of affected variants and an
+//! inclusion-minimal set of axis values: every variant with these values fails, and without any one of them some
+//! variant passes. The search is greedy and drops axes with default values first, so that the remaining values are
+//! those that somebody switched on.
 
 use std::collections::{BTreeMap, BTreeSet};
 

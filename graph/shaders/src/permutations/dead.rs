@@ -25,7 +25,7 @@ const MAX_COMPARED: usize = 1 << 10;
 /// The maximum number of paths that are rendered again with markers, to see text that macros and blocks captured.
 const MAX_MARKED: usize = 1 << 11;
 
-/// The maximum number of paths that are taken through a template only to see what is dead in it.
+/// The maximum number of paths that are explored only to find dead axes and text.
 const MAX_LOOKED_AT: usize = 1 << 10;
 
 /// A template whose paths were taken.
@@ -36,9 +36,9 @@ pub(super) struct Examined<'a> {
     pub(super) dead_axes: Option<&'a [String]>,
 }
 
-/// Axes without effect and text in no variant, of all that these templates can express. Nothing is proven: of a template
-/// that cannot be rendered in some configuration, or that has more than 1,024 paths, nothing is said. `shared` are files
-/// that other templates use as well.
+/// Finds axes without effect and text in no variant, over all configurations of these templates. Nothing is validated.
+/// A template is skipped if some configuration cannot be rendered or if it has more than 1,024 paths. `shared` are
+/// files that other templates use as well.
 pub fn dead(templates: &TemplateSet, names: &BTreeSet<String>, shared: &BTreeSet<FileId>) -> Vec<Diagnostic> {
     let mut explored = Vec::new();
     for name in names {
@@ -163,7 +163,7 @@ pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
 #[derive(Debug)]
 struct Coverage<'s> {
     written: BTreeSet<(FileId, u32)>,
-    /// Files of which nothing is said.
+    /// Files that are skipped.
     shared: &'s BTreeSet<FileId>,
 }
 

@@ -1,17 +1,17 @@
 //! All texts of a template, with one rendering per path through it.
 //!
-//! Nobody knows beforehand which axes a template reads: it depends on the values of others, on includes, on macros. So
-//! the rendering itself asks. It starts with no axis decided; at the first read of an axis the exploration takes the
-//! first value that the constraints allow, and remembers to come back for the others. What ends is one path, with the
-//! axes that decided it; all configurations that agree on these axes take the same path, so their number is known
-//! without going through them. A template with 30 axes that no path reads costs no more than one without them.
+//! The axes that a template reads are not known in advance: they depend on the values of others, on includes, on
+//! macros. So the rendering itself finds them. It starts with no axis decided; at the first read of an axis the
+//! exploration takes the first value that the constraints allow, and queues the others. A finished rendering is one
+//! path, with the axes that decided it. All configurations that agree on these axes take the same path, so they are
+//! counted without enumeration. A template with 30 axes that no path reads costs no more than one without them.
 //!
-//! A read without effect makes paths with the same text; these are told by the hash of the text and proven once. Texts
-//! are handed on as they are found and not kept: any of them comes back by rendering its path again.
+//! A read without effect gives paths with the same text; the hash of the text identifies them, and each text is
+//! validated once. Texts are passed on as they are found and not kept; rendering the path again reproduces them.
 //!
-//! Limits: 65,536 paths, 32,768 distinct texts, 512 MiB of text; of an axis with over 16,384 values that the text reads,
-//! only its first, its default and its last value are taken. Each is an error, since a value that nobody tried may fail;
-//! the exploration says that it is incomplete, and of which axes.
+//! Limits: 65,536 paths, 32,768 distinct texts, 512 MiB of text. An axis with more than 16,384 values that the text
+//! reads is explored at its first, default and last value only. Each limit is an error, since an untried value may
+//! fail; the exploration lists the axes that are incomplete.
 
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
@@ -72,7 +72,7 @@ pub(crate) struct Exploration {
     pub(crate) diagnostics: Vec<Diagnostic>,
     /// Whether every path was taken.
     pub(crate) complete: bool,
-    /// The axes that some path reads, of which not all values were taken.
+    /// The axes that some path reads and whose values were not all explored.
     pub(crate) partial: BTreeSet<String>,
     /// The axes that some path reads.
     pub(crate) read: BTreeSet<String>,

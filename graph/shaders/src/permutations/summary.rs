@@ -1,4 +1,4 @@
-//! From texts and proofs to a report: variants, coverage, the interface of all variants together, sizes, what is dead.
+//! Builds a report from texts and proofs: variants, coverage, the union of their interfaces, sizes, dead axes and text.
 
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;

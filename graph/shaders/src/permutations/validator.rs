@@ -1,4 +1,4 @@
-//! A second opinion on every distinct text, by whatever a host has for it: the command starts a program.
+//! External validation of every distinct text, by a validator of the host: the command starts a program.
 
 use umbragraph_text::diagnostic::Place;
 
@@ -28,6 +28,6 @@ pub enum Opinion {
     },
     /// Nothing within the time that it has.
     TimedOut,
-    /// Nothing, since it cannot be asked; with the reason.
+    /// The validator cannot run; with the reason.
     Unavailable(String),
 }

@@ -1,11 +1,11 @@
 //! Whether a full-screen pass is certain to write every texel.
 //!
-//! Its vertex stage has to make, of the vertices 0 to 2, one triangle that holds all of clip space, whatever is bound;
-//! its fragment stage has to write what it is run for: no `discard`, no `sample_mask`. The vertex stage is run here, for
-//! the three indices, on what naga made of it: literals, constants, vectors and structures, arithmetic and conversions.
+//! For vertices 0 to 2 its vertex stage must produce one triangle that contains all of clip space, with any bindings.
+//! Its fragment stage must always write: no `discard`, no `sample_mask`. An interpreter runs naga's form of the vertex
+//! stage for the three indices: literals, constants, vectors and structures, arithmetic and conversions.
 //!
-//! Limits: a stage with control flow, calls, bindings, overrides or other inputs than `vertex_index` is not known to
-//! cover anything.
+//! Limits: a stage with control flow, calls, bindings, overrides or inputs other than `vertex_index` never counts as
+//! covering.
 
 use naga::valid::ModuleInfo;
 use naga::{

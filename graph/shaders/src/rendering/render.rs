@@ -1,8 +1,8 @@
 //! Templates to WGSL.
 //!
-//! The engine gets a context object instead of a map: it answers with the value of an axis and notes that the axis was
-//! read, so that a module is known by the axes its text depends on, and it notes names that nobody declared. The sink
-//! builds the text and its [`TextMap`] in one go and stops at the limit of size.
+//! The engine gets a context object instead of a map. The object returns the values of axes and records each read, so
+//! that a module is identified by the axes that its text depends on; it also records undeclared names. The sink builds
+//! the text and its [`TextMap`] in one pass and stops at the size limit.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;

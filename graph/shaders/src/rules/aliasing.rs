@@ -1,9 +1,9 @@
-//! Memory that a function reaches in two ways at once.
+//! Memory that a function accesses under two names.
 //!
-//! WGSL forbids calls in which one variable is passed by two pointers, or passed by a pointer and used by the called
-//! function under its own name, where one of the two writes (<https://www.w3.org/TR/WGSL/#alias-analysis>). Browsers
-//! reject such a module; naga does not look. Functions are gone through from the called to the callers: of each it is
-//! known through which of its pointers it reads and writes, and which variables of the module. Variables are taken whole.
+//! WGSL forbids calls in which one variable is passed by two pointers, or passed by a pointer and used by name in the
+//! callee, if one of the two accesses writes (<https://www.w3.org/TR/WGSL/#alias-analysis>). Browsers reject such a
+//! module; naga does not check. Functions are visited callees first. Each gets the set of pointer arguments and module
+//! variables that it reads and writes. Variables are taken whole.
 
 use std::collections::HashMap;
 

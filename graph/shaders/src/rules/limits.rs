@@ -1,9 +1,9 @@
-//! The limits of a profile against what a module reflects.
+//! Checks a module's interface against the limits of a profile.
 //!
-//! Validation knows no limits of devices. Everything that can be read off the reflected interface is compared here: bind
-//! groups, bindings, what a stage uses of each kind, sizes of blocks, variables between stages, vertex attributes, colour
-//! attachments, workgroups. The place of an excess is the declaration that goes beyond: the variable, the size of the
-//! workgroup, or the entry point.
+//! naga's validation does not know device limits. This check compares the reflected interface with them: bind groups,
+//! bindings, resources of each kind per stage, block sizes, inter-stage variables, vertex attributes, color
+//! attachments, workgroups. The place of an excess is the declaration that exceeds the limit: the variable, the
+//! workgroup size, or the entry point.
 
 use naga::{BuiltIn, Module, ShaderStage, Span, TypeInner};
 use wgpu_types::{BindGroupLayoutEntry, BindingType, BufferBindingType};

@@ -1,7 +1,7 @@
 //! The limits of a profile by the names under which pipelines require them.
 //!
-//! These are the limits of WebGPU of which more is better, named as in wgpu. Storage buffers also go by stage, since the
-//! vertex stage may have fewer of them than the others: none in compatibility mode.
+//! These are the limits of WebGPU for which more is better, with the names of wgpu. Storage buffers also have a limit
+//! per stage, since the vertex stage may have fewer of them than the others: none in compatibility mode.
 
 use super::profile::TargetProfile;
 

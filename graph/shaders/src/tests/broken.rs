@@ -1,8 +1,8 @@
-//! Broken templates, each with exactly what is said about it.
+//! Invalid templates, each with its exact diagnostics.
 //!
-//! Each case is a file of `broken/`: the files of a template set under `=== NAME` lines, of which `main.wgsl.jinja` is
-//! the one that is checked; `--- profiles` names the profiles if not `webgpu`; after `--- diagnostics` stands what has
-//! to be said. A case whose diagnostics differ fails with the text that it would have to contain.
+//! Each case is a file of `broken/`: the files of a template set under `=== NAME` lines. The check runs on
+//! `main.wgsl.jinja`; `--- profiles` names the profiles if not `webgpu`; the expected diagnostics follow `---
+//! diagnostics`. If they differ, the case fails with the text that the file should contain.
 
 use std::fmt::Write as _;
 

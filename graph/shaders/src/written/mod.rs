@@ -1,4 +1,4 @@
-//! Generated WGSL as text: where its parts come from, why it is rejected, and what is read off it before naga does.
+//! Generated WGSL as text: the origins of its parts, the reasons for its rejection, and analyses that run before naga.
 
 pub(crate) mod complexity;
 pub(crate) mod hint;

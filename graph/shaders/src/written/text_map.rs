@@ -1,10 +1,10 @@
 //! From offsets in generated text back to templates.
 //!
-//! minijinja writes literal text to its sink as sub-slices of the template's own text, so the address of a slice tells
+//! minijinja writes literal text to its sink as sub-slices of the template's own text, so the address of a slice gives
 //! the template and the offset: exact for every literal byte, and free. That is an implementation detail of minijinja
-//! (pinned by a test that fails loudly if it changes), not an unsafe trick: addresses are only compared. What an
-//! expression writes has another address; it maps to its tag, the next `{{` after the literal text before it. Text that a
-//! macro, a `set` block or a filter captured is written by an expression too, and maps to the place that writes it out.
+//! (pinned by a test that fails loudly if it changes), not an unsafe trick: addresses are only compared. The output of
+//! an expression has another address; it maps to its tag, the next `{{` after the literal text before it. Text captured
+//! by a macro, a `set` block or a filter is also written by an expression, and maps to the place that writes it out.
 
 use std::ops::Range;
 
