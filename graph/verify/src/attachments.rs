@@ -1,4 +1,4 @@
-//! Whether attachments are those that the passes declare, and what is said about them holds.
+//! Checks that a plan has the attachments that the passes declare, with correct properties.
 
 use std::collections::HashMap;
 

@@ -1,19 +1,20 @@
 //! Plays a frame through, region by region.
 //!
-//! A resource is cut into regions so that every access covers whole regions: at each mip, layer and byte where some
-//! access begins or ends, and into depth and stencil where an access tells them apart. For each region the player knows
-//! which pass wrote it last, or that it was dropped. Then:
+//! A resource is cut into regions at each mip, layer and byte where some access begins or ends, and into depth and
+//! stencil where an access distinguishes them. So every access covers whole regions. The player records for each region
+//! the pass that wrote it last, or that it was dropped. Then:
 //!
-//! - a read of the newest version has to come after every write of the region by another pass, but for those that `after`
-//!   puts behind the reader;
-//! - a read of the version of a named pass has to find what that pass left in a region that it writes; a read of what was
-//!   there before finds nothing of this frame;
-//! - a subresource range that is read has to be written in at least one region, and dropped in none;
-//! - at the end nothing of what outlives the frame may be dropped;
-//! - an earlier frame of a history holds what was left then, and this frame's nothing; where a planned pass reads
-//!   earlier frames, what this frame leaves must have all of its writers;
-//! - two writers of a region have to be ordered by data, by `after` or by a named version, unless the first of them is
-//!   the only one that does not load, and `after` does not put it behind another. An order found for one resource may explain that of another.
+//! - a read of the newest version must follow every write of the region by another pass, except writes that `after`
+//!   orders behind the reader;
+//! - a read of a named pass's version must find that pass's result in a region that it writes; a read of the previous
+//!   contents must find nothing of this frame;
+//! - a range that is read must be written in at least one region, and dropped in none;
+//! - at the end of the frame, nothing that outlives the frame may be dropped;
+//! - a read of an earlier frame of a history finds that frame's final contents, and nothing of this frame. If a planned
+//!   pass reads earlier frames, this frame's final contents must have all of their writers;
+//! - two writers of a region must be ordered by data, by `after` or by a named version. Exception: the first is the
+//!   only one that does not load, and `after` does not order it behind another. An order found for one resource can
+//!   explain that of another.
 //!
 //! If passes that use a resource have toggles, its frame is played in every state of those toggles, with the passes and
 //! accesses of that state only. With more than [`MAX_TOGGLES`] it is played with all on, all off, and each one alone,
@@ -30,7 +31,7 @@ use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::{Access, Condition, Usage, Version};
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle, Work};
 
-/// The maximum number of toggles of which every combination is tried for one resource.
+/// The maximum number of toggles of one resource for which every combination is played.
 const MAX_TOGGLES: usize = 6;
 /// About how many regions are gone over to play one resource in some of many states.
 const MAX_WORK: usize = 1 << 22;
@@ -395,7 +396,7 @@ impl Player<'_, '_> {
         }
     }
 
-    /// Whether "after", or what it reads, may put a pass behind another.
+    /// Whether `after` or a read may order a pass behind another.
     fn may_follow(&self, pass: PassHandle, other: PassHandle) -> bool {
         let pipeline = &self.uses.plan.pipeline;
         let (mut seen, mut stack) = (HashSet::from([pass]), vec![pass]);
@@ -451,7 +452,7 @@ impl Player<'_, '_> {
         }
     }
 
-    /// Whether a pass says that it discards what it leaves.
+    /// Whether a pass declares that it discards its result.
     fn throws_away(&self, pass: PassHandle) -> bool {
         let Work::Render(render) = self.uses.plan.pipeline.pass(pass).work() else { return false };
         let mut attachments = attachments::declared(render).into_iter();

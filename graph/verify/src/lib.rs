@@ -1,8 +1,8 @@
-//! A second opinion on plans.
+//! An independent verifier of plans.
 //!
-//! [`verify`] takes a finished [`Plan`] and its pipeline and finds out, by other means than the planner's, whether the
-//! frame that it describes is right. It shares no code with what makes plans: it knows the pipeline's declarations and
-//! the plan's values, nothing of graphs, lifetimes or classes as the planner computes them.
+//! [`verify`] checks a finished [`Plan`] against its pipeline by other means than the planner's. It shares no code with
+//! the planner: it reads the pipeline's declarations and the plan's values, and none of the planner's graphs, lifetimes
+//! or classes.
 //!
 //! - `passes`: the plan has the pipeline's passes, each once, in an order that the document allows, and culls only what
 //!   nothing needs;
@@ -16,10 +16,10 @@
 //!   possible; imports stay within what the host allows; the sums of bytes are right;
 //! - `histories`: as many frames are kept as can be read, apart from one another and from everything else.
 //!
-//! Limits: shaders and sizes are not computed again; a plan for another viewport is not recognised as such. A writer is
-//! taken to write all of the subresource range that it declares.
+//! Limits: shaders and sizes are not computed again, so a plan for another viewport is not detected. A writer counts as
+//! writing all of the subresource range that it declares.
 //!
-//! Cost: about linear; writers whose order only a long detour explains cost more.
+//! Cost: about linear; more for writers that only a long dependency path orders.
 
 mod attachments;
 mod back;

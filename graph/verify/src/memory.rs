@@ -1,5 +1,5 @@
-//! Whether the places of resources are right: enough of them, not more than needed, fitting, and never shared by two
-//! resources that are alive together.
+//! Checks the placement of resources: as few objects as possible, compatible, and never shared by two resources that
+//! are alive together.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
@@ -368,7 +368,7 @@ fn needed(usage: Usage) -> (TextureUsages, BufferUsages) {
     }
 }
 
-/// The transient resources of which some subresource range is first written by a pass that can be off.
+/// The transient resources with a subresource range whose first writer can be off.
 fn conditional(plan: &Plan) -> HashSet<ResourceHandle> {
     let mut always: HashMap<ResourceHandle, Vec<SubresourceRange>> = HashMap::new();
     let mut conditional = HashSet::new();

@@ -1,4 +1,5 @@
-//! Whether a plan has the pipeline's passes in an order that the document allows, and culls only what nothing needs.
+//! Checks that a plan has the pipeline's passes in an order that the document allows, and culls only passes without
+//! effect.
 
 use std::collections::{HashMap, HashSet};
 
@@ -100,7 +101,7 @@ fn check_workgroups(plan: &Plan, violations: &mut Violations) {
     }
 }
 
-/// Whether what is kept leads somewhere, what is culled does not, and the stated reasons are true.
+/// Checks that kept passes have an effect, culled passes have none, and the stated reasons are true.
 pub(crate) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, violations: &mut Violations) {
     let pipeline = &plan.pipeline;
     let mut needed: HashSet<PassHandle> = flow.lasting.iter().copied().collect();

@@ -1,12 +1,12 @@
-//! Whether copies touch what their passes say, and what the plan copies is what the passes describe.
+//! Checks that the accesses of copies match their passes, and that the plan copies what the passes describe.
 //!
-//! From the description of a transfer follow the mips, layers, aspect or bytes that it reads and writes. The accesses
-//! of its pass, on which all orders and lifetimes rest, have to name just those. What the plan copies has to add up to
-//! them: one box for each mip level, or ranges of bytes, within what there is; rows of texels far enough apart and
-//! within the bytes that are named.
+//! The description of a transfer defines the mips, layers, aspect or bytes that it reads and writes. The accesses of
+//! its pass, the base of all orders and lifetimes, must name exactly these. The plan's copies must add up to them: one
+//! box for each mip level, or ranges of bytes, within the resource; with a sufficient row pitch, and within the named
+//! bytes.
 //!
-//! Limits: expressions for an origin and an extent are not evaluated again; boxes that have them are only checked to lie
-//! within their mip level and to be of one size.
+//! Limits: expressions for an origin or an extent are not evaluated again; their boxes must only lie within their mip
+//! level and have equal sizes.
 
 use wgpu_types::{COPY_BYTES_PER_ROW_ALIGNMENT, TextureFormat};
 
@@ -39,7 +39,7 @@ pub(crate) fn check(plan: &Plan, violations: &mut Violations) {
     }
 }
 
-/// The error in the accesses of a transfer: they must be those of its ends and no others.
+/// The error in the accesses of a transfer: they must be exactly those of its source and destination.
 fn check_accesses(plan: &Plan, planned: &PlannedPass, transfer: &TransferWork) -> Option<String> {
     let pass = plan.pipeline.pass(planned.handle);
     let mut wanted: Vec<(ResourceHandle, SubresourceRange, bool)> = Vec::new();

@@ -59,7 +59,7 @@ pub enum ViolationKind {
     Overlap,
     /// A resource that outlives the frame shares memory.
     SharedThoughLasting,
-    /// A resource and what stands for it differ in format, size, dimension or usages.
+    /// A resource and its physical object differ in format, size, dimension or usages.
     CompatibilityMismatch,
     /// A texture lacks a usage that a pass needs.
     UsageMissing,
@@ -83,7 +83,7 @@ pub enum ViolationKind {
     ToggleWrong,
     /// A reader of what has a passthrough does not use its fallback, or not in those frames.
     PassthroughMissing,
-    /// The fallback differs from what it stands for in dimension, layers or samples, or is too small a buffer.
+    /// The fallback differs from its resource in dimension, layers or samples, or is too small a buffer.
     PassthroughMisfit,
     /// A transfer copies other mips, layers, aspects, texels or bytes than it describes, or says that it uses others.
     CopyWrong,

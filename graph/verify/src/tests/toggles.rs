@@ -16,7 +16,7 @@ use umbragraph_pipeline::work::{LoadOperation, PassHandle, ResourceHandle};
 
 const TOGGLES: usize = 3;
 
-/// The ways in which a resource begins: mips, each written by a pass of its own; everything if nothing is said.
+/// The initial writers of a resource: one pass for each of these mips, or one for everything if absent.
 const BEGINNINGS: [&[Option<IndexRange<u32>>]; 4] = [
     &[None],
     &[Some(IndexRange { first: 0, count: 1 }), Some(IndexRange { first: 1, count: 2 })],
@@ -35,7 +35,7 @@ struct RandomPass {
     own: usize,
     action: u8,
     toggle: Option<(usize, bool)>,
-    /// The mips that it reads and writes; all if nothing is said.
+    /// The mips that it reads and writes; all if absent.
     mips: Option<(u32, u32)>,
 }
 
@@ -47,7 +47,7 @@ fn passes() -> impl Strategy<Value = Vec<RandomPass>> {
     proptest::collection::vec(one, 1..20)
 }
 
-/// The plan of random passes over resources of which each begins in a way.
+/// The plan of random passes over resources with different initial writers.
 fn planned(passes: &[RandomPass], beginnings: &[usize], options: &PlanOptions) -> Plan {
     let count = beginnings.len();
     let mut assembly = Assembly::new("random");

@@ -23,7 +23,7 @@ enum Kind {
     Buffer,
 }
 
-/// A subresource range, of which each kind takes what it has.
+/// A subresource range; each kind of resource uses the parts that it has.
 #[derive(Clone, Copy, Debug)]
 struct RandomRange {
     mips: Option<(u32, u32)>,
@@ -268,7 +268,7 @@ proptest! {
     }
 }
 
-/// Some mips and layers of a layered texture; all where nothing is said.
+/// Some mips and layers of a layered texture; all if absent.
 fn layered(mips: Option<(u32, u32)>, layers: Option<(u32, u32)>) -> RandomAccess {
     let range = RandomRange { mips, layers, aspect: 0, words: None };
     RandomAccess { range, toggle: None, version: None, is_live: true }

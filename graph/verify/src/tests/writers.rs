@@ -115,7 +115,7 @@ proptest! {
     }
 }
 
-/// Whether every read is connected to just the writers of which it sees something.
+/// Whether every read is connected to exactly the writers whose contents it reads.
 fn is_exact(graph: &Graph, plan: &Plan) -> bool {
     let pipeline = &plan.pipeline;
     pipeline
