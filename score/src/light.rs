@@ -1,4 +1,4 @@
-//! The rays that lead from a point to a light.
+//! Rays from a point to a light.
 //!
 //! A directional light has an angular diameter; a spot or point light is a disc of its radius that faces the receiver.
 //! Samples cover a disc, and so does every prefix of their sequence (R2, M. Roberts 2018). A few samples find out
@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use glam::{DVec2, DVec3};
 use umbragraph_pipeline::frame::{Light, LightKind};
 
-/// A light, as rays see it.
+/// A light as a target of rays.
 #[derive(Clone, Debug)]
 pub struct Source {
     kind: LightKind,

@@ -1,6 +1,7 @@
 //! Limits on scores, for CI.
 //!
-//! A JSON object with names and numbers, for all lights together; a name says its sense and its score:
+//! A JSON object with names and numbers, for all lights together. A name gives the direction (minimum or maximum) and
+//! the score:
 //!
 //! | limit | score |
 //! |---|---|
@@ -11,8 +12,8 @@
 //! | `max_changed` | points whose shadow term changes from frame to frame, of those that are seen twice |
 //! | `min_both_hit` | pixels that rays and picture hit, of those that rays hit |
 //!
-//! A score that does not exist meets no limit, and a name that is not known is an error: a limit that is silently not
-//! checked is worse than none.
+//! A score that does not exist meets no limit, and an unknown name is an error: a limit that is silently unchecked is
+//! worse than none.
 
 use std::collections::BTreeMap;
 

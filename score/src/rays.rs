@@ -1,10 +1,10 @@
-//! A scene in a pose, asked by rays.
+//! Ray queries of a scene in a pose.
 //!
-//! Triangles stand in a hierarchy of boxes (made by the crate `bvh`, by the surface area heuristic) that is laid out flat:
-//! each node says where to go on when its box is missed, so a ray needs no stack, whatever the depth. Boxes are kept in 32
-//! bits, rounded outwards; what is hit is decided in 64.
+//! Triangles lie in a bounding volume hierarchy (crate `bvh`, surface area heuristic) that is stored flat. Each node
+//! names the next node if a ray misses its box, so traversal needs no stack. Boxes are stored in 32 bits, rounded
+//! outwards; hits are computed in 64.
 //!
-//! Memory: about 200 bytes a triangle while it is asked, about 500 while it is made.
+//! Memory: about 200 bytes per triangle, about 500 while the hierarchy is built.
 
 use bvh::aabb::{Aabb, Bounded};
 use bvh::bounding_hierarchy::BHShape;
@@ -171,7 +171,8 @@ impl<'a> Rays<'a> {
         surface.mask.as_ref().is_none_or(|mask| !mask.is_hole(self.scene, triangle, hit))
     }
 
-    /// Visits what a ray hits, in no order; the visitor says beyond which distance nothing counts, or that it has enough.
+    /// Visits the hits of a ray, in no order. The visitor returns the distance beyond which hits do not count, or
+    /// `None` to stop.
     fn each(
         &self,
         origin: DVec3,

@@ -1,8 +1,8 @@
-//! The triangles of a scene in a pose, in the world.
+//! The world-space triangles of a scene in a pose.
 //!
-//! Positions are taken to the world in 64 bits: by the node of a draw, or by the joints that move a skinned vertex, whose
-//! weights sum to one. What a triangle does to rays depends on its material: alpha masks have holes, and of a material
-//! that is not double-sided a camera does not see the back; lights are stopped from either side, as casters are drawn.
+//! Positions are transformed in 64 bits: by the node of a draw, or by the joints of a skinned vertex, whose weights sum
+//! to one. Materials change hits: alpha masks have holes, and the camera does not see the back of a single-sided
+//! material. Light rays stop at either side, as casters are drawn.
 
 use glam::{DMat4, DVec2, DVec3};
 use umbragraph_pipeline::wgpu_types::{AddressMode, FilterMode};
@@ -13,7 +13,7 @@ use umbragraph_scene::{Draw, Pose, Scene};
 /// A triangle in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangle {
-    /// Its corners, counter-clockwise seen from its front.
+    /// Its corners, counter-clockwise from the front.
     pub corners: [DVec3; 3],
     /// The index of the draw that it belongs to, among [`Scene::draws`].
     pub draw: u32,

@@ -194,7 +194,7 @@ impl<'r> Truth<'r> {
     }
 }
 
-/// The pixels around a pixel, as far as the picture reaches.
+/// The neighbours of a pixel inside the image.
 fn neighbours(pixel: usize, [width, height]: [u32; 2]) -> impl Iterator<Item = usize> {
     let (width, height) = (i64::from(width), i64::from(height));
     let (x, y) = (pixel as i64 % width, pixel as i64 / width);
