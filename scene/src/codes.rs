@@ -22,7 +22,7 @@ umbragraph_pipeline::codes! {
     /// A buffer without bytes.
     MISSING_BUFFER = "UG0706", "missing buffer",
         "A buffer's bytes come from the binary chunk of the `.glb` file, a file beside the document, or a `data:` URI. The named source does not exist or cannot be read.\n\nA `.gltf` file has to be copied together with its `.bin` files and images.";
-    /// Fewer bytes than the document says.
+    /// Fewer bytes than the document declares.
     BUFFER_TOO_SHORT = "UG0707", "buffer too short",
         "The buffer has fewer bytes than its `byteLength` says: it was probably cut off.";
     /// An accessor or a view that reaches beyond what it looks into.
@@ -49,7 +49,7 @@ umbragraph_pipeline::codes! {
     /// The scene is beyond a limit.
     TOO_LARGE = "UG0715", "scene too large",
         "Loading stays within fixed limits for bytes, objects, vertices, texels and draws, so that a broken or hostile file cannot exhaust memory. The limits are the constants of `umbragraph_scene::load::limits`.";
-    /// A camera through which nothing can be seen.
+    /// A camera that shows nothing.
     BAD_CAMERA = "UG0716", "unusable camera",
         "A perspective camera needs a vertical field of view above 0 and below π, and a near plane above 0; an orthographic one a height above 0. The far plane must lie beyond the near plane.";
     /// A light that cannot be computed.

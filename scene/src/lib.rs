@@ -2,8 +2,8 @@
 //!
 //! A scene file is decoded once into plain data on the CPU ([`Scene`]): triangles with positions, normals and texture
 //! coordinates, materials, decoded images, a node hierarchy with transforms in `f64`, cameras, lights, skins and
-//! animations. Everything that varies over time is computed from that data into a [`Pose`]; what a frame needs to know
-//! apart from its draws is a [`FrameInput`](umbragraph_pipeline::frame::FrameInput), made by [`Scene::frame_input`].
+//! animations. Everything that varies over time is computed from that data into a [`Pose`]. A frame's other inputs,
+//! apart from its draws, are a [`FrameInput`](umbragraph_pipeline::frame::FrameInput), made by [`Scene::frame_input`].
 //!
 //! ```no_run
 //! let scene = umbragraph_scene::load("courtyard.glb".as_ref()).expect("a readable scene");
@@ -15,8 +15,8 @@
 //! # let _ = frame;
 //! ```
 //!
-//! With the feature `gpu`, `gpu::SceneResources` puts a scene on a device and draws it through the engine's draw contract;
-//! [`interface`] says without a device what it will look like to shaders.
+//! With the feature `gpu`, `gpu::SceneResources` puts a scene on a device and draws it through the engine's draw
+//! contract; [`interface`] describes its layout for shaders without a device.
 //!
 //! Conventions are glTF's, which are also the engine's: right-handed, Y up, metres, radians, front faces
 //! counter-clockwise, cameras and lights look along −Z of their own space, texture v points down.

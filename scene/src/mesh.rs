@@ -1,8 +1,8 @@
 //! Triangles: meshes, their primitives, and flat normals.
 //!
 //! A primitive is an indexed triangle list whose vertex streams all have the same length. Strips and fans become lists,
-//! and a primitive without indices gets them, so that nobody downstream has two cases. Where a file gives no normals,
-//! glTF asks for flat ones: the vertices are then taken apart, three for each triangle.
+//! and a primitive without indices gets them, so that users have one case only. If a file gives no normals, glTF
+//! requires flat ones: each triangle then gets three vertices of its own.
 
 use glam::{DVec3, Vec3};
 use umbragraph_pipeline::frame::Bounds;
@@ -44,7 +44,7 @@ pub struct Primitive {
     pub bounds: Bounds,
     /// The shapes that the vertices can go towards.
     pub targets: Vec<MorphTarget>,
-    /// Whether the file gives no normals, so that these are those of the triangles.
+    /// Whether the file gives no normals, so that these are the triangles' normals.
     pub has_flat_normals: bool,
 }
 

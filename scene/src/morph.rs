@@ -1,10 +1,10 @@
-//! Morph targets: shapes that vertices go towards, each by its weight.
+//! Morph targets: weighted displacements of vertices.
 //!
 //! A target adds to each vertex a displacement of its position and of its normal, times the target's weight; the
 //! displacements of all targets are summed before joints or the node move the vertex (glTF 2.0, section 3.7.2.2). Flat
 //! normals, where a file gives none, are those of the morphed triangles.
 //!
-//! Limits: weights beyond ±`MAX_WEIGHT`, which a spline may reach between two keys, are that.
+//! Limits: weights are clamped to ±`MAX_WEIGHT`; a spline can exceed it between two keys.
 
 use glam::Vec3;
 use umbragraph_pipeline::frame::Bounds;

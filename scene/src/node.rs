@@ -1,4 +1,4 @@
-//! Nodes: what stands where, and moves with what.
+//! Nodes: the transform hierarchy of a scene.
 
 use glam::{DMat4, DQuat, DVec3};
 

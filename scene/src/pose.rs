@@ -1,10 +1,10 @@
-//! Poses: where every node stands at one time.
+//! Poses: the transforms of all nodes at one time.
 //!
 //! World transforms are products along the hierarchy, computed parents first in `f64` without recursion. A pose belongs
 //! to the scene that made it.
 //!
-//! Key frames are finite, but what a spline or a chain of scales makes of them need not be: a node that an animation
-//! takes farther than a million kilometres, or makes as large, stays with its parent at that time.
+//! Key frames are finite, but a spline or a chain of scales can overflow. A node that an animation moves farther than a
+//! million kilometres, or scales as much, keeps its parent's transform at that time.
 
 use glam::{DMat4, DQuat, DVec3};
 use umbragraph_pipeline::frame::Bounds;

@@ -1,4 +1,4 @@
-//! A scene: everything that a file says, decoded and checked.
+//! A scene: the contents of a file, decoded and checked.
 //!
 //! The lists are public for reading; the loader has checked that every index in them is valid, and the few accessors
 //! below rely on it. A scene without a camera gets one framed on its bounds, a scene without a light gets a directional

@@ -1,9 +1,9 @@
-//! Whether a box can be seen by a view.
+//! Frustum tests of boxes.
 //!
-//! The corners of the box are taken to clip space, and the box is left out if all of them lie beyond the same side of
-//! the view: left, right, below or above. That is exact enough and safe for any affine or perspective view, also for
-//! corners behind it. The near and far planes do not count: a shadow caster between the light and the near plane has to
-//! be drawn all the same where depth is clamped, and the view's own clipping does the rest.
+//! The corners of the box are transformed to clip space; the box is culled if all of them lie beyond the same side of
+//! the view: left, right, below or above. That is conservative for any affine or perspective view, also for corners
+//! behind it. The near and far planes do not cull: a shadow caster between the light and the near plane must be drawn
+//! if depth is clamped, and clipping does the rest.
 
 use glam::DMat4;
 use umbragraph_pipeline::frame::Bounds;

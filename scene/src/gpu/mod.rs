@@ -5,11 +5,11 @@
 //! changes, and the executor asks for the draws of each view, which are culled against it.
 //!
 //! Draws are sorted once by properties, material and mesh, so that a view changes as little state as possible;
-//! transparent ones are sorted for each view, far ones first. Where a node mirrors its mesh, the winding is turned
-//! around in an index range of its own, so that fronts stay fronts.
+//! transparent draws are sorted for each view, farthest first. A node that mirrors its mesh uses a second index range
+//! with reversed winding, so that front faces stay front faces.
 //!
-//! Skinned meshes have vertices of their own for each draw, which are moved when the pose changes: every pass draws them
-//! like any other mesh. The device moves them, or the processor where it cannot ([`SceneResources::update`]).
+//! Each draw of a skinned mesh has its own vertices, which are transformed when the pose changes; every pass draws them
+//! like any other mesh. The device transforms them, or the CPU if the device cannot ([`SceneResources::update`]).
 
 mod draws;
 mod geometry;

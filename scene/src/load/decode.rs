@@ -1,8 +1,8 @@
 //! PNG and JPEG files as 8-bit RGBA.
 //!
-//! The format is told from the first bytes. What the header says of the size is known before any texel is decoded.
-//! 16-bit channels keep their upper byte, palettes are looked up, and grey becomes three equal channels; embedded color
-//! profiles are ignored, as glTF demands.
+//! The first bytes identify the format. The header's size is checked before any texel is decoded. 16-bit channels keep
+//! their upper byte, palettes are looked up, and grey becomes three equal channels; embedded color profiles are
+//! ignored, as glTF demands.
 
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -1,10 +1,10 @@
 //! Levels of detail: the extension `MSFT_lod` of nodes.
 //!
-//! A node lists others, each coarser than the one before. What is drawn of those is their mesh, where the first node
-//! stands, moved by its skin and by the weights of its morph targets; they are not shown by themselves.
+//! A node lists others, each coarser than the one before. A listed node contributes its mesh only: it is drawn at the
+//! first node's place, with its own skin and the first node's morph weights, and is not shown by itself.
 //!
-//! Limits: children of listed nodes, the extension on materials and coverages of the screen are not looked at: who draws
-//! says which level it wants. A listed node without a mesh, or with other morph targets, is left out with a warning.
+//! Limits: children of listed nodes, the extension on materials and screen coverages are ignored: the caller chooses
+//! the level. A listed node without a mesh, or with other morph targets, is left out with a warning.
 
 use gltf::json::{Node as JsonNode, Root};
 
@@ -14,7 +14,7 @@ use crate::codes;
 
 const EXTENSION: &str = "MSFT_lod";
 
-/// The nodes that a node lists, with their places in the list; `None` for what is no number of a node.
+/// The nodes that a node lists, with their positions in the list; `None` for an entry that is no node index.
 pub(super) fn nodes(json: &JsonNode) -> impl Iterator<Item = (usize, Option<usize>)> + '_ {
     let listed = json.extensions.as_ref().and_then(|extensions| extensions.others.get(EXTENSION));
     let ids = listed.and_then(|extension| extension.get("ids")).and_then(|ids| ids.as_array());

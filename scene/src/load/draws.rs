@@ -1,4 +1,4 @@
-//! The list of what is drawn, and the checks that need the whole scene.
+//! The list of draws, and the checks that need the whole scene.
 
 use std::collections::BTreeMap;
 

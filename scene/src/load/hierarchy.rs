@@ -1,8 +1,7 @@
 //! The node hierarchy: a forest, walked without recursion.
 //!
-//! Every node is visited once from the roots, parents first. A node with two parents is found while parents are
-//! noted; what is then not reached from any root belongs to a cycle. The nodes of the shown scene are marked on a
-//! second walk.
+//! Every node is visited once from the roots, parents first. Recording parents finds a node with two parents; any node
+//! that no root reaches belongs to a cycle. A second walk marks the nodes of the shown scene.
 
 use glam::{DMat4, DQuat, DVec3};
 use gltf::json::{Node as JsonNode, Root};

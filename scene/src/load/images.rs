@@ -1,8 +1,8 @@
 //! Textures and the decoding of their images.
 //!
-//! Only the images of textures that materials use are decoded, each once, and those of the same bytes once together.
-//! The format is told from the bytes; the MIME type in the document is not trusted. Before any texel is decoded the
-//! size in the image's own header is held against the limits.
+//! Only images of textures that materials use are decoded, each once, and images with the same bytes once together. The
+//! bytes identify the format; the document's MIME type is ignored. The size in the image's own header is checked before
+//! any texel is decoded.
 
 use gltf::json::texture::{MagFilter, MinFilter, Sampler as JsonSampler, WrappingMode};
 use gltf::json::validation::Checked;

@@ -1,5 +1,5 @@
-//! Vertices that the processor moves: those of morphed draws, and of skinned ones where the device cannot; the measure of
-//! those that can.
+//! Vertices transformed by the CPU: morphed draws, and skinned draws if the device cannot; also the reference for
+//! tests.
 
 use glam::{DMat4, DVec3};
 use umbragraph_executor::wgpu;
@@ -11,7 +11,7 @@ use crate::node::NodeId;
 use crate::pose::Pose;
 use crate::scene::Scene;
 
-/// The draws, and the vertices of one of them as they are morphed and as joints move those, kept to be used again.
+/// The draws, and the morphed and the skinned vertices of one of them; the allocations are reused.
 pub(super) struct HostSkinning {
     draws: Vec<Skinned>,
     morphed: [Vec<[f32; 3]>; 2],

@@ -1,4 +1,4 @@
-//! Vertices that joints and morph targets move: linear blend skinning, once for each pose, whatever number of passes and views draw it.
+//! Skinning and morphing of vertices: linear blend skinning, once per pose for all passes and views.
 //!
 //! A skinned draw has its own range in the vertex streams. When the pose changes, its positions and normals are written
 //! there in world space, so that every pass draws it like any other mesh. A compute dispatch for each skinned draw
@@ -46,7 +46,7 @@ struct Skinned {
     draw: Draw,
     /// Its first vertex in the streams.
     first_vertex: u32,
-    /// Its first joint among those of all skinned draws.
+    /// The index of its first joint in the joints of all skinned draws.
     first_joint: u32,
     joint_count: u32,
 }
