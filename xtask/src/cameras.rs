@@ -1,9 +1,10 @@
 //! `cargo xtask cameras`: the worst shadows of each pipeline with its defaults, over random cameras, as a table.
 //!
-//! Each pipeline is scored from 20 places of a seed (`umbragraph score --camera random:SEED --frames 20`) on each scene
-//! whose lights it shadows. Rows are scenes; cells the greatest mean error of a frame against lights with their extent, and
-//! the least intersection over union with hard masks, of the frames in which a hundredth of the pixels is shadowed. The
-//! status is 1 where the error of one of the five is less than the flagship's: what is soft is no hard mask, however right.
+//! Each pipeline is scored from 20 cameras of a seed (`umbragraph score --camera random:SEED --frames 20`), on each
+//! scene whose lights it shadows. Rows are scenes. Cells hold the largest mean error of a frame against lights with
+//! their extent (lower is better), and the smallest intersection over union with hard masks (higher is better), over
+//! frames with at least a hundredth of the pixels in shadow. The status is 1 unless the flagship has the smallest error
+//! on every scene. A soft shadow cannot match a hard mask, so the second number does not count.
 
 use crate::{adapter, process};
 
@@ -41,7 +42,7 @@ struct Worst {
     iou: f64,
 }
 
-/// The project's own scenes, and those with ray-traced masks where they are at hand; by name, with their paths.
+/// The project's own scenes and the available ones with ray-traced masks; by name, with their paths.
 fn scenes() -> Vec<(String, String)> {
     let root = process::workspace_root();
     let truth = std::env::var_os("UMBRAGRAPH_TRUTH").map_or_else(|| root.join("../shared/truth"), Into::into);
@@ -60,7 +61,7 @@ fn scenes() -> Vec<(String, String)> {
     found
 }
 
-/// The worst score of a pipeline on a scene; `None` where it gives a light no shadows at all.
+/// The worst score of a pipeline on a scene; `None` if it leaves a light without shadows.
 fn score(pipeline: &str, scene: &str, seed: u64) -> Result<Option<Worst>, String> {
     let (pipeline, camera) = (format!("pipelines/{pipeline}.json"), format!("random:{seed}"));
     let arguments = ["run", "--quiet", "--package", "umbragraph-cli", "--", "score", &pipeline];

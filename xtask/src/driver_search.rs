@@ -1,12 +1,11 @@
-//! Whether Linux has a Vulkan driver that can work, found without loading one.
+//! Searches Linux for a Vulkan driver that can work, without loading one.
 //!
-//! The search follows the Vulkan loader's own: JSON manifests in fixed folders and in those of the XDG variables, or
-//! only those that `VK_DRIVER_FILES` (formerly `VK_ICD_FILENAMES`) names. A manifest alone proves little: one may
-//! be left without its library, and a package brings manifests for hardware that the machine lacks. A driver
-//! therefore counts when the library that its manifest names is there and it either needs no hardware or a device
-//! node of a graphics processor is there too. The loader, `libvulkan.so.1`, must be there besides.
+//! The search follows the Vulkan loader's own: JSON manifests in fixed folders and in the folders of the XDG variables,
+//! or only the ones that `VK_DRIVER_FILES` (formerly `VK_ICD_FILENAMES`) names. A manifest alone proves little: its
+//! library may be missing, or the machine may lack its hardware. So a driver counts if the library of its manifest
+//! exists, and it needs no hardware or a GPU device node exists. The loader, `libvulkan.so.1`, must exist too.
 //!
-//! All files are looked up below a root folder and all variables through a function, so that the tests bring their own.
+//! All files are looked up below a root folder and all variables through a function, so that tests can replace them.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -84,7 +83,7 @@ impl Machine<'_> {
         self.root.join(path.strip_prefix("/").unwrap_or(path))
     }
 
-    /// The names of what is in a folder; none where it is not there.
+    /// The names of the entries of a folder; empty if it does not exist.
     fn names_in(&self, folder: &Path) -> impl Iterator<Item = OsString> + use<> {
         let entries = std::fs::read_dir(self.at(folder)).into_iter().flatten().flatten();
         entries.map(|entry| entry.file_name())

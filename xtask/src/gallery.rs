@@ -1,4 +1,4 @@
-//! `cargo xtask gallery`: what each pipeline makes of each scene, in the sheets of `examples/gallery/`.
+//! `cargo xtask gallery`: the pictures of each scene by each pipeline, in the sheets of `examples/gallery/`.
 
 use crate::{adapter, process};
 

@@ -1,18 +1,18 @@
 //! `cargo xtask integrations`: the packages of `examples/` that adopt the module in an engine, built and tested.
 //!
-//! They are packages of their own, since their engines take long to build and want a newer Rust than the module: each
-//! names its toolchain in a file `rust-toolchain.toml`, which rustup installs where it is missing. What is built lies in
+//! They are separate packages, since their engines build slowly and need a newer Rust than the module. Each names its
+//! toolchain in a file `rust-toolchain.toml`; rustup installs it if it is missing. The build goes to
 //! `target/integrations/`.
 //!
-//! A window needs a display. On Linux without one it gets a virtual one, which is installed where that is possible; where
-//! it is not, the test of the window says that it is skipped.
+//! A window needs a display. On Linux without one, a virtual display is installed if possible; otherwise the test of
+//! the window reports that it is skipped.
 
 use std::path::Path;
 use std::process::Command;
 
 use crate::{adapter, process};
 
-/// A package of `examples/`, and those of its files whose lines are counted, since they concern the module.
+/// A package of `examples/`, and its files that use the module, whose lines are counted.
 struct Integration {
     name: &'static str,
     sources: &'static [&'static str],

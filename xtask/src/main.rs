@@ -1,10 +1,10 @@
 //! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `gallery`, `cameras`, `integrations`,
 //! `soak` and `mutants`.
 //!
-//! They work on a fresh clone with nothing but cargo: what else is needed is installed where that is possible, and
-//! named where it is not. There are no dependencies, so that the command itself is built in a second.
+//! They work on a fresh clone with nothing but cargo: other tools are installed if possible, and named otherwise. There
+//! are no dependencies, so that the command itself builds in a second.
 //!
-//! Exit status: 0 where all went well, 1 where a step failed, 2 for a command line that is not understood.
+//! Exit status: 0 for success, 1 if a step failed, 2 for an invalid command line.
 
 mod adapter;
 mod cameras;

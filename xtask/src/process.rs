@@ -46,7 +46,7 @@ pub(crate) fn run(command: &mut Command, shown: &str) -> Result<(), String> {
     }
 }
 
-/// Runs a command of cargo, which says itself what is wrong; whether it succeeds.
+/// Runs a command of cargo, which prints its own errors; returns whether it succeeds.
 ///
 /// # Errors
 /// It could not be started.

@@ -2,7 +2,7 @@
 
 use crate::toolchain::Component;
 
-/// One program to be run, and what it is for.
+/// One program to run, and its purpose.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Step {
     pub(crate) name: &'static str,

@@ -1,4 +1,4 @@
-//! `cargo xtask test`: runs every step, also after one has failed, and sums up.
+//! `cargo xtask test`: runs every step, even after a failure, and prints a summary.
 
 use std::path::Path;
 use std::time::Instant;
