@@ -275,7 +275,7 @@ fn a_filter_that_scenes_do_not_know_is_found_without_a_scene() {
     let output = run(&["check", path.to_str().unwrap()]);
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    for words in ["error[UG0805]", "knows no filter \"opaqe\"", "slip.json:2:50", "did you mean \"opaque\"?"]
+    for words in ["error[UG0805]", "knows no filter \"opaqe\"", "slip.json:2:55", "did you mean \"opaque\"?"]
     {
         assert!(said.contains(words), "{words} is missing in {said}");
     }
