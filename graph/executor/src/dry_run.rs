@@ -61,7 +61,7 @@ impl DryRun {
         Ok(Self { device, queue, executor: None })
     }
 
-    /// What wgpu rejects of a plan, at the passes that cause it. A plan that draws meshes of which nothing is known is not
+    /// The errors of wgpu in a plan, at the passes that cause them. A plan that draws meshes of unknown storage is not
     /// run.
     pub async fn run(&mut self, plan: &Arc<Plan>) -> Diagnostics {
         if scenes(plan).any(|(_, scene)| !plan.pipeline.hosts.contains_key(&scene.geometry)) {

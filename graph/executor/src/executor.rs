@@ -47,7 +47,7 @@ pub struct Executor {
 }
 
 impl Executor {
-    /// Instantiates a plan. `source` says how the host's meshes are stored, where the plan does not know it.
+    /// Instantiates a plan. `source` declares the storage of the host's meshes, if the plan does not contain it.
     ///
     /// In a browser errors of the device arrive late; a record reports them then.
     ///
@@ -104,21 +104,22 @@ impl Executor {
 
     /// Instantiates another plan: after a resize, or with other parameters or features.
     ///
-    /// What does not change is kept: pipelines and samplers of equal descriptors, textures and buffers of equal
-    /// descriptors (those that outlive frames under their own names, with their contents), blackboard data. For as long
-    /// as it takes, the textures of both plans exist. Live values and imports that were given stay for the plans that have
-    /// them, also when a plan in between has not. Meshes are stored as the draw source said that was given last.
+    /// Unchanged objects are kept: pipelines and samplers of equal descriptors, textures and buffers of equal
+    /// descriptors, blackboard data. Textures and buffers that outlive frames keep their contents under their own
+    /// names. During the change the textures of both plans exist. Live values and imports stay for all plans that have
+    /// them, even if a plan in between has not. Meshes are stored as the last draw source declared.
     ///
     /// # Errors
-    /// As of [`Executor::new`]. The executor goes on with the plan before.
+    /// As of [`Executor::new`]. The executor then keeps the previous plan.
     pub fn set_plan(&mut self, plan: Arc<Plan>) -> Result<(), Error> {
         self.replace_plan(plan, None)
     }
 
-    /// The same for another draw source, or one that stores geometries of the plan that plans before did not draw.
+    /// As [`Executor::set_plan`], with another draw source, or one that stores geometries that earlier plans did not
+    /// draw.
     ///
     /// # Errors
-    /// As of [`Executor::new`]. The executor goes on with the plan before.
+    /// As of [`Executor::new`]. The executor then keeps the previous plan.
     pub fn set_plan_and_source(&mut self, plan: Arc<Plan>, source: &dyn DrawSource) -> Result<(), Error> {
         self.replace_plan(plan, Some(source))
     }
@@ -141,14 +142,14 @@ impl Executor {
         Ok(())
     }
 
-    /// What prepares plans for this executor, on any thread: [`PlanPreparer::prepare`] makes their pipelines, and
-    /// [`Executor::set_prepared_plan`] takes them over in a frame.
+    /// Returns a preparer of plans for this executor, for use on any thread: [`PlanPreparer::prepare`] makes their
+    /// pipelines, and [`Executor::set_prepared_plan`] installs them in a frame.
     pub fn preparer(&self) -> PlanPreparer {
         self.preparation.clone()
     }
 
-    /// Takes over a plan that was prepared: as [`Executor::set_plan`], with nothing left to be made but textures, buffers
-    /// and bind groups. What was made before counts in [`Executor::statistics`] from here on.
+    /// Installs a prepared plan: as [`Executor::set_plan`], but only textures, buffers and bind groups remain to be
+    /// made. Objects made by the preparation count in [`Executor::statistics`] from here on.
     ///
     /// # Errors
     /// As of [`Executor::set_plan`].
@@ -250,14 +251,13 @@ impl Executor {
         self.statistics
     }
 
-    /// What the last record had to say: a camera or light that cannot be used, limits that were reached, what was left out
-    /// and why. After [`Executor::set_plan`] and until the next record also the live values that the new plan does not
-    /// take.
+    /// The notices of the last record: an unusable camera or light, reached limits, and omissions with their reasons.
+    /// Between [`Executor::set_plan`] and the next record they include the live values that the new plan rejects.
     pub fn notices(&self) -> impl Iterator<Item = &Diagnostic> {
         self.warnings.iter().chain(self.instantiated.cpu_passes.notices())
     }
 
-    /// The lights of the last recorded frame that no pass has read: they have no part in the picture.
+    /// The lights of the last recorded frame that no pass has read: they do not affect the frame.
     pub fn unread_lights<'f>(&self, frame: &'f FrameInput) -> Vec<&'f str> {
         self.instantiated.cpu_passes.unread_lights(frame)
     }
@@ -324,8 +324,8 @@ impl Executor {
         }
     }
 
-    /// The texture that stands for a resource, unless it is the host's own. Others may share it within a frame. That of
-    /// a history is the one that the last record wrote; `NAME@-1` is the one before.
+    /// The texture of a resource, unless it is the host's own. Others may share it within a frame. For a history it is
+    /// the one that the last record wrote; `NAME@-1` is the one before.
     pub fn texture(&self, name: &str) -> Option<&wgpu::Texture> {
         match self.instantiated.resources.physical(&self.instantiated.plan, name)? {
             Physical::Texture(index) => self.instantiated.resources.textures.texture(index),
@@ -333,7 +333,7 @@ impl Executor {
         }
     }
 
-    /// The buffer that stands for a resource. Others may share it within a frame.
+    /// The buffer of a resource. Others may share it within a frame.
     pub fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
         match self.instantiated.resources.physical(&self.instantiated.plan, name)? {
             Physical::Buffer(index) => self.instantiated.resources.textures.buffer(index),
@@ -341,43 +341,43 @@ impl Executor {
         }
     }
 
-    /// Switches measuring of the processor's time for each pass on or off; off at first.
+    /// Switches the measurement of CPU times for each pass on or off; off at first.
     pub fn measure_times(&mut self, on: bool) {
         self.times.switch(on);
     }
 
-    /// The processor's time for each pass of the last record, in the plan's order; nothing if measuring is off. Passes
-    /// that are recorded as one render pass count with the first of them; those that are left out count nothing.
+    /// The CPU time of each pass of the last record, in the plan's order; empty if measurement is off. Passes that are
+    /// recorded as one render pass count with the first of them; skipped passes take no time.
     pub fn times(&self) -> impl Iterator<Item = (&str, Duration)> {
         let names = self.instantiated.plan.passes.iter().map(|pass| pass.name.as_str());
         names.zip(self.times.passes.iter().copied())
     }
 
-    /// When the processor began with each pass of [`Executor::times`], from the begin of the record on.
+    /// The start of each pass of [`Executor::times`] on the CPU, from the begin of the record on.
     pub fn starts(&self) -> impl Iterator<Item = Duration> {
         self.times.starts.iter().copied()
     }
 
-    /// Switches measuring of the GPU's time for each pass on or off; off at first. Whether the device can measure it: it
-    /// needs the feature `timestamp-query`, and for copies `TIMESTAMP_QUERY_INSIDE_ENCODERS`.
+    /// Switches the measurement of GPU times for each pass on or off; off at first. Returns whether the device can
+    /// measure: it needs the feature `timestamp-query`, and for copies `TIMESTAMP_QUERY_INSIDE_ENCODERS`.
     pub fn measure_gpu_times(&mut self, on: bool) -> bool {
         self.gpu_times.switch(on, &self.preparation.device)
     }
 
-    /// The GPU's time for each pass of the last record, in the order in which they began. Its encoder has to be submitted;
-    /// this waits until the GPU is done. Nothing if measuring is off, or when asked a second time.
+    /// The GPU time of each pass of the last record, in the order in which they began. Submit the record's encoder
+    /// first; this waits until the GPU is done. Empty if measurement is off, or on a second call.
     pub fn gpu_times(&mut self) -> Vec<GpuTime> {
         self.gpu_times.take(&self.preparation.device, &self.queue)
     }
 
-    /// The passes that the last record left out, since their toggles are switched that way; in the plan's order.
+    /// The passes that the last record skipped because of their toggles, in the plan's order.
     pub fn skipped(&self) -> impl Iterator<Item = &str> {
         let instantiated = &self.instantiated;
         let skipped = |pass: &&PlannedPass| !instantiated.switches().runs(&instantiated.plan, pass.handle);
         instantiated.plan.passes.iter().filter(skipped).map(|pass| pass.name.as_str())
     }
 
-    /// For each pass that draws the host's meshes, what the last record has drawn.
+    /// The counts of the last record for each pass that draws the host's meshes.
     pub fn pass_counts(&self) -> impl Iterator<Item = (&str, PassCounts)> {
         let passes = self.instantiated.plan.passes.iter().zip(&self.instantiated.passes);
         let draws = |pass: &InstantiatedPass| matches!(pass.work, InstantiatedWork::Scene { .. });

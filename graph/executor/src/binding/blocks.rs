@@ -1,9 +1,9 @@
 //! The blocks of one record: where they lie in a buffer, and their bytes.
 //!
-//! All blocks that the module fills (blackboard data, views, constants) lie in one buffer, each at a place that is
-//! fixed when the plan is instantiated; a pass that draws several views has its `view` block that many times, and a
-//! dynamic offset chooses among them. A record packs all of them into one staging vector and uploads what it uses of it:
-//! there is room for as many views as there can be, of which a frame has few. Constants are in that vector from the start.
+//! All blocks that the module fills (blackboard data, views, constants) lie in one buffer, each at an offset that is
+//! fixed when the plan is instantiated. A pass that draws several views has one `view` block for each, selected by a
+//! dynamic offset. A record packs all blocks into one staging vector and uploads the used part: there is room for the
+//! maximum number of views, but a frame has few. The vector contains the constants from the start.
 //!
 //! A uniform block is padded to whole 16 bytes, which some devices want; a storage block is exactly as long as its
 //! values, since a shader can ask for the length of an array at its end.

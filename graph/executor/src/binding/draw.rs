@@ -1,6 +1,6 @@
 //! The draw contract at record time: what the host brings, and the render pass that it draws into.
 //!
-//! How the host stores its meshes is said before, without a device: [`HostInterface`].
+//! [`HostInterface`] describes the host's mesh storage in advance, without a device.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use umbragraph_compiler::Plan;
 /// The interfaces that a draw source has stated, by geometry contract.
 pub(crate) type Stated = BTreeMap<String, HostInterface>;
 
-/// Where the storage of meshes is looked up: at the host's draw source, or at what one has stated before.
+/// The sources of mesh storage: the host's draw source, or the storage that an earlier one declared.
 #[derive(Clone, Copy)]
 pub(crate) struct Host<'a> {
     pub(crate) source: Option<&'a dyn DrawSource>,
@@ -21,7 +21,7 @@ pub(crate) struct Host<'a> {
 }
 
 impl<'a> Host<'a> {
-    /// What the host states of a geometry contract.
+    /// The storage that the host declares for a geometry contract.
     pub(crate) fn stated(self, geometry: &str) -> Option<&'a HostInterface> {
         match self.source {
             Some(source) => source.interface(geometry),

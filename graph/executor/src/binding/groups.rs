@@ -1,9 +1,8 @@
-//! Bind groups of what the module itself binds.
+//! Bind groups of the module's own resources.
 //!
-//! What a group binds is settled when the plan is instantiated, but for three things: the buffer of blocks, which is
-//! another one for each record in flight, views of the host's own textures, the copies of histories, which take turns,
-//! and what toggles replace. A group is made when a combination of these comes up for the first time, and kept for
-//! as long as the combination keeps coming.
+//! A plan's instantiation fixes the bindings of a group, with four exceptions: the buffer of blocks, which differs for
+//! each record in flight; views of the host's own textures; the copies of histories, which rotate; and resources that
+//! toggles replace. A group is made for a new combination of these, and kept while the combination recurs.
 
 use super::blocks::Place;
 use crate::memory::histories::Turn;
@@ -49,18 +48,18 @@ pub(crate) enum Bound {
 }
 
 impl Bound {
-    /// What is bound of a resource and of its fallbacks; nothing is switched where there is only one.
+    /// The binding of a resource and of its fallbacks; without fallbacks nothing is switched.
     pub(crate) fn switched(mut all: Fallbacks<Bound>) -> Option<Self> {
         if all.0.len() > 1 { Some(Bound::Switched(all)) } else { all.0.pop().map(|(_, bound)| bound) }
     }
 
-    /// What readers see, where toggles switch it.
+    /// The binding that the toggles select.
     fn choose(&self, switches: &Switches) -> Option<&(ResourceHandle, Bound)> {
         let Bound::Switched(all) = self else { return None };
         all.seen(switches)
     }
 
-    /// All that can be bound.
+    /// All alternatives of the binding.
     fn alternatives(&self) -> impl Iterator<Item = &Bound> {
         let (one, all) = match self {
             Bound::Switched(all) => (None, all.0.as_slice()),

@@ -1,8 +1,8 @@
-//! Bind groups of what the host binds: its materials and its objects.
+//! Bind groups of the host: its materials and its objects.
 //!
-//! There is one bind group for each material and layout, and one for all objects of a layout, whose blocks are moved by
-//! dynamic offsets. They are made again when the host's generation says that something behind them was replaced. Passes
-//! whose shaders see materials alike share them.
+//! There is one bind group for each material and layout, and one for all objects of a layout, whose blocks are selected
+//! by dynamic offsets. They are made again when the host's generation reports replaced resources. Passes whose shaders
+//! declare equal materials share them.
 
 use super::draw::DrawSource;
 use crate::objects::creation::Creation;

@@ -1,4 +1,4 @@
-//! Bind groups: of what the module binds, and of the materials and objects of the host.
+//! Bind groups of the module's own resources, and of the host's materials and objects.
 
 pub(crate) mod blocks;
 pub(crate) mod draw;

@@ -1,14 +1,14 @@
 //! The attachments of a pass, and render passes into them.
 //!
 //! A pass whose attachments have one layer each (a fixed one, or the only one of its texture) takes one render pass.
-//! Neighbours that the plan groups take one together: it loads as the first says and stores as the last says.
+//! Neighbours that the plan groups share one: it loads as the first pass declares and stores as the last.
 //!
 //! Any other pass takes one render pass for each run of views that draw into the same layer. The first access of a
-//! layer loads it as the pass says (clear, discard), later ones keep what is there; that is kept apart for each
-//! attachment, since one may have layers and another a fixed one. What no view drew into is cleared all the same unless
-//! the pass loads, so that a frame without a light has empty maps and not those of the frame before.
+//! layer loads it as the pass declares (clear, discard), later ones load its contents. Each attachment tracks that
+//! itself, since one may have layers and another a fixed one. A layer that no view draws into is cleared unless the
+//! pass loads, so that a frame without a light has empty maps and not the maps of the frame before.
 //!
-//! Discarding on load is recorded as clearing to zero: what is cheap on tiling devices, and nothing is left undefined.
+//! Discarding on load is recorded as clearing to zero: that is cheap on tiling GPUs and leaves nothing undefined.
 
 use wgpu::RenderPassDepthStencilAttachment as DepthStencil;
 use wgpu_profiler::GpuProfilerQuery;
@@ -57,7 +57,7 @@ impl<T: LiveValue> Attachment<T> {
         if self.layers.len() > 1 { layer as usize } else { 0 }
     }
 
-    /// What is discarded is cleared to nothing: to leave it undefined is unsafe.
+    /// The load and store operations of the attachment. `Discard` clears to zero, since undefined contents are unsafe.
     fn operations<V: From<T> + Default>(&self, is_first: bool) -> wgpu::Operations<V> {
         let load = match self.load {
             LoadOperation::Clear(clear) if is_first => wgpu::LoadOp::Clear(clear.value.into()),
@@ -74,7 +74,7 @@ impl<T: LiveValue> Attachment<T> {
         }
     }
 
-    /// What clears a layer, of an attachment that begins cleared.
+    /// The view and operations that clear one layer; `None` if the attachment loads.
     fn cleared<'a, V: From<T> + Default>(
         &'a self,
         position: usize,

@@ -1,20 +1,19 @@
 //! Views whose texels are kept from frame to frame.
 //!
-//! A pass that draws changed views ([`Redraw`]) notes each view that it drew, with the host's
-//! revision of what its filter lets through. A later view is left out while it is equal to the one that is noted where
-//! it lies, matrices included, and the revision is the same. Where the revision alone differs it is drawn in its turn,
-//! at the latest as many frames after it was drawn last as the cadence says; turns are staggered by the views'
-//! positions. What a view is drawn over is forgotten.
+//! A pass that draws changed views ([`Redraw`]) records each drawn view, with the host's revision of the draws in its
+//! filter. A later view is skipped while it equals the recorded one at its place, matrices included, and the revision
+//! is the same. If only the revision differs, the view waits for its turn, at most as many frames as the cadence; turns
+//! are staggered by the views' positions. Drawing over a view removes its record.
 //!
-//! A view that covers its layer alone is cleared by the render pass; of any other a triangle clears the texels, whose
-//! depth is that of its viewport.
+//! The render pass clears a view that covers its layer alone. For any other view a triangle clears the texels, at the
+//! depth of its viewport.
 //!
-//! What is noted belongs to the textures of one plan: after another plan everything is drawn again. A live parameter lets
-//! those draw again whose own settings it changes, or those of passes whose data, textures or buffers they read. Nothing is
+//! The records belong to the textures of one plan: another plan draws everything again. A changed live parameter
+//! redraws the passes whose settings it changes, and passes whose data, textures or buffers depend on it. Nothing is
 //! allocated once there was room for as many views.
 //!
-//! Limits: the views of a pass do not overlap, and no other pass writes the texture. Blackboard data and values that the
-//! shader reads besides are not compared.
+//! Limits: the views of a pass do not overlap, and no other pass writes the texture. Other blackboard data and values
+//! that the shader reads are not compared.
 
 use super::scroll;
 use crate::objects::creation::Creation;
@@ -32,13 +31,13 @@ const CLEAR: &str = "@vertex fn cover(@builtin(vertex_index) index: u32) -> @bui
 }
 ";
 
-/// What can change without a view changing: the host's revision and generation; `None` where the host does not say.
+/// Changes that leave a view equal: the host's revision and generation; `None` if the host declares none.
 pub(crate) type Stamp = Option<(u64, u64)>;
 
-/// The stamp of a view in which nothing lies that its filter lets through, whatever changes.
+/// The stamp of a view that contains no draw of its filter, after any change.
 pub(crate) const NOTHING: Stamp = Some((u64::MAX, u64::MAX));
 
-/// The views that a pass has drawn, and whose texels are as they left them.
+/// The views that a pass has drawn and whose texels are unchanged.
 #[derive(Default)]
 pub(crate) struct Kept {
     views: Vec<KeptView>,
@@ -56,8 +55,8 @@ struct KeptView {
 pub(crate) type Texels = (usize, [u32; 4]);
 
 impl Kept {
-    /// Whether a view is drawn in a record, in one of `every` if only the stamp differs; `position` is its place among
-    /// the views.
+    /// Whether a view is drawn in a record; if only the stamp differs, in one of `every` records. `position` is the
+    /// view's index.
     pub(crate) fn is_due(&self, view: &View, stamp: Stamp, position: usize, every: u32, record: u64) -> bool {
         let Some(kept) = self.views.iter().find(|kept| kept.view == *view) else { return true };
         let is_same = stamp.is_some() && stamp == kept.stamp;
@@ -90,22 +89,22 @@ impl Kept {
         self.views.clear();
     }
 
-    /// Notes that a view is drawn, over whatever lay there.
+    /// Records that a view is drawn, and removes the records of views below it.
     pub(crate) fn note(&mut self, view: View, texels: Texels, stamp: Stamp, record: u64) {
         self.views.retain(|kept| !overlap(kept.texels, texels));
         self.views.push(KeptView { view, texels, stamp, record });
     }
 }
 
-/// The draws of a pass that keeps views, what it says of that, and the texture of its depth.
+/// The draws of a pass that keeps views, its redraw settings, and its depth texture.
 pub(crate) fn kept(work: &Work) -> Option<(&SceneDraw, &Redraw, ResourceHandle)> {
     let Work::Render(render) = work else { return None };
     let scene = work.scene()?;
     Some((scene, scene.redraw.as_ref()?, render.depth.as_ref()?.to.resource))
 }
 
-/// For each pass of a plan those that keep views which are drawn with what it makes: the keeper itself, and what it reads,
-/// but for the views, which are compared, and the texels below them, which have records.
+/// For each pass of a plan, the view-keeping passes that depend on its results: the keeper itself, and the sources of
+/// its reads. Views are not counted, since they are compared; nor are the texels below them, which have records.
 pub(crate) fn keepers(plan: &Plan) -> Vec<Vec<usize>> {
     let pipeline = &plan.pipeline;
     let base =

@@ -1,10 +1,10 @@
-//! Depth from elsewhere: of a view that moved over its own plane by whole texels, what it still shows is moved along, and
-//! not drawn again; and a view that is drawn over another texture begins with what is there.
+//! Reuse of depth. If a view moved over its own plane by whole texels, its still visible part is moved and not drawn
+//! again. A view that is drawn over another texture begins with that texture's depth.
 //!
-//! Both views of a move have one projection without perspective, but for a translation by whole texels; depth is the same. What
-//! both see is copied: the layer to a texture of the same size, and from there to its new place by a triangle that
-//! writes depth, since parts of depth textures cannot be copied. What came into view is left: a strip at each of two
-//! edges at most, which are cleared and drawn.
+//! Both views of a move have the same projection without perspective, except for a translation by whole texels, and the
+//! same depth. The common part is copied: the layer to a texture of the same size, and from there to its new place by a
+//! triangle that writes depth, since WebGPU cannot copy parts of depth textures. The newly visible part is a strip at
+//! up to two edges, which is cleared and drawn.
 //!
 //! Limits: textures of one sample. Texels that were moved are not bit for bit those that would be drawn now: a rasteriser
 //! rounds the depth of a triangle by where in the map the triangle lies. Of a walk over the courtyard 41 % of the texels
@@ -37,15 +37,15 @@ struct Moved { @builtin(position) position: vec4<f32>, @location(0) @interpolate
 }
 ";
 
-/// What brings texels to the depth attachment of a pass: those of itself, moved, or those of another texture.
+/// A copy of texels into the depth attachment of a pass: its own texels, moved, or those of another texture.
 pub(crate) struct Scroll {
     pipeline: wgpu::RenderPipeline,
     group: wgpu::BindGroup,
-    /// What a layer is copied to.
+    /// The texture that a layer is copied to.
     copy: wgpu::Texture,
     texture: Texture,
     mip: u32,
-    /// The layer, where it is not the view's.
+    /// The layer, if it differs from the view's.
     layer: Option<u32>,
 }
 
@@ -149,8 +149,7 @@ pub(crate) fn moved(from: &View, to: &View, [width, height]: [u32; 2]) -> Option
     Some([texels(by.x, width)?, texels(-by.y, height)?])
 }
 
-/// What came into view of some texels: at the left or the right over the whole height, and what is left of it above or
-/// below.
+/// The newly visible strips of a rectangle: left or right over the whole height, then the rest above or below.
 pub(crate) fn strips([x, y, width, height]: [u32; 4], by: [i32; 2]) -> impl Iterator<Item = [u32; 4]> {
     let [wide, high] = by.map(i32::unsigned_abs);
     let left = if by[0] > 0 { x } else { x + width - wide };

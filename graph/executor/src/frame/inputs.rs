@@ -1,8 +1,7 @@
-//! What a frame brings, checked before anything is recorded, and the CPU passes that turn it into data.
+//! Inputs of a frame: checks before anything is recorded, and the CPU passes that turn them into data.
 //!
-//! The host's textures have to be those that the plan was made for, its meshes stored as the pipelines were built for;
-//! views have to lie within the attachments that they are drawn into. In a frame without diagnostics nothing is
-//! allocated.
+//! The host's textures must match the plan, and its meshes the storage that the pipelines were built for; views must
+//! lie within the attachments that they are drawn into. A frame without diagnostics allocates nothing.
 
 use super::input::Frame;
 use crate::binding::draw::Host;
@@ -87,7 +86,7 @@ fn surplus(instantiated: &Instantiated, name: &str) -> Diagnostic {
     })
 }
 
-/// What is wrong with what a host gives by handle.
+/// The error of an object that a host gives by handle.
 pub(crate) fn given_error(plan: &Plan, name: &str, given: &Kept) -> Option<String> {
     let resource = plan.resources.get(name)?;
     match given {

@@ -1,4 +1,4 @@
-//! Frames: what they bring, and their commands.
+//! Frames: their inputs and their commands.
 
 pub(crate) mod input;
 pub(crate) mod inputs;

@@ -1,7 +1,7 @@
 //! Recording a frame: the plan's passes, one after the other, into the host's encoder.
 //!
-//! First everything that the record needs and does not have is created (nothing, in a steady frame); only then is
-//! anything recorded, so that a device that rejects something leaves the encoder as it was.
+//! All missing objects are created first (none, in a steady frame); only then is anything recorded, so that a rejection
+//! by the device leaves the encoder unchanged.
 //!
 //! Passes are labelled with their names, which wgpu makes debug groups on Vulkan, and not put into groups of the encoder:
 //! wgpu has a command buffer for each pass, so such a group ends in another buffer than it begins in, which crashes
@@ -32,14 +32,14 @@ use wgpu_profiler::GpuProfilerQuery;
 pub(crate) struct Scratch {
     offsets: Vec<u32>,
     drawn: Drawn,
-    /// What each pass of the plan has drawn in the last record.
+    /// The counts of each pass in the last record.
     pub(crate) counts: Vec<PassCounts>,
     /// The passes whose draws failed, with the reasons.
     failed: Vec<(usize, String)>,
 }
 
 impl Scratch {
-    /// What is said of draws that failed in the last record; each pass says it once.
+    /// The diagnostics of draws that failed in the last record, one for each pass.
     pub(crate) fn failures(&self, plan: &Plan) -> Diagnostics {
         let mut diagnostics = Diagnostics::new();
         for run in self.failed.chunk_by(|a, b| a == b) {
@@ -56,10 +56,10 @@ impl Scratch {
     }
 }
 
-/// Creates what a record needs and does not have.
+/// Creates the objects that a record lacks.
 ///
 /// # Errors
-/// Materials or objects for which the host gives nothing; textures of another device.
+/// Materials or objects that the host does not provide; textures of another device.
 pub(crate) fn prepare(
     instantiated: &mut Instantiated,
     creation: &mut Creation<'_>,

@@ -103,7 +103,7 @@ pub(crate) fn covered(bounds: &Bounds, view: &View, texels: [u32; 4]) -> Option<
     (wide > 0 && high > 0).then_some([x + low.x as u32, y + low.y as u32, wide, high])
 }
 
-/// What two rectangles have in common.
+/// The intersection of two rectangles.
 pub(crate) fn common(a: [u32; 4], b: [u32; 4]) -> Option<[u32; 4]> {
     let low = [a[0].max(b[0]), a[1].max(b[1])];
     let wide = (a[0] + a[2]).min(b[0] + b[2]).checked_sub(low[0])?;
@@ -118,7 +118,7 @@ struct ScenePass<'a> {
     detail: u32,
     pass: &'a mut wgpu::RenderPass<'static>,
     offsets: &'a mut Vec<u32>,
-    /// How often an object was bound.
+    /// The number of bound objects.
     draws: u64,
     failed: Option<String>,
 }

@@ -62,17 +62,17 @@ pub(crate) struct Instantiated {
 pub(crate) struct InstantiatedPass {
     pub(crate) work: InstantiatedWork,
     pub(crate) groups: Vec<Group>,
-    /// How many passes, this one included, are recorded as one render pass; 0 for those that another begins.
+    /// The number of passes, this one included, that are recorded as one render pass; 0 for passes that another begins.
     pub(crate) merged: usize,
     /// The label of its render pass.
     pub(crate) label: String,
     pub(crate) constants: Constants,
 }
 
-/// What a render pass sets beside pipelines and bind groups.
+/// The constants that a render pass sets besides pipelines and bind groups.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Constants {
-    /// What stencil is compared with, and what replaces it.
+    /// The stencil reference.
     pub(crate) reference: Option<Live<Byte>>,
     /// The constant of blend equations.
     pub(crate) blend: Option<Live<Color>>,
@@ -118,15 +118,15 @@ pub(crate) struct InstantiatedScene {
     pub(crate) objects: Option<usize>,
     /// The bind groups that the host fills itself.
     pub(crate) own_groups: Vec<u32>,
-    /// What clears a view's texels, where views are kept.
+    /// The pipeline that clears a view's texels, if views are kept.
     pub(crate) clear: Option<wgpu::RenderPipeline>,
-    /// What moves what a view still shows, where that is wanted.
+    /// The copy that moves the part of a view that stays visible, if that is enabled.
     pub(crate) scroll: Option<Scroll>,
-    /// What brings the texels over which a view is drawn, and the position of the pass that keeps them, if one does.
+    /// The copy of the texels that a view is drawn over, and the position of the pass that keeps them, if one does.
     pub(crate) over: Option<(Scroll, Option<usize>)>,
     /// The depth that it is cleared to.
     pub(crate) clear_depth: Live<Depth>,
-    /// Whether shaders ask for the matrix of the view; where they do not, it does not say which texels are drawn.
+    /// Whether shaders read the matrix of the view; otherwise it does not determine the drawn texels.
     pub(crate) is_placed: bool,
 }
 

@@ -1,4 +1,4 @@
-//! A plan on a device: everything that it needs, taken over from the plan before where it can be.
+//! A plan on a device: its objects, reused from the plan before if possible.
 
 pub(crate) mod instantiate;
 pub(crate) mod parameters;

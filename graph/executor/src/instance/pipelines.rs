@@ -1,12 +1,11 @@
 //! Layouts and pipelines of passes.
 //!
-//! Layouts are what reflection says of a program, the union over its variants; one thing that reflection cannot know is
-//! added: which blocks move by a dynamic offset (`view`, and the blocks of an object). A bind group that a program does
-//! not use is a hole in its layout; of one that the host fills itself the layout is the host's.
+//! A program's layout is the union of its variants' reflected interfaces. Reflection cannot know which blocks have a
+//! dynamic offset (`view`, and the blocks of an object); these are added here. A bind group that a program does not use
+//! is a hole in its layout; a group that the host fills itself has the host's layout.
 //!
-//! For a pass that draws the host's meshes there is one pipeline for each set of properties that the host's interface
-//! names, with the vertex buffers from which the variant reads; sets that come to the same variant share it. Front faces
-//! are counter-clockwise.
+//! A pass that draws the host's meshes has one pipeline for each property set of the host's interface, with the vertex
+//! buffers that the variant reads; sets with the same variant share it. Front faces are counter-clockwise.
 
 use std::collections::BTreeSet;
 
@@ -20,7 +19,7 @@ use umbragraph_pipeline::pipeline::{Program, ProgramVariant};
 use umbragraph_pipeline::shader::Stage;
 use umbragraph_pipeline::work::{BufferDraw, RenderWork, ResourceHandle, SceneDraw, SlotSource, Work};
 
-/// The layouts of a program: those of its bind groups, `None` for one without bindings, and of its pipelines.
+/// The layouts of a program: of its bind groups, `None` for a group without bindings, and of its pipelines.
 pub(crate) struct Layouts {
     pub(crate) groups: Vec<Option<wgpu::BindGroupLayout>>,
     pub(crate) pipeline: wgpu::PipelineLayout,
@@ -144,7 +143,7 @@ impl Pipelines<'_, '_> {
         pipelines
     }
 
-    /// What clears the texels of a view that a pass keeps.
+    /// The pipeline that clears the texels of a view that a pass keeps.
     pub(crate) fn clear(&mut self, render: &RenderWork, scene: &SceneDraw) -> Option<wgpu::RenderPipeline> {
         scene.redraw.as_ref()?;
         let depth = self.plan.resource(render.depth.as_ref()?.to.resource)?;

@@ -23,7 +23,7 @@ pub struct PlanPreparer {
     pub(crate) device: wgpu::Device,
     /// The objects that executors share.
     pub(crate) objects: Arc<Mutex<Objects>>,
-    /// What the draw source of the executor has stated.
+    /// The storage that the executor's draw source has declared.
     pub(crate) stated: Arc<Stated>,
 }
 

@@ -1,7 +1,7 @@
-//! What a plan needs of a device and of a host, checked before anything is created.
+//! Requirements of a plan on a device and a host, checked before anything is created.
 //!
-//! Each diagnostic names what is beyond the device, and by how much. What no limit or feature tells beforehand (a
-//! format that a driver cannot store, memory that runs out) is caught when it is created (see [`crate::objects::creation`]).
+//! Each diagnostic names the requirement and the device's limit. Failures that no limit or feature predicts (a format
+//! that a driver cannot store, memory that runs out) are caught at creation (see [`crate::objects::creation`]).
 
 use crate::binding::draw::Host;
 use crate::drawing::attachments::MAX_COLORS;

@@ -1,11 +1,11 @@
-//! How long the GPU works on each pass, by timestamps at the begin and the end of render and compute passes, and around
-//! copies where the device can write timestamps between passes.
+//! GPU times of passes, by timestamps at the begin and the end of render and compute passes, and around copies if the
+//! device can write timestamps between passes.
 //!
-//! Off unless asked for, as are the times of the processor. Passes that are recorded as one render pass count with the
-//! first of them; one that draws into several layers has a render pass for each, all of which count.
+//! Off by default, as are the CPU times. Passes that are recorded as one render pass count with the first of them; a
+//! pass that draws into several layers has a render pass for each, all of which count.
 //!
-//! Limits: a device without `timestamp-query` measures nothing; the clears of layers that no view draws into are not
-//! counted; not for the web, where the library beneath asks for a number of the process.
+//! Limits: a device without `timestamp-query` measures nothing. The clears of layers that no view draws into do not
+//! count. Not for the web, where the underlying library needs a process number.
 
 use std::time::Duration;
 

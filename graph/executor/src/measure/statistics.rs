@@ -1,7 +1,7 @@
-//! What an executor has created on the device, and what its last record has drawn.
+//! Statistics of an executor: created objects, and the draws of the last record.
 
-/// The numbers of objects that an executor has created so far, those included that were [prepared](crate::PreparedPlan). They
-/// only grow. The first records make buffers for blocks and bind groups; in a steady frame nothing is made.
+/// The numbers of objects that an executor has created so far, including [prepared](crate::PreparedPlan) ones. They
+/// only grow. The first records make buffers for blocks and bind groups; a steady frame makes nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Statistics {
@@ -42,17 +42,17 @@ impl std::ops::AddAssign for Statistics {
     }
 }
 
-/// What a pass has drawn of the host's meshes in one record.
+/// The draws of the host's meshes by a pass in one record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PassCounts {
-    /// Views that were drawn, or the strips of which that came into view.
+    /// Drawn views, or views with newly visible strips.
     pub views: u64,
     /// Views whose texels were left as they were.
     pub kept: u64,
-    /// How often the host bound an object: once for each of its draws.
+    /// The number of objects that the host bound: one for each of its draws.
     pub draws: u64,
-    /// Texels within which draws were issued: those of the views, as far as the host's bounds reach.
+    /// Texels in which draws were issued: the views, clipped to the host's bounds.
     pub texels: u64,
 }
 

@@ -1,9 +1,10 @@
-//! How long the host's processor works on each pass.
+//! CPU times of passes.
 //!
-//! Off unless asked for. The time of a CPU pass is that of its function; of any other pass, that of recording it, the
-//! host's own draws included. Preparing bind groups and uploading blocks belong to no pass and are told apart.
+//! Off by default. The time of a CPU pass is that of its function; the time of any other pass is that of its recording,
+//! including the host's own draws. Preparing bind groups and uploading blocks belong to no pass and are reported
+//! separately.
 //!
-//! The time that the GPU takes is measured by [`super::gpu_times`].
+//! [`super::gpu_times`] measures the time of the GPU.
 //!
 //! Limits: no clock on the web, where all times are zero.
 

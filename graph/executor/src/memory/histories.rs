@@ -1,4 +1,4 @@
-//! The frames of histories, and how they take turns.
+//! The frames of histories, and their rotation.
 //!
 //! Each history stands on one texture or buffer more than it keeps earlier frames. A record is a frame: it moves every
 //! copy on by one, writes the one that was the oldest, and reads the others by their age. Several records in one encoder
@@ -41,7 +41,7 @@ struct History {
     writers: Vec<PassHandle>,
 }
 
-/// One frame of a history: what stands for it changes with each record.
+/// One frame of a history; its object changes with each record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Turn {
     /// The position of the history.
@@ -58,7 +58,7 @@ enum Clear {
 }
 
 impl Histories {
-    /// The histories of a plan; one of the plan before goes on if all of its copies do.
+    /// The histories of a plan; a history of the previous plan continues if all of its copies do.
     pub(crate) fn new(plan: &Plan, textures: &Textures, before: Option<(&Self, &Textures)>) -> Self {
         let list = plan.histories.iter().map(|(name, planned)| {
             let places = planned.places.clone();

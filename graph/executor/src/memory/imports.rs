@@ -1,11 +1,11 @@
 //! The host's own textures, and views of them; and its buffers.
 //!
-//! The host gives them again with each frame, and they may be others each time: a swap chain has a handful. Views are
-//! kept for those that were seen in the last few frames, so that a texture that comes again needs no new one, and the
-//! host's textures are not held on to for longer than that.
+//! The host gives its textures again with each frame, and they may change: a swap chain has a handful. Views of
+//! recently used textures are kept for a few frames, so that a recurring texture needs no new view. The host's textures
+//! are not held longer than that.
 //!
-//! What the host gives by handle stays until it gives another, also while the executor has a plan that does not import
-//! it, or not as it is.
+//! Objects that the host gives by handle stay until it gives others, even while the current plan does not import them
+//! or imports them differently.
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -180,7 +180,7 @@ impl<T> Clone for ImportHandle<T> {
 
 impl<T> Copy for ImportHandle<T> {}
 
-/// What can be given for an import: a [`wgpu::Texture`], or a [`wgpu::Buffer`].
+/// An object that can be given for an import: a [`wgpu::Texture`] or a [`wgpu::Buffer`].
 pub trait Importable {
     /// The form in which it is given.
     type Given<'a>;
@@ -266,7 +266,7 @@ const KEPT_FRAMES: u64 = 4;
 pub(crate) struct Imports {
     imports: Vec<Imported>,
     views: Vec<ImportView>,
-    /// What was given by handle, by the names of resources: of this plan, and of those before.
+    /// The objects given by handle, by resource name: of this plan and of earlier ones.
     kept: BTreeMap<String, Kept>,
     id: u64,
 }
@@ -339,7 +339,7 @@ impl Imports {
         self.imports.get(import.0).map(|import| import.name.as_str())
     }
 
-    /// The import that stands for a resource.
+    /// The import of a resource.
     pub(crate) fn find(&self, resource: ResourceHandle) -> Option<ImportedTexture> {
         self.imports.iter().position(|import| import.resource == resource).map(ImportedTexture)
     }
@@ -457,7 +457,7 @@ impl Imports {
         self.kept.get(name)?.buffer()
     }
 
-    /// The buffer that stands for a resource.
+    /// The imported buffer of a resource.
     pub(crate) fn buffer_of(&self, resource: ResourceHandle) -> Option<&wgpu::Buffer> {
         self.buffer(self.find(resource)?)
     }

@@ -38,7 +38,7 @@ impl Drop for GiveBack {
 }
 
 impl Pool {
-    /// Takes a buffer of at least so many bytes until the GPU is done with what the encoder records.
+    /// Takes a buffer of at least `size` bytes until the GPU has finished the encoder's commands.
     pub(crate) fn take(
         &mut self,
         creation: &mut Creation<'_>,

@@ -10,7 +10,7 @@ use wgpu::TextureFormat as Format;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Place, codes};
 use umbragraph_pipeline::language::format_name;
 
-/// What a texture holds: row by row from the top, layer by layer.
+/// The contents of a texture: row by row from the top, layer by layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texels {
     /// The width, in texels.
@@ -19,7 +19,7 @@ pub struct Texels {
     pub height: u32,
     /// The number of layers.
     pub layers: u32,
-    /// How many of the four numbers the format has: 1 to 4.
+    /// The number of channels of the format: 1 to 4.
     pub channels: usize,
     /// Red, green, blue and alpha as a shader reads them, depth and stencil as red; 0, 0 and 1 where there is none.
     pub values: Vec<[f32; 4]>,
@@ -169,14 +169,14 @@ fn read_depth(
     encoder.copy_buffer_to_buffer(&words, 0, buffer, 0, buffer.size());
 }
 
-/// How the bytes of a texel lie.
+/// The byte layout of a texel.
 struct Layout {
     bytes: u32,
     channels: usize,
     aspect: wgpu::TextureAspect,
     /// Whether the format can be copied to a buffer.
     copied: bool,
-    /// Whether blue goes before red.
+    /// Whether blue precedes red.
     is_bgra: bool,
     /// Ten bits each of red, green and blue, two of alpha.
     is_packed: bool,

@@ -1,4 +1,4 @@
-//! What the resources of a plan are on the device, whoever owns them, and whichever frame they belong to.
+//! The device objects of a plan's resources, of any owner and frame.
 
 use super::histories::{Histories, Turn};
 use super::imports::{ImportedTexture, ImportedView, Imports};
@@ -14,7 +14,7 @@ pub(crate) struct Resources {
     pub(crate) histories: Histories,
 }
 
-/// What stands for a resource: an object of the plan, or of the host's, given with each frame.
+/// The object of a resource: of the plan, or of the host, given with each frame.
 pub(crate) enum Standing<T, I = ImportedTexture> {
     Own(T),
     Imported(I),
@@ -31,11 +31,11 @@ pub(crate) type Texture = Standing<wgpu::Texture>;
 /// A buffer of the plan, or one of the host's.
 pub(crate) type Buffer = Standing<wgpu::Buffer>;
 
-/// What stands for a resource and for each of its fallbacks; toggles choose among them.
+/// The objects of a resource and of each of its fallbacks; toggles choose among them.
 pub(crate) struct Fallbacks<T>(pub(crate) Vec<(ResourceHandle, T)>);
 
 impl<T> Fallbacks<T> {
-    /// What `make` makes of a resource and of each of its fallbacks; those of which it makes nothing are left out.
+    /// Calls `make` for a resource and each of its fallbacks; leaves out `None`.
     pub(crate) fn new(
         plan: &Plan,
         resource: ResourceHandle,
@@ -98,7 +98,7 @@ impl Resources {
     }
 }
 
-/// What stands for a resource, from what stands at a place of the plan or for an import.
+/// The object of a resource, from an object of the plan or an import.
 fn standing<T, I>(
     histories: &Histories,
     plan: &Plan,

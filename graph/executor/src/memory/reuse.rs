@@ -1,8 +1,8 @@
-//! Which textures and buffers of a plan go on in the plan that replaces it.
+//! Reuse of textures and buffers by the plan that replaces another.
 //!
-//! One whose descriptor is the same can stand for another. What outlives frames keeps its contents: it goes on under the
-//! name of its resource and under no other, and a new resource of that kind begins empty. What lives within a frame is
-//! written before it is read, so any of its kind will do; one that has the same label is taken first.
+//! An object can serve any resource with the same descriptor. A resource that outlives frames keeps its contents under
+//! its own name and under no other; a new resource of that kind begins empty. A resource within a frame is written
+//! before it is read, so any object of its kind will do; one with the same label is preferred.
 //!
 //! Cost: linear in both plans, but for hashing.
 

@@ -1,8 +1,8 @@
 //! The textures and buffers that a plan creates, and views of them.
 //!
-//! They are created when the plan is instantiated, or taken over from the plan before where nothing about them changes
-//! (see [`super::reuse`]). A view is created when a pass is instantiated that needs it; passes that see a texture
-//! alike, under whichever name it goes, share one.
+//! They are created when the plan is instantiated, or reused from the previous plan if they do not change (see
+//! [`super::reuse`]). A view is created with the first pass that needs it; passes with equal views of a texture share
+//! one, under any name.
 
 use std::collections::{BTreeMap, HashMap};
 

@@ -1,6 +1,6 @@
 //! Copies, clears of buffers, and buffers of counts.
 //!
-//! What is copied, the plan says. Where a toggle takes the writers of a source away, its fallback is copied.
+//! The plan defines the copies. If a toggle removes the writers of a source, its fallback is copied.
 
 use super::resources::{Buffer, Fallbacks, Resources, Texture};
 use umbragraph_compiler::Switches;

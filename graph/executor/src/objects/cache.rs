@@ -1,9 +1,9 @@
 //! Objects by their descriptors, kept from plan to plan.
 //!
-//! A plan that replaces another shares most of its shader modules, layouts, pipelines and samplers with it. They are
-//! found again by their whole descriptors, never by a hash alone. Each attempt to instantiate a plan is a generation:
-//! what an attempt created that the device then rejected is forgotten, and what the last few successful ones did not
-//! use is evicted.
+//! A plan that replaces another shares most of its shader modules, layouts, pipelines and samplers with it. Lookups
+//! compare whole descriptors, never a hash alone. Each attempt to instantiate a plan is a generation. Objects of an
+//! attempt that the device rejects are removed, and objects that the last few successful attempts did not use are
+//! evicted.
 
 use std::collections::HashMap;
 use std::hash::Hash;

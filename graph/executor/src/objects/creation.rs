@@ -1,13 +1,13 @@
 //! Creating objects on the device: counted, and with the device's errors caught.
 //!
-//! wgpu tells errors of creation not where they happen but to the innermost error scope of the thread, and without one
-//! to a handler that panics unless the host has set another. A [`Creation`] opens scopes when it creates its first
-//! object; [`Creation::finish`] closes them. What they caught is ready at once, except in a browser, where it arrives
-//! late: that is what [`Caught`] holds. A steady frame creates nothing, and so opens no scope. When a plan is
-//! instantiated each pass and each new texture or buffer has scopes of its own, so that an error has a place.
+//! wgpu reports errors of creation not at the call, but to the thread's innermost error scope; without a scope it calls
+//! a handler that panics unless the host has set another. A [`Creation`] opens scopes when it creates its first object;
+//! [`Creation::finish`] closes them. Their errors are available at once, except in a browser, where [`Caught`] holds
+//! them until they arrive. A steady frame creates nothing, and so opens no scope. When a plan is instantiated, each
+//! pass and each new texture or buffer has its own scopes, so that an error has a place.
 //!
-//! A device that is lost reports nothing to scopes, and what is made on it looks as if it were there. [`lost`] finds it:
-//! memory of a new buffer cannot be mapped. It is asked where something was created, not in a steady frame.
+//! A lost device reports nothing to scopes, and new objects on it look valid. [`lost`] detects it: the memory of a new
+//! buffer cannot be mapped. The test runs after objects were created, not in a steady frame.
 //!
 //! Limits: in a browser the host learns of a lost device from its own callback alone.
 
@@ -56,12 +56,12 @@ impl<'a> Creation<'a> {
         Self { device, statistics, scopes: None, site: Site::default(), caught: Caught::default() }
     }
 
-    /// What is created from here on belongs to a pass.
+    /// Attributes all objects created from here on to a pass.
     pub(crate) fn begin_pass(&mut self, pass: &Pass) {
         self.begin(Site(Some((pass.place.into(), pass.pointer.clone(), pass.name.clone()))));
     }
 
-    /// What `create` creates belongs to a resource.
+    /// Attributes the objects that `create` creates to a resource.
     pub(crate) fn of_resource<T>(
         &mut self,
         resource: Option<&Resource>,
@@ -86,7 +86,7 @@ impl<'a> Creation<'a> {
         self.scopes.is_some()
     }
 
-    /// What is wrong with a texture of the host's that was not seen before: one of another device.
+    /// The error of a new texture of the host: it belongs to another device.
     pub(crate) fn import_error(
         &mut self,
         queue: &wgpu::Queue,
@@ -191,7 +191,7 @@ impl<'a> Creation<'a> {
     }
 }
 
-/// What is said of a device that is lost.
+/// The diagnostic of a lost device.
 pub(crate) fn lost(device: &wgpu::Device) -> Option<Diagnostic> {
     // A device that a browser has lost maps memory all the same.
     let probe = device.create_buffer(&wgpu::BufferDescriptor {

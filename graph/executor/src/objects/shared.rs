@@ -45,7 +45,7 @@ pub(crate) struct RenderKey {
 }
 
 impl RenderKey {
-    /// What writes depth alone, whatever is there, by a triangle without buffers.
+    /// The key of a pipeline that writes depth only, without a depth test, by a triangle without buffers.
     pub(crate) fn depth_alone(
         layout: wgpu::PipelineLayout,
         module: wgpu::ShaderModule,
