@@ -8,8 +8,8 @@
 //! matrices of the frame before have the jitter of this one: what does not move is found at its own pixel again,
 //! and what an effect has to know of jitter is nothing.
 //!
-//! Frames are told apart by their index: one that is recorded again has the same frame before. In the first frame,
-//! and behind one without a usable camera, the frame before is the frame itself.
+//! The index identifies a frame: if it is recorded again, its previous frame stays the same. In the first frame, and
+//! after one without a usable camera, the previous frame is the frame itself.
 //!
 //! Limits: a camera with unusable values (not finite, an empty depth range), or one whose matrices do not fit 32 bits,
 //! is replaced by one whose matrices are all the identity, so that passes find finite values and a view to clear with.

@@ -1,7 +1,7 @@
 //! The node kind `mesh`: vertices from the pipeline's own buffers, without the host.
 //!
-//! The attributes of vertex buffers are matched with the shader's vertex inputs by name, so that what a compute pass has
-//! written can be drawn without any Rust. How much is drawn is said by numbers, or by a buffer.
+//! The attributes of vertex buffers are matched with the shader's vertex inputs by name, so that the output of a
+//! compute pass can be drawn without any Rust. Numbers or a buffer give the draw count.
 //!
 //! Limits: at most eight vertex buffers; buffers are drawn from their beginning.
 

@@ -1,8 +1,8 @@
 //! The node kind `view`: one view of other data, for a target of its own.
 //!
-//! A fit publishes the views of a whole set, and a pass that draws them draws all, each into its layer or tile of one
-//! texture. Where each has a texture of its own, a `view` stands between: it publishes the one of an index, which draws
-//! into the only layer there is. No values are published with it.
+//! A fit publishes a set of views, and a pass that draws them draws all, each into its layer or tile of one texture. If
+//! each needs its own texture, put a `view` between: it publishes the view of one index, which draws into the texture's
+//! only layer. No values are published with it.
 //!
 //! Limits: the texels within the texture are those of the set. A frame in which the set has no such view has none here.
 

@@ -1,7 +1,7 @@
 //! A set of small integers that knows its lowest member.
 //!
-//! One bit for each integer, and above them one bit for each word that is not empty, again and again up to a single
-//! word: insertion, removal and the lowest member cost one step a level, of which 2²⁴ integers need four.
+//! One bit for each integer, and above them one bit for each non-empty word, repeated up to a single word. Insertion,
+//! removal and the lowest member cost one step per level; 2²⁴ integers need four levels.
 
 /// A set of integers below a number that is fixed.
 #[derive(Clone, Debug)]

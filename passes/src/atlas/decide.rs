@@ -13,10 +13,10 @@
 use super::request::{Eviction, POOLS, Pool, PoolCounts};
 use super::settle::Settled;
 
-/// A light, as far as the decision goes.
+/// A light in the decision.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
-    /// The entry that it stands for.
+    /// The entry of the light.
     pub(super) entry: u32,
     /// The resources that it needs.
     pub(super) need: Settled,

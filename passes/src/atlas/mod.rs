@@ -1,8 +1,8 @@
-//! Room for shadow maps: who gets which tile of the atlas, and which slots of everything else that is limited.
+//! Allocation of shadow maps: tiles of the atlas for lights, and slots of all other limited resources.
 //!
-//! The problem: the lights that cast shadows change from frame to frame and there is not room for all of them at the
-//! size that each would like. A light must keep its tile while it does not change (its map may be cached), no light may
-//! lose its shadow because of where it stands in a list, and whoever loses something is told so by name and reason.
+//! The problem: the lights that cast shadows change from frame to frame, and there is not room for all of them at their
+//! wanted sizes. A light must keep its tile while it does not change (its map may be cached). No light may lose its
+//! shadow because of its position in a list. Each loss is reported with the light's name and the reason.
 //!
 //! The algorithm, one step to a file:
 //!

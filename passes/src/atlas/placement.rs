@@ -106,9 +106,9 @@ struct Scratch {
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
-    /// The frame that it was last asked for in; 0 for a vacant entry.
+    /// The frame of its last request; 0 for a vacant entry.
     seen: u64,
-    /// The most of what requests of this frame ask for.
+    /// The maximum of the requests of this frame.
     asked: Request,
     /// The committed request; see `settle`.
     settled: Option<Settled>,
@@ -253,7 +253,7 @@ impl Placement {
         at
     }
 
-    /// Lets go of who is not asked for any more, and settles the numbers of the others. Whether anything changed.
+    /// Releases lights without requests, and commits the numbers of the others. Returns whether anything changed.
     fn settle(&mut self) -> bool {
         let mut changed = false;
         for at in 0..self.entries.len() {

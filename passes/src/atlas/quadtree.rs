@@ -1,14 +1,14 @@
 //! An allocator of square tiles: buddies in four.
 //!
-//! The atlas is a quadtree: a free square is cut into four quarters until one has the size asked for, and four free
-//! quarters become one square again. For each size there is a set of the free squares, numbered along a Z-shaped curve.
-//! The smallest free square that is large enough is taken, and among those of one size the one of the lowest number; so
-//! the same calls always give the same tiles. Allocation and release cost a few steps for each size in between.
+//! The atlas is a quadtree: a free square is split into four quarters until one has the requested size, and four free
+//! quarters merge again. Each size has a set of its free squares, numbered along a Z-order curve. An allocation takes
+//! the smallest free square that is large enough, with the lowest number among equals; so the same calls always give
+//! the same tiles. Allocation and release cost a few steps for each size in between.
 //!
 //! On that curve an atlas of half the side is the first quarter: the atlas grows and shrinks in place.
 //!
-//! Limits: sizes are rounded up to powers of two; a release of what was not allocated is rejected. A request can fail
-//! although the free tiles have the area, since tiles are never moved here (see [`super::placement`]).
+//! Limits: sizes are rounded up to powers of two; a release of an unallocated tile is rejected. A request can fail
+//! although the free area suffices, since tiles are never moved here (see [`super::placement`]).
 
 use super::bits::Bits;
 use super::tile::Tile;
@@ -64,7 +64,7 @@ impl TileAllocator {
         true
     }
 
-    /// The side that the atlas would have for a side that is asked for.
+    /// The side of the atlas for a requested side.
     pub(super) fn rounded_side(&self, side: u32) -> u32 {
         let side = side.min(self.max_side);
         if side < self.min { 0 } else { 1 << side.ilog2() }
@@ -156,7 +156,7 @@ impl TileAllocator {
             && self.used[self.class(tile.size)].contains(tile.number())
     }
 
-    /// Gives a tile back. False, with nothing changed, where it is not allocated.
+    /// Releases a tile. Returns false, and changes nothing, if it is not allocated.
     pub fn release(&mut self, tile: Tile) -> bool {
         if !self.contains(tile) {
             return false;

@@ -1,7 +1,7 @@
-//! Numbers that follow what is asked only when it changes by more than a tolerance.
+//! Numbers that follow requests with hysteresis: only when these change by more than a tolerance.
 //!
-//! Everything that is decided is decided from these. As long as they stay, all decisions stay, however much the numbers
-//! that are asked wobble within the tolerance.
+//! All decisions use these numbers only. While they stay, all decisions stay, even if the requested numbers vary within
+//! the tolerance.
 
 use super::request::PoolCounts;
 

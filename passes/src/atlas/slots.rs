@@ -1,7 +1,7 @@
 //! An allocator of runs of slots: layers of an array, cubes, descriptors, views, spots.
 //!
-//! A run is the first one that is long enough, so that the same calls always give the same runs. The free runs are kept
-//! in order: a request walks over gaps, not over what is in use.
+//! An allocation takes the first gap that is long enough, so that the same calls always give the same runs. The free
+//! runs are kept in order: a request visits gaps, not used slots.
 //!
 //! Limits: at most [`MAX_SLOTS`]; a request can fail although enough slots are free, since runs are never moved here
 //! (see [`super::placement`]).

@@ -3,10 +3,9 @@
 //! [`Configuration::fit_light`] is a pure function of the frame: no state is kept from frame to frame, so two hosts, or
 //! two machines, that see the same frame fit the same cascades.
 //!
-//! Whatever the frame holds, what comes out is finite. A camera or light that
-//! [`umbragraph_pipeline::frame::Camera::check`] or [`umbragraph_pipeline::frame::Light::check`] finds unusable, or
-//! numbers so large that a matrix does not fit 32 bits, end in fewer cascades, none in the worst case, and then
-//! everything is lit.
+//! All results are finite for any frame. A camera or light that [`umbragraph_pipeline::frame::Camera::check`] or
+//! [`umbragraph_pipeline::frame::Light::check`] rejects, or numbers so large that a matrix does not fit 32 bits, give
+//! fewer cascades. In the worst case there are none, and everything is lit.
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
 use umbragraph_pipeline::data::View;
@@ -112,7 +111,7 @@ impl Configuration {
         set
     }
 
-    /// Whether the scene has to say how far cascades go.
+    /// Whether the cascades' range depends on the scene's bounds.
     fn needs_far(&self, far: f64) -> bool {
         far.is_infinite() && matches!(self.splits, Splits::Whole { .. })
     }

@@ -113,7 +113,7 @@ pub(crate) struct ShadowOutput<'a> {
     /// The side of the atlas, in texels.
     pub(crate) atlas_side: u32,
     pub(crate) filter: Option<Filter>,
-    /// The size of lights that say none.
+    /// The size of lights without one.
     pub(crate) light_size: f64,
     /// In every how many frames the light's maps take up what casters did; and the longest that any does.
     pub(crate) cadence: u32,
@@ -166,7 +166,7 @@ struct Run<D> {
     cadence: u32,
 }
 
-/// The node that publishes what a backing says of the lights of a placement.
+/// The node that publishes the descriptors of one backing for the lights of a placement.
 pub(crate) fn node(
     pass: &mut PassBuilder<'_>,
     to: &Ref,

@@ -5,12 +5,12 @@
 //! that is their number and the width; for spots and point lights the distance along the view axis, within which the
 //! filter is narrower or beyond which it is wider.
 //!
-//! A filter may follow the penumbra instead of having one width. Then only the maximum half width bites: in cascades
-//! where something as high as the map is deep casts a wider penumbra, of spots and point lights for what stands nearer
-//! to them than a distance.
+//! A filter may follow the penumbra instead of having one width. Then only the maximum half width applies: in cascades
+//! if a caster as high as the map's depth casts a wider penumbra; for spots and point lights below a distance from the
+//! light.
 //!
-//! Limits: distances count where the scene's bounds and the light's range leave room for receivers; whether anything is
-//! there, nobody knows here. The notice is made when other bounds bite, not when distances or widths change alone.
+//! Limits: distances count where the scene's bounds and the light's range leave room for receivers; the actual
+//! receivers are unknown here. A new notice is made when other bounds apply, not when distances or widths change alone.
 
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -123,14 +123,14 @@ pub(crate) fn receivers(position: DVec3, near: f64, far: f64, scene: &Bounds) ->
     (near.max(nearest), far.min(farthest))
 }
 
-/// The places of a frame in which a filter's bounds bite, and what was said of those of frames before. Memory that is used
-/// again in each frame.
+/// The places of a frame where a filter's bounds apply, and the places of the last notice. The memory is reused in each
+/// frame.
 #[derive(Debug, Default)]
 pub(crate) struct Bounded {
     places: Vec<(u32, Where)>,
-    /// The light and what bites, of each place of the last notice.
+    /// The light and the bound of each place of the last notice.
     reported: Vec<(u32, usize)>,
-    /// Whether the last notices said what the frame lacks.
+    /// Whether the last notices report what the frame lacks.
     said_lacks: bool,
 }
 

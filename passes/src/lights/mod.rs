@@ -1,9 +1,9 @@
 //! Every kind of light through one interface: the part on the CPU.
 //!
-//! The problem: directional lights want cascades, spots a map each, point lights six; a device has only so much memory,
-//! and a frame only so many views. A shader should not care which light has what.
+//! The problem: directional lights need cascades, spots one map each, point lights six; a device has limited memory,
+//! and a frame a limited number of views. A shader should treat all lights alike.
 //!
-//! The way, one node kind to a step:
+//! The algorithm, one node kind to a step:
 //!
 //! 1. [`placement`] (`shadow_atlas`): which lights cast shadows in this frame, and where: a tile of an atlas for a
 //!    spot, a slot of a cube array for a point light, layers of an array for the cascades of a directional light. The
@@ -13,11 +13,11 @@
 //! 3. [`list`] (`light_list`): all lights by kind, and all descriptors by backing, in one block; and which lights have
 //!    [`slots`] of textures as large as the picture.
 //!
-//! A shader goes through the lights, and asks for the visibility of each by its first descriptor, whose backing follows
-//! from its position: no constant stands on both sides.
+//! A shader loops over the lights, and computes the visibility of each from its first descriptor, whose position
+//! determines its backing: no constant is duplicated between host and shader.
 //!
-//! Determinism: lights are told apart by their names (and, of equal ones, by what they are); their order in the frame
-//! changes nothing, neither where they are placed nor the order in which shaders add them up.
+//! Determinism: lights are identified by their names, and lights with equal names by their properties. Their order in
+//! the frame changes neither their placement nor the order in which shaders add them up.
 
 pub mod cubes;
 pub(crate) mod described;
@@ -31,7 +31,7 @@ pub mod spots;
 
 use umbragraph_pipeline::data::BlackboardData;
 
-/// A number of published data; 0 where it has none of that name.
+/// A number of published data; 0 if it has none of that name.
 fn word(data: &BlackboardData, name: &str) -> u32 {
     data.words(name).and_then(|words| words.first().copied()).unwrap_or(0)
 }

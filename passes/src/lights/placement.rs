@@ -1,10 +1,10 @@
-//! The node kind `shadow_atlas`: which lights cast shadows in a frame, and where their maps lie.
+//! The node kind `shadow_atlas`: the lights that cast shadows in a frame, and the places of their maps.
 //!
-//! Each usable light that casts shadows, and whose light the camera can see something of, asks for what its kind needs;
-//! [`crate::atlas`] grants it by importance ([`crate::importance`]), keeps tiles and slots from frame to frame, and
-//! says who has less than it asked for. How large the atlas and the arrays should be is published as sizes for
-//! textures: `atlas_side`, `cube_count` and `layer_count` (see [`umbragraph_pipeline::data`]); until the host plans
-//! again, lights have to do with what there is.
+//! Each usable light that casts shadows into the camera's view requests the resources of its kind. [`crate::atlas`]
+//! grants them by importance ([`crate::importance`]), keeps tiles and slots from frame to frame, and reports lights
+//! that get less than they request. The wanted sizes of the atlas and the arrays are published as sizes for textures:
+//! `atlas_side`, `cube_count` and `layer_count` (see [`umbragraph_pipeline::data`]). Until the host makes a new plan,
+//! lights share the existing capacity.
 //!
 //! Published: one element of each array for each light with shadows.
 

@@ -20,7 +20,7 @@ use crate::words::{CAST_SHADOW, CONTACT_SHADOW};
 /// The maximum number of slots.
 pub const MAX_SLOTS: u32 = 32;
 
-/// The four-component vectors that say which light has which slot.
+/// The number of four-component vectors that map lights to slots.
 pub(super) const GROUPS: u32 = MAX_SLOTS / 4;
 
 /// Which lights have a slot of textures as large as the picture.

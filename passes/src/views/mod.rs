@@ -5,8 +5,8 @@
 //! Both store the same depth: with d the distance along the view's axis, `near` [`NEAR`] and `far` the light's range,
 //! `far / (far − near) · (1 − near / d)`, or in reverse `near / (far − near) · (far / d − 1)`; see [`depth_coefficients`].
 //!
-//! Everything is computed in `f64`, and whatever a light says, what comes out is finite also in 32 bits. Lights whose
-//! position is none ([`MAX_COORDINATE`]) have no views.
+//! Everything is computed in `f64`, and all results are finite in 32 bits for any light. Lights with an unusable
+//! position ([`MAX_COORDINATE`]) have no views.
 
 pub mod cube;
 pub mod range;
@@ -38,7 +38,7 @@ fn projection(x_scale: f64, y_scale: f64, near: f64, far: f64, reverse: bool) ->
     )
 }
 
-/// Whether a light stands where it can have views.
+/// Whether a light has a position that allows views.
 fn is_place(position: DVec3) -> bool {
     position.is_finite() && position.abs().max_element() <= MAX_COORDINATE
 }

@@ -36,7 +36,7 @@ pub(super) fn clamped(range: f64) -> f64 {
     if range > SHORTEST { range.min(LONGEST) } else { SHORTEST }
 }
 
-/// The vector that a light shines along: its direction, of unit length, or −Z (glTF's own) where it has none.
+/// The vector that a light shines along: its direction, of unit length, or −Z (glTF's own) if it has none.
 pub fn direction(direction: DVec3) -> DVec3 {
     let max = direction.abs().max_element();
     if max.is_finite() { (direction / max).normalize_or(DVec3::NEG_Z) } else { DVec3::NEG_Z }

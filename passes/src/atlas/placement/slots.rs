@@ -1,6 +1,6 @@
 //! The slots that lights hold in the arrays of each pool.
 //!
-//! A light has a run of slots. One that its light keeps stays where it is; where no gap is long enough for a new one, all
+//! A light has a run of slots. A run that its light keeps does not move. If no gap is long enough for a new run, all
 //! runs of the pool move down in their order.
 
 use super::{Placement, Scratch};
@@ -47,7 +47,7 @@ impl Placement {
         entry.held_slots[pool] = count;
     }
 
-    /// Moves all runs of a pool down, in their order, so that what is free is in one piece.
+    /// Moves all runs of a pool down, in their order, so that the free slots are contiguous.
     fn close_gaps(&mut self, pool: usize, scratch: &mut Scratch) {
         scratch.runs.clear();
         scratch.runs.extend(

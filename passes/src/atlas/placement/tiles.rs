@@ -1,8 +1,8 @@
 //! The tiles that lights hold in the atlas.
 //!
-//! From the largest size down: a tile that its light keeps stays where it is, another takes a free place. Where none is
-//! free, although what was decided fits, the block with the least in it is cleared; its smaller tiles are placed again
-//! when their size has its turn.
+//! Sizes are processed from the largest down. A tile that its light keeps does not move; any other takes a free place.
+//! If none is free although the decided sizes fit, the block with the least used area is cleared; its smaller tiles are
+//! placed again when their size is processed.
 
 use super::{Placement, Scratch};
 use crate::atlas::request::{Eviction, Fate};
@@ -77,7 +77,7 @@ impl Placement {
         scratch.pending[class] = pending;
     }
 
-    /// Lists the blocks of one size that hold smaller tiles only, those with the least in them first.
+    /// Lists the blocks of one size that hold smaller tiles only, by used area, least first.
     fn find_blocks(&self, class: usize, scratch: &mut Scratch) {
         let Scratch { movable, blocks, .. } = scratch;
         movable.clear();
