@@ -69,7 +69,7 @@ impl BHShape<f64, 3> for Leaf {
 }
 
 impl<'a> Rays<'a> {
-    /// A scene in a pose. Triangles whose numbers are not finite are left out.
+    /// Builds the hierarchy for a scene in a pose. Triangles with non-finite coordinates are left out.
     pub fn new(scene: &'a Scene, pose: &Pose) -> Self {
         let mut triangles = triangles_of(scene, pose);
         triangles.retain(|triangle| triangle.corners.iter().all(|corner| corner.is_finite()));
@@ -110,7 +110,7 @@ impl<'a> Rays<'a> {
         &self.triangles[index as usize]
     }
 
-    /// Finds the nearest surface between two distances along a ray that is not blended.
+    /// Finds the nearest opaque or masked surface between two distances along a ray.
     pub fn seen(&self, origin: DVec3, direction: DVec3, range: [f64; 2]) -> Option<Seen> {
         let [begin, mut end] = range;
         let mut found: Option<(u32, Hit)> = None;
