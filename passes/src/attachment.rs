@@ -1,8 +1,8 @@
 //! Settings of attachments, shared by the node kinds that draw.
 //!
-//! What an attachment holds before a pass follows from what is said: `clear` clears, `contents` loads or discards;
-//! otherwise a pass that is known to cover everything (full screen, the module's own triangle or one like it, no `discard`,
-//! no `sample_mask`, no blending, depth or stencil) discards, and every other pass loads.
+//! `clear` clears an attachment before a pass, `contents` loads or discards it. Without either, a pass that certainly
+//! covers everything discards, and every other pass loads. A pass covers everything if it is full screen with the
+//! module's own triangle or one like it, and has no `discard`, no `sample_mask`, no blending, depth or stencil.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -238,7 +238,7 @@ impl Attachments {
 }
 
 impl Attached {
-    /// What it holds before: the value of "clear", or what "contents" says.
+    /// The load operation: the value of `clear`, or the word of `contents`.
     fn load<T: LiveValue>(
         &self,
         pass: &mut PassBuilder<'_>,

@@ -1,7 +1,7 @@
-//! How what is drawn is combined with what is there: WebGPU's blend equations.
+//! WebGPU's blend equations: the combination of drawn colors with the attachment's.
 //!
-//! An attachment says one of a few words, or the equation itself: for color and for alpha an operation on what is drawn
-//! (source) and what is there (destination), each times a factor.
+//! An attachment names one of a few common blends, or an equation. For color and for alpha an equation applies an
+//! operation to the drawn value (source) and the attachment's (destination), each times a factor.
 //!
 //! ```jsonc
 //! "blend": { "color": { "operation": "subtract", "src_factor": "constant", "dst_factor": "one" }, "constant": [0.5, 0.5, 0.5, 1] }

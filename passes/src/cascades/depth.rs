@@ -5,8 +5,8 @@
 //! casters' bounds *above the cascade's rectangle*, so that a mountain elsewhere does not stretch the depth range, on
 //! which the worth of a bias in clip depth hangs.
 //!
-//! That point is found by clipping the six faces of the bounds with the four sides of the rectangle (Sutherland and
-//! Hodgman): seen along the light, a convex body's highest point above a rectangle lies on one of its faces.
+//! The six faces of the bounds are clipped with the four sides of the rectangle (Sutherland and Hodgman) to find that
+//! point: in light space, a convex body's highest point above a rectangle lies on one of its faces.
 //!
 //! Both planes are moved outwards to multiples of the texel's size, so that the matrices stay bit-identical until the
 //! rectangle moves.
