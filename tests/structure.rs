@@ -32,16 +32,16 @@ fn tokens(text: &str) -> Vec<String> {
             let end = format!("\"{}", "#".repeat(hashes));
             let start = hashes + 2;
             rest[start..].find(&end).map_or(rest.len(), |length| start + length + end.len())
-        } else if rest.starts_with('"') {
+        } else if let Some(inside) = rest.strip_prefix('"') {
             let mut escaped = false;
-            let end = rest[1..].bytes().position(|one| {
+            let end = inside.bytes().position(|one| {
                 let ends = one == b'"' && !escaped;
                 escaped = one == b'\\' && !escaped;
                 ends
             });
             end.map_or(rest.len(), |end| end + 2)
-        } else if rest.starts_with("'\\") {
-            rest[2..].find('\'').map_or(rest.len(), |end| end.max(1) + 3)
+        } else if let Some(escape) = rest.strip_prefix("'\\") {
+            escape.find('\'').map_or(rest.len(), |end| end.max(1) + 3)
         } else if rest.starts_with('\'') && rest.chars().nth(2) == Some('\'') {
             rest.chars().take(3).map(char::len_utf8).sum()
         } else if word > 0 {
