@@ -33,8 +33,9 @@ pub(crate) struct Session {
     pub(crate) templates: Arc<TemplateSet>,
     /// The files of the folder of templates, where one is given.
     pub(crate) own_files: Option<BTreeSet<FileId>>,
-    /// Folders below which documents may name files, beside the working folder and their own.
-    pub(crate) roots: Vec<PathBuf>,
+    /// Folders below which scenes may name files, beside the working folder and their own.
+    #[cfg(feature = "gpu")]
+    roots: Vec<PathBuf>,
     /// A document that every pipeline includes after its extensions.
     pub(crate) included: Option<String>,
 }
@@ -78,7 +79,15 @@ impl Session {
         diagnostics.extend(session.template_diagnostics());
         let templates = session.templates();
         let own_files = has_own.then(|| session.own_templates());
-        Self { session, diagnostics, templates, own_files, roots: roots.clone(), included: None }
+        Self {
+            session,
+            diagnostics,
+            templates,
+            own_files,
+            #[cfg(feature = "gpu")]
+            roots: roots.clone(),
+            included: None,
+        }
     }
 
     /// The texts that the diagnostics are about.
