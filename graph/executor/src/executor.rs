@@ -206,7 +206,7 @@ impl Executor {
         Err(self.error(diagnostic.into()))
     }
 
-    /// Gives a texture, a part of one ([`Import`]), or a buffer for an import, until another is given: a frame need not
+    /// Gives a texture, a part of one ([`Import`](crate::Import)), or a buffer for an import, until another is given: a frame need not
     /// name it. Plans to come that import it have it too; handles are good for plans with the same imports.
     ///
     /// # Errors
@@ -262,7 +262,7 @@ impl Executor {
         self.instantiated.cpu_passes.unread_lights(frame)
     }
 
-    /// The sizes that CPU passes want other than the plan has them, for [`crate::compiler::PlanOptions::data_sizes`];
+    /// The sizes that CPU passes want other than the plan has them, for [`umbragraph_compiler::PlanOptions::data_sizes`];
     /// `None` if they are content. A frame is right without them too, only not as good.
     pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {
         self.instantiated.cpu_passes.wanted_sizes()

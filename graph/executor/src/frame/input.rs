@@ -34,7 +34,7 @@ impl<'a> Frame<'a> {
 
     /// With the host's textures, or parts of them, by name: `&[("target", &texture)]`, or
     /// `&[("target", Import::new(&texture)), ("detail", Import::mip(&texture, 2))]`. They count over what was
-    /// [given](Executor::give).
+    /// [given](crate::Executor::give).
     #[must_use]
     pub fn imports(self, imports: impl Into<FrameImports<'a>>) -> Self {
         Self { imports: imports.into(), ..self }

@@ -60,7 +60,7 @@ impl<'a> Import<'a> {
         self
     }
 
-    /// The format, the size and the usages, for [`PlanOptions`](crate::compiler::PlanOptions).
+    /// The format, the size and the usages, for [`PlanOptions`](umbragraph_compiler::PlanOptions).
     pub fn descriptor(&self) -> ImportDescriptor {
         let (texture, Part { mip, layer, format }) = (self.texture, self.part);
         let (width, height) = self.part.extent(texture);
