@@ -9,8 +9,8 @@
 //!
 //! let text = r#"{
 //!   "format": 1, "name": "smallest",
-//!   "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
-//!   "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } } }
+//!   "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
+//!   "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }] } } }
 //! }"#;
 //! let pipeline = Library::new().load_text("smallest.json", text)?;
 //! let plan = pipeline.plan(&Options::new(640, 480))?;

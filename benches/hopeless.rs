@@ -61,7 +61,7 @@ pub(crate) fn texts() -> Vec<(&'static str, String)> {
     ]
 }
 
-const SHOWN: &str = "\"fullscreen\":{\"shader\":\"tonemap.wgsl.jinja\",\"bind\":{\"source\":\"nowhere\"},\"color\":[{\"to\":\"target\"}]}";
+const SHOWN: &str = "\"fullscreen\":{\"shader\":\"tonemap.wgsl.jinja\",\"bind\":{\"source\":\"&nowhere\"},\"color\":[{\"to\":\"&target\"}]}";
 
 fn many(count: usize, inside: &str) -> String {
     let mut text = String::new();
@@ -75,7 +75,7 @@ fn many(count: usize, inside: &str) -> String {
 fn valid(passes: &str, parameters: &str) -> String {
     format!(
         r#"{{ "format": 1, "name": "hopeless", "parameters": {{ {parameters} }},
-  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
   "passes": {{ {passes} }} }}"#
     )
 }
@@ -85,14 +85,14 @@ fn sized(width: &str) -> String {
     format!(
         r#"{{ "format": 1, "name": "hopeless",
   "resources": {{ "wide": {{ "texture": {{ "format": "rgba8unorm", "size": [{width}, 1], "lifetime": "persistent" }} }} }},
-  "passes": {{ "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "wide" }}] }} }} }} }}"#
+  "passes": {{ "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&wide" }}] }} }} }} }}"#
     )
 }
 
 fn looped(rounds: &str) -> String {
     valid(
         &format!(
-            r#""fill": {{ "for_each": {{ "at": "{rounds}" }}, "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target" }}] }} }}"#
+            r#""fill": {{ "for_each": {{ "at": "={rounds}" }}, "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&target" }}] }} }}"#
         ),
         "",
     )

@@ -148,11 +148,11 @@ fn tree(text: &str) -> Duration {
 }
 
 const TARGET: &str =
-    r#""target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#;
+    r#""target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } }"#;
 /// A parameter that may change from frame to frame, as most pipelines have.
 const LIVE: &str = r#""parameters": { "exposure": { "type": "f32", "default": 1 } }"#;
 const FIRST: &str = r#""shader": "gradient.wgsl.jinja""#;
-const NEXT: &str = r#""shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" }"#;
+const NEXT: &str = r#""shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "shadow_term" }"#;
 
 /// A chain of passes written out.
 fn flat(count: usize) -> Files {
@@ -160,16 +160,16 @@ fn flat(count: usize) -> Files {
     for at in 0..count {
         let _ = writeln!(
             resources,
-            "    \"r{at}\": {{ \"texture\": {{ \"format\": \"rgba8unorm\", \"size\": \"viewport\" }} }},"
+            "    \"r{at}\": {{ \"texture\": {{ \"format\": \"rgba8unorm\", \"size\": \"=viewport\" }} }},"
         );
         let shader = match at.checked_sub(1) {
             None => FIRST.to_owned(),
-            Some(before) => format!("{NEXT}, \"bind\": {{ \"source\": \"r{before}\" }}"),
+            Some(before) => format!("{NEXT}, \"bind\": {{ \"source\": \"&r{before}\" }}"),
         };
         let comma = if at + 1 < count { "," } else { "" };
         let _ = writeln!(
             passes,
-            "    \"p{at}\": {{ \"fullscreen\": {{ {shader}, \"color\": [{{ \"to\": \"r{at}\" }}] }} }}{comma}"
+            "    \"p{at}\": {{ \"fullscreen\": {{ {shader}, \"color\": [{{ \"to\": \"&r{at}\" }}] }} }}{comma}"
         );
     }
     pipeline_text("", &resources, &passes)
@@ -179,19 +179,19 @@ fn flat(count: usize) -> Files {
 fn instanced(count: usize) -> Files {
     let subgraph = format!(
         r#"  "subgraphs": {{ "step": {{ "inputs": {{ "image": "what is shown" }},
-    "resources": {{ "out": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport" }} }} }},
-    "passes": {{ "show": {{ "fullscreen": {{ {NEXT}, "bind": {{ "source": "image" }}, "color": [{{ "to": "out" }}] }} }} }} }} }},
+    "resources": {{ "out": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport" }} }} }},
+    "passes": {{ "show": {{ "fullscreen": {{ {NEXT}, "bind": {{ "source": "&image" }}, "color": [{{ "to": "&out" }}] }} }} }} }} }},
 "#
     );
     let resources =
-        "    \"first\": { \"texture\": { \"format\": \"rgba8unorm\", \"size\": \"viewport\" } },\n";
+        "    \"first\": { \"texture\": { \"format\": \"rgba8unorm\", \"size\": \"=viewport\" } },\n";
     let mut passes =
-        format!("    \"fill\": {{ \"fullscreen\": {{ {FIRST}, \"color\": [{{ \"to\": \"first\" }}] }} }}");
+        format!("    \"fill\": {{ \"fullscreen\": {{ {FIRST}, \"color\": [{{ \"to\": \"&first\" }}] }} }}");
     for at in 1..count {
         let image = if at == 1 { "first".to_owned() } else { format!("s{}.out", at - 1) };
         let _ = write!(
             passes,
-            ",\n    \"s{at}\": {{ \"use\": \"step\", \"with\": {{ \"image\": \"{image}\" }} }}"
+            ",\n    \"s{at}\": {{ \"use\": \"step\", \"with\": {{ \"image\": \"&{image}\" }} }}"
         );
     }
     pipeline_text(&subgraph, resources, &passes)

@@ -53,25 +53,25 @@ fn chain(count: usize) -> String {
         let last = at + 1 == count;
         let to = if last { "target".to_owned() } else { format!("r{at}") };
         if !last {
-            let format = "\"format\": \"rgba8unorm\", \"size\": \"viewport\"";
+            let format = "\"format\": \"rgba8unorm\", \"size\": \"=viewport\"";
             let _ = writeln!(resources, "    \"{to}\": {{ \"texture\": {{ {format} }} }},");
         }
         let shader = match at.checked_sub(1) {
             None => "\"shader\": \"gradient.wgsl.jinja\"".to_owned(),
             Some(before) => format!(
-                "\"shader\": \"tonemap.wgsl.jinja\", \"axes\": {{ \"debug_view\": \"'shadow_term'\" }}, \
-                 \"bind\": {{ \"source\": \"r{before}\" }}"
+                "\"shader\": \"tonemap.wgsl.jinja\", \"axes\": {{ \"debug_view\": \"shadow_term\" }}, \
+                 \"bind\": {{ \"source\": \"&r{before}\" }}"
             ),
         };
         let comma = if last { "" } else { "," };
         let _ = writeln!(
             passes,
             "    \"p{at}\": {{ \"description\": \"one of a chain\", \
-             \"fullscreen\": {{ {shader}, \"color\": [{{ \"to\": \"{to}\" }}] }} }}{comma}"
+             \"fullscreen\": {{ {shader}, \"color\": [{{ \"to\": \"&{to}\" }}] }} }}{comma}"
         );
     }
     let target =
-        r#""target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#;
+        r#""target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } }"#;
     format!(
         "{{\n  \"format\": 1, \"name\": \"chain\",\n  \"resources\": {{\n{resources}    {target}\n  }},\n  \"passes\": {{\n{passes}  }}\n}}\n"
     )

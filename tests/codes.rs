@@ -67,13 +67,13 @@ fn templates_of_a_document_bring_about_what_the_document_alone_cannot() {
     let pass = |shader: &str| {
         format!(
             r#"{{ "format": 1, "name": "one", "geometry": {{ "scene": {{ "vertex": {{ "position": "float32x3" }}, "variants": ["alpha_masked"] }} }},
-  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
-  "passes": {{ "eye": {{ "camera": {{ "to": "eye" }} }}, "draw": {{ {shader} }} }} }}"#
+  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
+  "passes": {{ "eye": {{ "camera": {{ "to": "&eye" }} }}, "draw": {{ {shader} }} }} }}"#
         )
     };
-    let fill = pass(r#""fullscreen": { "shader": "own.jinja", "color": [{ "to": "target" }] }"#);
+    let fill = pass(r#""fullscreen": { "shader": "own.jinja", "color": [{ "to": "&target" }] }"#);
     let draw = pass(
-        r#""draw": { "shader": "own.wgsl.jinja", "geometry": "scene", "views": "eye", "mesh_filter": "opaque", "color": [{ "to": "target" }] }"#,
+        r#""draw": { "shader": "own.wgsl.jinja", "geometry": "scene", "views": "&eye", "mesh_filter": "opaque", "color": [{ "to": "&target" }] }"#,
     );
     let found = |text: &str, templates: &[(&str, &str)]| {
         let outcome = check_with("one.json", text, &With { templates, ..With::default() });

@@ -16,7 +16,7 @@ fn attachments(formats: &[&str]) -> Outcome {
     let each = |one: &dyn Fn(usize) -> String| (0..formats.len()).map(one).collect::<Vec<_>>().join(", ");
     let resources =
         each(&|at| format!(r#""c{at}": {{ "texture": {{ "format": "{}", {TARGETS}"#, formats[at]));
-    let color = each(&|at| format!(r#"{{ "to": "c{at}", "clear": [0, 0, 0, 0] }}"#));
+    let color = each(&|at| format!(r#"{{ "to": "&c{at}", "clear": [0, 0, 0, 0] }}"#));
     let text = format!(
         r#"{{ "format": 1, "name": "test", "resources": {{ {resources} }},
              "passes": {{ "fill": {{ "fullscreen": {{ "shader": "own.wgsl.jinja", "color": [{color}] }} }} }} }}"#
@@ -46,14 +46,14 @@ fn color_attachments_stay_within_the_bytes_of_a_sample() {
 fn variants(each: usize, shared: usize) -> Outcome {
     let names: Vec<String> =
         (0..each).map(|at| format!("a{at}")).chain((shared..each).map(|at| format!("b{at}"))).collect();
-    let bind: Vec<String> = names.iter().map(|name| format!(r#""{name}": "image""#)).collect();
+    let bind: Vec<String> = names.iter().map(|name| format!(r#""{name}": "&image""#)).collect();
     let text = format!(
         r#"{{ "format": 1, "name": "test",
              "geometry": {{ "scene": {{ "vertex": {{ "position": "float32x3" }}, "material": {{}}, "object": {{}}, "variants": ["alpha_masked"] }} }},
              "resources": {{ "image": {{ "texture": {{ "format": "rgba8unorm", {TARGETS}, "out": {{ "texture": {{ "format": "rgba8unorm", {TARGETS} }},
-             "passes": {{ "eye": {{ "camera": {{ "to": "eye" }} }},
-               "draw": {{ "draw": {{ "geometry": "scene", "mesh_filter": "opaque", "views": "eye", "shader": "own.wgsl.jinja",
-                 "bind": {{ {} }}, "color": [{{ "to": "out", "clear": [0, 0, 0, 0] }}] }} }} }} }}"#,
+             "passes": {{ "eye": {{ "camera": {{ "to": "&eye" }} }},
+               "draw": {{ "draw": {{ "geometry": "scene", "mesh_filter": "opaque", "views": "&eye", "shader": "own.wgsl.jinja",
+                 "bind": {{ {} }}, "color": [{{ "to": "&out", "clear": [0, 0, 0, 0] }}] }} }} }} }}"#,
         bind.join(", ")
     );
     let declared = |prefix: &str, range: std::ops::Range<usize>, first: usize| -> String {

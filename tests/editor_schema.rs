@@ -121,8 +121,12 @@ impl Validator<'_> {
                     );
                 }
                 "pattern" => {
-                    assert_eq!(rule, "^=", "the only pattern that is known here");
-                    want(value.as_str().is_none_or(|text| text.starts_with('=')), "does not match");
+                    let signs: &[char] = match rule.as_str() {
+                        Some("^=") => &['='],
+                        Some("^[&=]") => &['&', '='],
+                        other => panic!("the pattern {other:?} is not known here"),
+                    };
+                    want(value.as_str().is_none_or(|text| text.starts_with(signs)), "does not match");
                 }
                 silent => assert!(SILENT.contains(&silent), "the keyword {silent} is not known here"),
             }

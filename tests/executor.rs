@@ -35,12 +35,12 @@ const DOUBLE: &str = "@group(0) @binding(0) var source: texture_2d<f32>;
 ";
 
 const TARGET: &str =
-    r#""target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#;
+    r#""target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } }"#;
 
 fn fill(name: &str, to: &str, color: &str, more: &str) -> String {
     format!(
         r#""{name}": {{ "fullscreen": {{ "shader": "fill.wgsl.jinja", "bind": {{ "settings": {{ "values": {{ "color": {color} }} }} }},
-            "color": [{{ "to": "{to}" {more} }}] }} }}"#
+            "color": [{{ "to": "&{to}" {more} }}] }} }}"#
     )
 }
 
@@ -74,12 +74,12 @@ fn a_full_screen_pass_writes_every_texel_with_its_values() {
 #[test]
 fn a_compute_pass_reads_and_writes_textures_that_its_shader_names() {
     let Some(gpu) = gpu::device() else { return };
-    let texture = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
+    let texture = r#"{ "texture": { "format": "rgba8unorm", "size": "=viewport" } }"#;
     let passes = [
         fill("one", "a", "[0.1, 0.2, 0.3, 0.5]", ""),
-        r#""twice": { "compute": { "shader": "double.wgsl.jinja", "bind": { "source": "a", "result": "b" }, "dispatch_over": "b" } }"#.to_owned(),
-        r#""show": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" },
-            "bind": { "source": "b" }, "color": [{ "to": "target" }] } }"#
+        r#""twice": { "compute": { "shader": "double.wgsl.jinja", "bind": { "source": "&a", "result": "&b" }, "dispatch_over": "&b" } }"#.to_owned(),
+        r#""show": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "shadow_term" },
+            "bind": { "source": "&b" }, "color": [{ "to": "&target" }] } }"#
             .to_owned(),
     ];
     let picture = picture(&gpu, &outcome(&format!("\"a\": {texture}, \"b\": {texture},"), &passes, false));
@@ -101,10 +101,10 @@ fn a_cleared_attachment_is_blended_onto() {
 #[test]
 fn a_copy_copies() {
     let Some(gpu) = gpu::device() else { return };
-    let texture = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
+    let texture = r#"{ "texture": { "format": "rgba8unorm", "size": "=viewport" } }"#;
     let passes = [
         fill("one", "a", "[0, 1, 0, 1]", ""),
-        r#""two": { "copy": { "from": { "name": "a" }, "to": { "name": "target" } } }"#.to_owned(),
+        r#""two": { "copy": { "from": { "name": "&a" }, "to": { "name": "&target" } } }"#.to_owned(),
     ];
     let picture = picture(&gpu, &outcome(&format!("\"a\": {texture},"), &passes, false));
     assert!(picture.rgba_pixels().all(|pixel| pixel == [0, 255, 0, 255]));
@@ -114,8 +114,8 @@ fn a_copy_copies() {
 fn records_of_one_submission_do_not_disturb_one_another() {
     let Some(gpu) = gpu::device() else { return };
     let passes = [
-        r#""eye": { "camera": { "to": "eye" } }"#.to_owned(),
-        r#""show": { "fullscreen": { "shader": "clock.wgsl.jinja", "bind": { "eye": "eye" }, "color": [{ "to": "target" }] } }"#.to_owned(),
+        r#""eye": { "camera": { "to": "&eye" } }"#.to_owned(),
+        r#""show": { "fullscreen": { "shader": "clock.wgsl.jinja", "bind": { "eye": "&eye" }, "color": [{ "to": "&target" }] } }"#.to_owned(),
     ];
     let outcome = outcome("", &passes, false);
     let plan = outcome.plan();
@@ -136,8 +136,8 @@ fn records_of_one_submission_do_not_disturb_one_another() {
 fn an_array_without_a_count_is_as_long_as_what_is_published() {
     let Some(gpu) = gpu::device() else { return };
     let passes = [
-        r#""fit": { "cascades": { "to": "sun", "far": [10, 20, 40, 80], "resolution": 64 } }"#.to_owned(),
-        r#""show": { "fullscreen": { "shader": "reach.wgsl.jinja", "bind": { "sun": "sun" }, "color": [{ "to": "target" }] } }"#.to_owned(),
+        r#""fit": { "cascades": { "to": "&sun", "far": [10, 20, 40, 80], "resolution": 64 } }"#.to_owned(),
+        r#""show": { "fullscreen": { "shader": "reach.wgsl.jinja", "bind": { "sun": "&sun" }, "color": [{ "to": "&target" }] } }"#.to_owned(),
     ];
     let outcome = outcome("", &passes, false);
     let mut input = empty_frame();
@@ -180,10 +180,12 @@ fn a_steady_frame_creates_nothing() {
 fn a_pass_samples_the_texture_that_the_host_brings_in_this_frame() {
     let Some(gpu) = gpu::device() else { return };
     let resources =
-        r#""given": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } },"#;
-    let passes = [r#""show": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" },
-        "bind": { "source": "given" }, "color": [{ "to": "target" }] } }"#
-        .to_owned()];
+        r#""given": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } },"#;
+    let passes = [
+        r#""show": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "shadow_term" },
+        "bind": { "source": "&given" }, "color": [{ "to": "&target" }] } }"#
+            .to_owned(),
+    ];
     let outcome = outcome(resources, &passes, false);
     let target = import(&gpu, outcome.plan(), "target");
     let given = [import(&gpu, outcome.plan(), "given"), import(&gpu, outcome.plan(), "given")];
@@ -207,14 +209,16 @@ fn a_pass_samples_the_texture_that_the_host_brings_in_this_frame() {
 #[test]
 fn what_a_device_would_reject_is_found_in_the_plan() {
     let texture =
-        |more: &str| format!(r#"{{ "texture": {{ "format": "rgba8unorm", "size": "viewport" {more} }} }}"#);
+        |more: &str| format!(r#"{{ "texture": {{ "format": "rgba8unorm", "size": "=viewport" {more} }} }}"#);
     let copy = |from: &str| {
-        format!(r#""copy": {{ "copy": {{ "from": {{ "name": "{from}" }}, "to": {{ "name": "target" }} }} }}"#)
+        format!(
+            r#""copy": {{ "copy": {{ "from": {{ "name": "&{from}" }}, "to": {{ "name": "&target" }} }} }}"#
+        )
     };
     let cases = [
         (texture(r#", "layers": 2"#), vec![fill("one", "a", "[0, 0, 0, 0]", ""), copy("a")]),
         (
-            texture("").replace("\"viewport\"", "[40, 40]"),
+            texture("").replace("\"=viewport\"", "[40, 40]"),
             vec![fill("one", "a", "[0, 0, 0, 0]", ""), copy("a")],
         ),
         (
@@ -248,11 +252,11 @@ fn an_encoder_that_is_dropped_gives_its_buffers_back() {
 #[test]
 fn sharing_memory_changes_no_picture() {
     let Some(gpu) = gpu::device() else { return };
-    let texture = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
+    let texture = r#"{ "texture": { "format": "rgba8unorm", "size": "=viewport" } }"#;
     let show = |name: &str, from: &str, to: &str, more: &str| {
         format!(
-            r#""{name}": {{ "fullscreen": {{ "shader": "tonemap.wgsl.jinja", "axes": {{ "debug_view": "'shadow_term'" }},
-                "bind": {{ "source": "{from}" }}, "color": [{{ "to": "{to}" {more} }}] }} }}"#
+            r#""{name}": {{ "fullscreen": {{ "shader": "tonemap.wgsl.jinja", "axes": {{ "debug_view": "shadow_term" }},
+                "bind": {{ "source": "&{from}" }}, "color": [{{ "to": "&{to}" {more} }}] }} }}"#
         )
     };
     let passes = [
@@ -274,8 +278,8 @@ fn random_passes(seed: u64) -> (String, Vec<String>) {
     let mut next = move |end: usize| random.below(end);
     let show = |name: &str, from: &str, to: &str, more: &str| {
         format!(
-            r#""{name}": {{ "fullscreen": {{ "shader": "tonemap.wgsl.jinja", "axes": {{ "debug_view": "'shadow_term'" }},
-                "bind": {{ "source": "{from}" }}, "color": [{{ "to": "{to}" {more} }}] }} }}"#
+            r#""{name}": {{ "fullscreen": {{ "shader": "tonemap.wgsl.jinja", "axes": {{ "debug_view": "shadow_term" }},
+                "bind": {{ "source": "&{from}" }}, "color": [{{ "to": "&{to}" {more} }}] }} }}"#
         )
     };
     let mut passes = Vec::new();
@@ -288,7 +292,7 @@ fn random_passes(seed: u64) -> (String, Vec<String>) {
         match next(4) {
             1 if !writers.is_empty() => passes.push(show(&name, &format!("t{old}"), &new, "")),
             2 if !writers.is_empty() => passes.push(format!(
-                r#""{name}": {{ "compute": {{ "shader": "double.wgsl.jinja", "bind": {{ "source": "t{old}", "result": "{new}" }}, "dispatch_over": "{new}" }} }}"#
+                r#""{name}": {{ "compute": {{ "shader": "double.wgsl.jinja", "bind": {{ "source": "&t{old}", "result": "&{new}" }}, "dispatch_over": "&{new}" }} }}"#
             )),
             3 if !writers.is_empty() => {
                 passes.push(fill(&name, &format!("t{old}@{}", writers[old]), &color, r#", "blend": "add""#));
@@ -305,7 +309,7 @@ fn random_passes(seed: u64) -> (String, Vec<String>) {
         passes.push(show(&name, &format!("t{at}"), &target, more));
         target = format!("target@{name}");
     }
-    let texture = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
+    let texture = r#"{ "texture": { "format": "rgba8unorm", "size": "=viewport" } }"#;
     ((0..writers.len()).map(|at| format!("\"t{at}\": {texture}, ")).collect(), passes)
 }
 
@@ -353,12 +357,12 @@ fn imports_that_are_missing_or_not_as_planned_are_rejected_and_the_next_frame_is
 #[test]
 fn a_texture_for_what_is_not_the_hosts_is_rejected_and_one_that_no_pass_uses_is_not() {
     let Some(gpu) = gpu::device() else { return };
-    let texture = r#""texture": { "format": "rgba8unorm", "size": "viewport""#;
+    let texture = r#""texture": { "format": "rgba8unorm", "size": "=viewport""#;
     let resources =
         format!(r#""inner": {{ {texture} }} }}, "spare": {{ {texture}, "lifetime": "imported" }} }},"#);
     let passes = [
         fill("one", "inner", "[1, 1, 1, 1]", ""),
-        r#""two": { "copy": { "from": { "name": "inner" }, "to": { "name": "target" } } }"#.to_owned(),
+        r#""two": { "copy": { "from": { "name": "&inner" }, "to": { "name": "&target" } } }"#.to_owned(),
     ];
     let outcome = outcome(&resources, &passes, false);
     let mut executor = executor(&gpu, outcome.plan(), None);
@@ -381,7 +385,7 @@ fn a_texture_for_what_is_not_the_hosts_is_rejected_and_one_that_no_pass_uses_is_
 fn an_import_has_at_least_the_mips_that_are_planned() {
     let Some(gpu) = gpu::device() else { return };
     let texture = |mips: u32| {
-        let size = r#""format": "rgba8unorm", "size": "viewport""#;
+        let size = r#""format": "rgba8unorm", "size": "=viewport""#;
         let chain =
             format!(r#""chain": {{ "texture": {{ {size}, "mips": {mips}, "lifetime": "imported" }} }},"#);
         let fills = [fill("one", "chain", "[1, 1, 1, 1]", ""), fill("two", "target", "[1, 1, 1, 1]", "")];
@@ -429,10 +433,10 @@ fn a_buffer_of_the_hosts_is_read_by_passes() {
         "format": 1, "name": "own buffer",
         "resources": {
             "colors": { "buffer": { "size": 16, "lifetime": "imported" } },
-            "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }
+            "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } }
         },
         "passes": { "fill": { "fullscreen": {
-            "shader": "colors.wgsl.jinja", "bind": { "colors": "colors" }, "color": [{ "to": "target" }]
+            "shader": "colors.wgsl.jinja", "bind": { "colors": "&colors" }, "color": [{ "to": "&target" }]
         } } }
     }"#;
     let shader = "{% include 'lib/fullscreen.wgsl.jinja' %}

@@ -11,10 +11,10 @@ const TEXT: &str = r#"{
   "features": { "wide": { "type": "bool", "default": false } },
   "presets": { "bright": { "parameters": { "red": 1 } } },
   "resources": { "target": { "texture": {
-    "format": "rgba8unorm", "size": ["wide ? 32 : 16", 16], "lifetime": "imported"
+    "format": "rgba8unorm", "size": ["=wide ? 32 : 16", 16], "lifetime": "imported"
   } } },
   "passes": { "fill": { "fullscreen": {
-    "shader": "fill.wgsl.jinja", "bind": { "settings": { "values": { "red": "red" } } }, "color": [{ "to": "target" }]
+    "shader": "fill.wgsl.jinja", "bind": { "settings": { "values": { "red": "=red" } } }, "color": [{ "to": "&target" }]
   } } }
 }"#;
 

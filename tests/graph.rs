@@ -11,9 +11,9 @@ use umbragraph::report::{EdgeKind, Report};
 use umbragraph::wgpu_types::TextureFormat;
 use umbragraph::why::{why_apart, why_culled, why_kept};
 
-const TEXTURE: &str = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
+const TEXTURE: &str = r#"{ "texture": { "format": "rgba8unorm", "size": "=viewport" } }"#;
 const TARGET: &str =
-    r#"{ "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#;
+    r#"{ "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } }"#;
 
 /// A pipeline over textures `names` and the imported `target`, with these passes.
 fn pipeline(names: &[&str], passes: &[String]) -> String {
@@ -29,14 +29,14 @@ fn pipeline(names: &[&str], passes: &[String]) -> String {
 /// A pass that writes all of a texture.
 fn fill(name: &str, to: &str) -> String {
     format!(
-        "\"{name}\": {{ \"fullscreen\": {{ \"shader\": \"gradient.wgsl.jinja\", \"color\": [{{ \"to\": \"{to}\" }}] }} }}"
+        "\"{name}\": {{ \"fullscreen\": {{ \"shader\": \"gradient.wgsl.jinja\", \"color\": [{{ \"to\": \"&{to}\" }}] }} }}"
     )
 }
 
 /// A pass that adds to a texture.
 fn add(name: &str, to: &str, more: &str) -> String {
     format!(
-        "\"{name}\": {{ {more} \"fullscreen\": {{ \"shader\": \"gradient.wgsl.jinja\", \"color\": [{{ \"to\": \"{to}\", \"blend\": \"add\" }}] }} }}"
+        "\"{name}\": {{ {more} \"fullscreen\": {{ \"shader\": \"gradient.wgsl.jinja\", \"color\": [{{ \"to\": \"&{to}\", \"blend\": \"add\" }}] }} }}"
     )
 }
 
@@ -47,8 +47,8 @@ fn copy(name: &str, from: &str, to: &str) -> String {
 
 fn copy_with(name: &str, from: &str, to: &str, more: &str) -> String {
     format!(
-        "\"{name}\": {{ {more} \"fullscreen\": {{ \"shader\": \"tonemap.wgsl.jinja\", \"axes\": {{ \"debug_view\": \"'shadow_term'\" }}, \
-         \"bind\": {{ \"source\": \"{from}\" }}, \"color\": [{{ \"to\": \"{to}\" }}] }} }}"
+        "\"{name}\": {{ {more} \"fullscreen\": {{ \"shader\": \"tonemap.wgsl.jinja\", \"axes\": {{ \"debug_view\": \"shadow_term\" }}, \
+         \"bind\": {{ \"source\": \"&{from}\" }}, \"color\": [{{ \"to\": \"&{to}\" }}] }} }}"
     )
 }
 
@@ -60,7 +60,7 @@ fn a_reader_declared_before_its_writer_runs_after_it() {
 
 /// A pipeline with a history `h` of one frame, the textures `names` and the imported `target`.
 fn with_history(names: &[&str], passes: &[String]) -> String {
-    let history = r#""h": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "history", "initial": 0 } },"#;
+    let history = r#""h": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "history", "initial": 0 } },"#;
     pipeline(names, passes).replacen("\"resources\": {", &format!("\"resources\": {{ {history}"), 1)
 }
 
@@ -131,12 +131,13 @@ fn a_history_never_shares_memory_and_is_stored() {
 #[test]
 fn an_input_of_a_subgraph_can_be_an_earlier_frame() {
     let subgraph = r#""subgraphs": { "blur": { "inputs": { "image": "read" }, "passes": {
-        "go": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "image" }, "color": [{ "to": "target" }] } } } } },"#;
-    let passes = [fill("write", "h"), r#""blur": { "use": "blur", "with": { "image": "h@-1" } }"#.to_owned()];
+        "go": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "&image" }, "color": [{ "to": "&target" }] } } } } },"#;
+    let passes =
+        [fill("write", "h"), r#""blur": { "use": "blur", "with": { "image": "&h@-1" } }"#.to_owned()];
     let text = with_history(&[], &passes).replacen("\"passes\"", &format!("{subgraph} \"passes\""), 1);
     let text = text
         .replace(r#""inputs": { "image": "read" }"#, r#""inputs": { "image": "read", "target": "written" }"#);
-    let text = text.replace(r#""image": "h@-1" }"#, r#""image": "h@-1", "target": "target" }"#);
+    let text = text.replace(r#""image": "&h@-1" }"#, r#""image": "&h@-1", "target": "&target" }"#);
     let outcome = check(&text);
     let plan = outcome.plan();
     assert_eq!(outcome.order(), ["write", "blur.go"]);
@@ -319,10 +320,10 @@ fn a_size_follows_from_every_property_of_another_resource() {
         ("words.size / 2", 512),
     ];
     let resources = sizes.iter().enumerate().map(|(at, (size, _))| {
-        format!(r#", "b{at}": {{ "buffer": {{ "size": "{size}", "lifetime": "persistent" }} }}"#)
+        format!(r#", "b{at}": {{ "buffer": {{ "size": "={size}", "lifetime": "persistent" }} }}"#)
     });
     let clears = (0..sizes.len())
-        .map(|at| format!(r#", "p{at}": {{ "clear": {{ "buffer": "b{at}" }}, "side_effect": true }}"#));
+        .map(|at| format!(r#", "p{at}": {{ "clear": {{ "buffer": "&b{at}" }}, "side_effect": true }}"#));
     let text = format!(
         r#"{{ "format": 1, "name": "sizes", "resources": {{
              "many": {{ "texture": {{ "format": "rgba8unorm", "size": [8, 8], "samples": 4 }} }},
@@ -346,7 +347,7 @@ fn a_format_goes_with_that_of_the_texture_that_the_host_has() {
     let both = TEXTURE.replace("\"rgba8unorm\"", "[\"rgba8unorm\", \"bgra8unorm\"]");
     let text = format!(
         r#"{{ "format": 1, "name": "host", "resources": {{ "a": {both}, "target": {TARGET} }}, "passes": {{ {},
-             "show": {{ "copy": {{ "from": {{ "name": "a" }}, "to": {{ "name": "target" }} }} }} }} }}"#,
+             "show": {{ "copy": {{ "from": {{ "name": "&a" }}, "to": {{ "name": "&target" }} }} }} }} }}"#,
         fill("fill", "a")
     );
     let outcome = check(&text);
@@ -389,16 +390,16 @@ fn two_writers_that_nothing_orders_are_rejected_and_an_order_mends_it() {
 fn writers_of_different_mips_need_no_order() {
     let text = r#"{ "format": 1, "name": "mips",
         "resources": {
-            "chain": { "texture": { "format": "rgba8unorm", "size": [64, 64], "mips": "mip_count(64)" } },
-            "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+            "chain": { "texture": { "format": "rgba8unorm", "size": [64, 64], "mips": "=mip_count(64)" } },
+            "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
         "passes": {
-            "m1": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" },
-                    "bind": { "source": { "texture": { "name": "chain", "mip": 0 } } }, "color": [{ "to": "chain", "mip": 1 }] } },
-            "m0": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "chain", "mip": 0 }] } },
-            "m2": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" },
-                    "bind": { "source": { "texture": { "name": "chain", "mip": 1 } } }, "color": [{ "to": "chain", "mip": 2 }] } },
-            "show": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" },
-                    "bind": { "source": { "texture": { "name": "chain", "mip": 2 } } }, "color": [{ "to": "target" }] } } } }"#;
+            "m1": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "shadow_term" },
+                    "bind": { "source": { "texture": { "name": "&chain", "mip": 0 } } }, "color": [{ "to": "&chain", "mip": 1 }] } },
+            "m0": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&chain", "mip": 0 }] } },
+            "m2": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "shadow_term" },
+                    "bind": { "source": { "texture": { "name": "&chain", "mip": 1 } } }, "color": [{ "to": "&chain", "mip": 2 }] } },
+            "show": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "shadow_term" },
+                    "bind": { "source": { "texture": { "name": "&chain", "mip": 2 } } }, "color": [{ "to": "&target" }] } } } }"#;
     assert_eq!(check(text).order(), ["m0", "m1", "m2", "show"]);
 }
 
@@ -430,7 +431,7 @@ fn the_plan_is_the_same_from_run_to_run() {
 #[test]
 fn a_live_pass_whose_output_is_not_read_still_has_a_place_for_it() {
     let passes = [
-        "\"both\": { \"fullscreen\": { \"shader\": \"gradient.wgsl.jinja\", \"color\": [{ \"to\": \"target\" }] } }".to_owned(),
+        "\"both\": { \"fullscreen\": { \"shader\": \"gradient.wgsl.jinja\", \"color\": [{ \"to\": \"&target\" }] } }".to_owned(),
         add("effect", "a", "\"side_effect\": true, \"after\": [\"clear\"],"),
         fill("clear", "a"),
     ];
@@ -540,7 +541,7 @@ fn the_difference_of_two_plans_is_said_in_words() {
 fn an_order_given_through_what_a_loop_or_a_subgraph_leaves_out_holds() {
     let fill = |name: &str, keys: &str, to: &str| {
         format!(
-            r#""{name}": {{ {keys} "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "{to}" }}] }} }}"#
+            r#""{name}": {{ {keys} "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&{to}" }}] }} }}"#
         )
     };
     let part = |keys: &str| {
@@ -555,15 +556,15 @@ fn an_order_given_through_what_a_loop_or_a_subgraph_leaves_out_holds() {
     let rounds = |count: &str| {
         fill("between", &format!(r#""after": ["first"], "for_each": {{ "i": {count} }},"#), "target")
     };
-    let off = r#""when": "1 > 2","#;
+    let off = r#""when": "=1 > 2","#;
     let cases = [
         (String::new(), rounds("0"), "between"),
         (String::new(), rounds("[]"), "between"),
-        (part(""), between(r#""use": "part", "when": "1 > 2""#), "between"),
-        (part(""), between(r#""use": "part", "when": "1 > 2""#), "between.p"),
+        (part(""), between(r#""use": "part", "when": "=1 > 2""#), "between"),
+        (part(""), between(r#""use": "part", "when": "=1 > 2""#), "between.p"),
         (part(off), between(r#""use": "part""#), "between"),
         (part(off), between(r#""use": "part""#), "between.p"),
-        (part(""), between(r#""use": "part", "for_each": { "i": 2 }, "when": "i > 2""#), "between"),
+        (part(""), between(r#""use": "part", "for_each": { "i": 2 }, "when": "=i > 2""#), "between"),
     ];
     for (subgraphs, between, name) in cases {
         let first = fill("first", "", "target");
@@ -571,7 +572,7 @@ fn an_order_given_through_what_a_loop_or_a_subgraph_leaves_out_holds() {
         for passes in [[&last, &between, &first], [&first, &between, &last]] {
             let text = format!(
                 r#"{{ "format": 1, "name": "left_out", {subgraphs} "resources": {{ "target": {{ "texture": {{
-                  "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }}, "passes": {{ {} }} }}"#,
+                  "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }}, "passes": {{ {} }} }}"#,
                 passes.map(String::as_str).join(", ")
             );
             // What comes first is drawn over.

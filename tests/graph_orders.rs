@@ -355,7 +355,7 @@ fn a_size_that_leads_through_too_many_resources_is_rejected_instead_of_overflowi
     let mut assembly = Assembly::new("deep");
     for at in 0..2_000 {
         let size =
-            if at == 1_999 { Expr::from("viewport") } else { Expr::from(format!("r{}", at + 1).as_str()) };
+            if at == 1_999 { Expr::from("=viewport") } else { Expr::from(format!("=r{}", at + 1).as_str()) };
         let _ = assembly.texture_with(&format!("r{at}"), |texture| texture.size = size);
     }
     let target = assembly.imported("target");
@@ -481,7 +481,7 @@ fn a_read_of_which_a_range_is_written_is_rejected_and_the_rest_is_named() {
     let diagnostic = of_bytes(&[SubresourceRange::bytes(0, 512)], SubresourceRange::bytes(256, 512));
     assert_eq!(diagnostic.message, "\"read\" reads bytes 512 to 767 of \"a\", which nothing writes before");
     assert!(
-        diagnostic.help.as_deref().is_some_and(|help| help.contains("{ \"clear\": { \"buffer\": \"a\" } }"))
+        diagnostic.help.as_deref().is_some_and(|help| help.contains("{ \"clear\": { \"buffer\": \"&a\" } }"))
     );
 }
 
@@ -511,7 +511,7 @@ fn what_lasts_what_is_culled_and_what_is_only_written_may_find_a_part() {
 fn a_size_of_the_viewport_decides_what_of_a_read_is_missing() {
     let mut assembly = Assembly::new("layers");
     let layers = assembly.texture_with("a", |texture| {
-        texture.layers = Some(Expr::from("floor(viewport.width / 64)"));
+        texture.layers = Some(Expr::from("=floor(viewport.width / 64)"));
     });
     for layer in 0..2 {
         let _ =

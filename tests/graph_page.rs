@@ -87,7 +87,7 @@ fn loops_of_many_rounds_are_no_hairball() {
     let pass = |name: &str, more: &str| {
         format!(
             r#""{name}": {{ "for_each": {{ "i": 25 }}, {more} "fullscreen": {{ "shader": "gradient.wgsl.jinja",
-            "color": [{{ "to": "{name}", "layer": "i" }}] }}, "side_effect": true }}"#
+            "color": [{{ "to": "&{name}", "layer": "=i" }}] }}, "side_effect": true }}"#
         )
     };
     let texture = |name: &str| {

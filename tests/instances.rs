@@ -58,7 +58,7 @@ fn settings_are_decoded_once_however_often_their_subgraph_is_used() {
     let text = format!(
         r#"{{ "format": 1, "name": "many", "resources": {{}},
   "subgraphs": {{ "one": {{ "passes": {{
-      "a": {{ "counted": {{ "to": "x" }} }}, "b": {{ "for_each": {{ "i": 2 }}, "counted": {{ "to": "y{{i}}" }} }} }} }} }},
+      "a": {{ "counted": {{ "to": "&x" }} }}, "b": {{ "for_each": {{ "i": 2 }}, "counted": {{ "to": "=[&y0, &y1][i]" }} }} }} }} }},
   "passes": {{ {} }} }}"#,
         uses.join(", ")
     );

@@ -10,7 +10,7 @@ use umbragraph::document;
 use umbragraph::source::{FileId, Sources};
 use umbragraph::wgpu_types::TextureFormat;
 
-const SHOW: &str = r#""shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" }"#;
+const SHOW: &str = r#""shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "shadow_term" }"#;
 
 fn subgraph(with: &str) -> String {
     format!(
@@ -18,23 +18,23 @@ fn subgraph(with: &str) -> String {
   "subgraphs": {{ "soften": {{
       "inputs": {{ "image": "what is softened" }},
       "parameters": {{ "divisor": {{ "type": "u32", "default": 2, "min": 1, "max": 8 }} }},
-      "resources": {{ "small": {{ "texture": {{ "format": "rgba8unorm", "size": "image / divisor" }} }} }},
+      "resources": {{ "small": {{ "texture": {{ "format": "rgba8unorm", "size": "=image / divisor" }} }} }},
       "passes": {{
-        "down": {{ "fullscreen": {{ {SHOW}, "bind": {{ "source": "image" }}, "color": [{{ "to": "small" }}] }} }},
-        "up": {{ "fullscreen": {{ {SHOW}, "bind": {{ "source": "small" }}, "color": [{{ "to": "image", "blend": "add" }}] }} }} }} }} }},
+        "down": {{ "fullscreen": {{ {SHOW}, "bind": {{ "source": "&image" }}, "color": [{{ "to": "&small" }}] }} }},
+        "up": {{ "fullscreen": {{ {SHOW}, "bind": {{ "source": "&small" }}, "color": [{{ "to": "&image", "blend": "add" }}] }} }} }} }} }},
   "resources": {{
     "color": {{ "texture": {{ "format": "rgba8unorm", "size": [64, 32] }} }},
-    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
   "passes": {{
-    "show": {{ "fullscreen": {{ {SHOW}, "bind": {{ "source": "color" }}, "color": [{{ "to": "target" }}] }} }},
+    "show": {{ "fullscreen": {{ {SHOW}, "bind": {{ "source": "&color" }}, "color": [{{ "to": "&target" }}] }} }},
     "soft": {{ "use": "soften", "with": {with} }},
-    "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "color" }}] }} }} }} }}"#
+    "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&color" }}] }} }} }} }}"#
     )
 }
 
 #[test]
 fn a_subgraph_sees_its_inputs_and_parameters_and_names_its_own_after_its_instance() {
-    let outcome = check(&subgraph(r#"{ "image": "color@fill", "divisor": "2 + 2" }"#));
+    let outcome = check(&subgraph(r#"{ "image": "&color@fill", "divisor": "=2 + 2" }"#));
     assert_eq!(outcome.order(), ["fill", "soft.down", "soft.up", "show"]);
     let small = outcome.plan().resources["soft.small"].size.unwrap();
     assert_eq!((small.width, small.height), (16, 8));
@@ -42,19 +42,19 @@ fn a_subgraph_sees_its_inputs_and_parameters_and_names_its_own_after_its_instanc
 
 #[test]
 fn format_follows_from_a_parameter_of_each_use() {
-    let text = subgraph(r#"{ "image": "color@fill", "precise": true }"#)
+    let text = subgraph(r#"{ "image": "&color@fill", "precise": true }"#)
         .replace(
             r#""small": { "texture": { "format": "rgba8unorm""#,
             r#""small": { "texture": { "format": "=small_format""#,
         )
         .replace(
             r#""parameters": {"#,
-            r#""derived": { "small_format": "precise ? 'rgba16float' : 'rgba8unorm'" },
+            r#""derived": { "small_format": "=precise ? 'rgba16float' : 'rgba8unorm'" },
       "parameters": { "precise": { "type": "bool", "default": false },"#,
         )
         .replace(
             r#""fill": {"#,
-            r#""again": { "use": "soften", "with": { "image": "color@soft" } }, "fill": {"#,
+            r#""again": { "use": "soften", "with": { "image": "&color@soft" } }, "fill": {"#,
         );
     let outcome = check(&text);
     let format = |name: &str| outcome.plan().resources[name].format;
@@ -66,19 +66,19 @@ fn format_follows_from_a_parameter_of_each_use() {
 fn a_subgraph_used_wrongly_is_told_so() {
     assert_eq!(check(&subgraph(r#"{ "imgae": "color" }"#)).codes(), ["UG0102"]);
     assert_eq!(check(&subgraph("{}")).codes(), ["UG0106"]);
-    assert_eq!(check(&subgraph(r#"{ "image": "color@fill", "divisor": 9 }"#)).codes(), ["UG0204"]);
-    let cycle = subgraph(r#"{ "image": "color" }"#);
+    assert_eq!(check(&subgraph(r#"{ "image": "&color@fill", "divisor": 9 }"#)).codes(), ["UG0204"]);
+    let cycle = subgraph(r#"{ "image": "&color" }"#);
     assert_eq!(check(&cycle).codes(), ["UG0403"], "without a version, down waits for up");
-    let itself = subgraph(r#"{ "image": "color@fill" }"#).replace(
+    let itself = subgraph(r#"{ "image": "&color@fill" }"#).replace(
         "\"down\": {",
-        "\"again\": { \"use\": \"soften\", \"with\": { \"image\": \"small\" } }, \"down\": {",
+        "\"again\": { \"use\": \"soften\", \"with\": { \"image\": \"&small\" } }, \"down\": {",
     );
     assert!(check(&itself).codes().contains(&"UG0212"));
 }
 
 #[test]
 fn a_subgraph_or_loop_that_is_switched_off_may_still_be_waited_for() {
-    let text = subgraph(r#"{ "image": "color@fill" }, "when": false"#)
+    let text = subgraph(r#"{ "image": "&color@fill" }, "when": false"#)
         .replace("\"show\": {", "\"show\": { \"after\": [\"soft\"],");
     assert_eq!(check(&text).order(), ["fill", "show"]);
 }
@@ -90,13 +90,13 @@ fn two_uses(first: &str, second: &str) -> String {
   "subgraphs": {{ "strokes": {{
       "inputs": {{ "picture": "what is drawn to" }},
       "passes": {{
-        "broad": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "picture", "blend": "add" }}] }} }},
-        "fine": {{ "after": ["broad"], "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "picture", "blend": "add" }}] }} }} }} }} }},
-  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+        "broad": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&picture", "blend": "add" }}] }} }},
+        "fine": {{ "after": ["broad"], "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&picture", "blend": "add" }}] }} }} }} }} }},
+  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
   "passes": {{
-    "clear": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target" }}] }} }},
-    "u": {{ "use": "strokes", "with": {{ "picture": "target" }}{first} }},
-    "v": {{ "use": "strokes", "with": {{ "picture": "target" }}{second} }} }} }}"#
+    "clear": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&target" }}] }} }},
+    "u": {{ "use": "strokes", "with": {{ "picture": "&target" }}{first} }},
+    "v": {{ "use": "strokes", "with": {{ "picture": "&target" }}{second} }} }} }}"#
     )
 }
 
@@ -118,7 +118,7 @@ fn a_use_of_a_subgraph_waits_for_passes_and_for_other_uses() {
 
 #[test]
 fn rounds_of_uses_wait_too_and_are_waited_for() {
-    let rounds = r#", "for_each": { "round": 2 }, "after": ["clear", "{round == 0 ? 'clear' : 'u.0'}"]"#;
+    let rounds = r#", "for_each": { "round": 2 }, "after": ["clear", "=round == 0 ? 'clear' : 'u.0'"]"#;
     let whole = check(&two_uses(rounds, r#", "after": ["u"]"#));
     let order = ["clear", "u.0.broad", "u.0.fine", "u.1.broad", "u.1.fine", "v.broad", "v.fine"];
     assert_eq!(whole.order(), order);
@@ -152,14 +152,14 @@ fn a_side_effect_of_a_use_keeps_all_of_its_passes() {
     let text = |member: &str| {
         two_uses("", member)
             .replacen(r#", "blend": "add""#, "", 1)
-            .replace(r#""u": { "use": "strokes", "with": { "picture": "target" } },"#, "")
+            .replace(r#""u": { "use": "strokes", "with": { "picture": "&target" } },"#, "")
             .replace(
                 r#""resources": {"#,
                 r#""resources": { "unread": { "texture": { "format": "rgba8unorm", "size": [4, 4] } }, "#,
             )
             .replace(
-                r#""v": { "use": "strokes", "with": { "picture": "target" }"#,
-                r#""v": { "use": "strokes", "with": { "picture": "unread" }"#,
+                r#""v": { "use": "strokes", "with": { "picture": "&target" }"#,
+                r#""v": { "use": "strokes", "with": { "picture": "&unread" }"#,
             )
     };
     assert_eq!(check(&text("")).order(), ["clear"]);
@@ -168,7 +168,7 @@ fn a_side_effect_of_a_use_keeps_all_of_its_passes() {
 
 #[test]
 fn more_pairs_in_an_order_than_a_graph_can_hold_are_a_diagnostic() {
-    let pass = r#"{ "for_each": { "round": 1200 }, "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target", "blend": "add" }] } }"#;
+    let pass = r#"{ "for_each": { "round": 1200 }, "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target", "blend": "add" }] } }"#;
     let text = two_uses("", "");
     let begin = text.find(r#""u": {"#).unwrap();
     let passes = format!(r#""u": {pass}, "v": {} }} }}"#, pass.replacen('{', r#"{ "after": ["u"],"#, 1));
@@ -199,11 +199,11 @@ fn subgraphs_that_use_themselves_end_at_once() {
 
 #[test]
 fn an_error_inside_a_subgraph_is_reported_once_with_the_places_where_it_is_used() {
-    let text = subgraph(r#"{ "image": "color@fill" }"#)
-        .replace("\"bind\": { \"source\": \"small\" }", "\"bind\": { \"source\": \"smal\" }");
+    let text = subgraph(r#"{ "image": "&color@fill" }"#)
+        .replace("\"bind\": { \"source\": \"&small\" }", "\"bind\": { \"source\": \"&smal\" }");
     let text = text.replace(
         "\"fill\": {",
-        "\"more\": { \"use\": \"soften\", \"with\": { \"image\": \"color@fill\" } }, \"fill\": {",
+        "\"more\": { \"use\": \"soften\", \"with\": { \"image\": \"&color@fill\" } }, \"fill\": {",
     );
     let outcome = check(&text);
     assert_eq!(outcome.codes(), ["UG0301"], "{}", outcome.text());
@@ -216,17 +216,17 @@ fn a_loop_makes_a_pass_for_each_round() {
         r#"{{ "format": 1, "name": "test",
   "parameters": {{ "levels": {{ "type": "u32", "default": 3 }} }},
   "resources": {{
-    "chain": {{ "texture": {{ "format": "rgba8unorm", "size": [64, 64], "mips": "levels + 1" }} }},
-    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+    "chain": {{ "texture": {{ "format": "rgba8unorm", "size": [64, 64], "mips": "=levels + 1" }} }},
+    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
   "passes": {{
-    "show": {{ "after": ["down"], "fullscreen": {{ {SHOW}, "bind": {{ "source": {{ "texture": {{ "name": "chain@down.{{levels - 1}}", "mip": "levels" }} }} }}, "color": [{{ "to": "target" }}] }} }},
-    "down": {{ "for_each": {{ "level": "levels" }}, "fullscreen": {{ {SHOW},
-      "bind": {{ "source": {{ "texture": {{ "name": "chain", "mip": "level" }} }} }}, "color": [{{ "to": "chain", "mip": "level + 1" }}] }} }},
-    "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "chain", "mip": 0 }}] }} }} }} }}"#
+    "show": {{ "after": ["down"], "fullscreen": {{ {SHOW}, "bind": {{ "source": {{ "texture": {{ "name": "=&chain@down[levels - 1]", "mip": "=levels" }} }} }}, "color": [{{ "to": "&target" }}] }} }},
+    "down": {{ "for_each": {{ "level": "=levels" }}, "fullscreen": {{ {SHOW},
+      "bind": {{ "source": {{ "texture": {{ "name": "&chain", "mip": "=level" }} }} }}, "color": [{{ "to": "&chain", "mip": "=level + 1" }}] }} }},
+    "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&chain", "mip": 0 }}] }} }} }} }}"#
     );
     assert_eq!(check(&text).order(), ["fill", "down.0", "down.1", "down.2", "show"]);
     for rounds in ["1e9", "-1", "1.5", "true"] {
-        let broken = text.replace("\"level\": \"levels\"", &format!("\"level\": \"{rounds}\""));
+        let broken = text.replace("\"level\": \"=levels\"", &format!("\"level\": \"={rounds}\""));
         assert_eq!(check(&broken).codes(), ["UG0211"], "{rounds}");
     }
 }
@@ -412,9 +412,9 @@ fn check_files(files: &[(&str, &str)]) -> common::Outcome {
 #[test]
 fn a_subgraph_file_sees_what_it_is_given_and_a_subgraph_of_the_pipeline_what_stands_around_it() {
     let part = r#"{ "inputs": { "image": "what is drawn" },
-        "resources": { "small": { "texture": { "format": "rgba8unorm", "size": "image / divisor" } } },
-        "passes": { "down": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" },
-            "bind": { "source": "image" }, "color": [{ "to": "small" }] }, "side_effect": true } } }"#;
+        "resources": { "small": { "texture": { "format": "rgba8unorm", "size": "=image / divisor" } } },
+        "passes": { "down": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "shadow_term" },
+            "bind": { "source": "&image" }, "color": [{ "to": "&small" }] }, "side_effect": true } } }"#;
     let given = part.replace(
         "\"resources\"",
         r#""parameters": { "divisor": { "type": "u32", "default": 2 }, "encode_srgb": { "type": "bool", "default": true } }, "resources""#,
@@ -424,8 +424,8 @@ fn a_subgraph_file_sees_what_it_is_given_and_a_subgraph_of_the_pipeline_what_sta
             r#"{{ "format": 1, "name": "x", "parameters": {{ "divisor": {{ "type": "u32", "default": 8 }} }},
   "features": {{ "encode_srgb": {{ "type": "bool", "default": false }} }}, "subgraphs": {{ "own": {part} }},
   "resources": {{ "color": {{ "texture": {{ "format": "rgba8unorm", "size": [64, 64] }} }} }},
-  "passes": {{ "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "color" }}] }} }},
-    "soft": {{ "use": "{used}", "with": {{ "image": "color"{with} }} }} }} }}"#
+  "passes": {{ "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&color" }}] }} }},
+    "soft": {{ "use": "{used}", "with": {{ "image": "&color"{with} }} }} }} }}"#
         )
     };
     let seen = |used: &str, with: &str, part: &str| {
@@ -451,7 +451,7 @@ fn a_subgraph_file_sees_what_it_is_given_and_a_subgraph_of_the_pipeline_what_sta
     assert!(rejected.ends_with("1 error\n"), "{rejected}");
     assert_eq!(seen("parts/blur.json", "", &given), Ok((32, Some("true".to_owned()))));
     assert_eq!(
-        seen("parts/blur.json", ", \"divisor\": \"divisor * 2\", \"encode_srgb\": \"encode_srgb\"", &given),
+        seen("parts/blur.json", ", \"divisor\": \"=divisor * 2\", \"encode_srgb\": \"=encode_srgb\"", &given),
         Ok((4, Some("false".to_owned())))
     );
 }
@@ -459,13 +459,13 @@ fn a_subgraph_file_sees_what_it_is_given_and_a_subgraph_of_the_pipeline_what_sta
 #[test]
 fn an_input_is_never_what_has_its_name_outside() {
     let part = r#"{ "inputs": { "color": "what is measured" },
-        "resources": { "small": { "texture": { "format": "rgba8unorm", "size": "color / 2" } } },
-        "passes": { "down": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "small" }] }, "side_effect": true } } }"#;
+        "resources": { "small": { "texture": { "format": "rgba8unorm", "size": "=color / 2" } } },
+        "passes": { "down": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&small" }] }, "side_effect": true } } }"#;
     let pipeline = |given: &str| {
         format!(
             r#"{{ "format": 1, "name": "x",
   "resources": {{ "color": {{ "texture": {{ "format": "rgba8unorm", "size": [64, 64] }} }}, "other": {{ "texture": {{ "format": "rgba8unorm", "size": [16, 16] }} }} }},
-  "passes": {{ "a": {{ "use": "parts/a.json", "with": {{ "color": "{given}" }} }} }} }}"#
+  "passes": {{ "a": {{ "use": "parts/a.json", "with": {{ "color": "&{given}" }} }} }} }}"#
         )
     };
     let check = |given: &str| check_files(&[("top.json", &pipeline(given)), ("parts/a.json", part)]);

@@ -257,8 +257,8 @@ fn of_several_entry_points_one_is_named() {
     let check = |entry_points: &str| {
         let text = format!(
             r#"{{ "format": 1, "name": "two",
-  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
-  "passes": {{ "fill": {{ "fullscreen": {{ "shader": "two.wgsl.jinja"{entry_points}, "color": [{{ "to": "target" }}] }} }} }} }}"#
+  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
+  "passes": {{ "fill": {{ "fullscreen": {{ "shader": "two.wgsl.jinja"{entry_points}, "color": [{{ "to": "&target" }}] }} }} }} }}"#
         );
         let with = With { templates: &[("two.wgsl.jinja", TWO)], ..With::default() };
         common::check_with("two.json", &text, &with)
@@ -287,8 +287,8 @@ fn a_feature_of_webgpu_is_there_where_the_profile_has_it() {
         let text = format!(
             r#"{{ "format": 1, "name": "filtered",
   "features": {{ "fine": {{ "type": "bool", "default": true, "required_features": ["{name}"] }} }},
-  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "fine ? [64, 64] : [32, 32]", "lifetime": "imported" }} }} }},
-  "passes": {{ "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target" }}] }} }} }} }}"#
+  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=fine ? [64, 64] : [32, 32]", "lifetime": "imported" }} }} }},
+  "passes": {{ "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&target" }}] }} }} }} }}"#
         );
         let profile = TargetProfile::from_name(profile);
         common::check_with("filtered.json", &text, &With { profile, features, ..With::default() })
@@ -307,7 +307,7 @@ fn a_feature_of_webgpu_is_there_where_the_profile_has_it() {
 fn each_pipeline_has_points_for_extensions() {
     let pass = |name: &str, to: &str| {
         format!(
-            r#"{{ "{name}": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "{to}", "blend": "add" }}] }} }} }}"#
+            r#"{{ "{name}": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&{to}", "blend": "add" }}] }} }} }}"#
         )
     };
     for pipeline in ["nebula", "mantis", "caracal", "lore", "awsm", "umbra"] {

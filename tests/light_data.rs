@@ -26,22 +26,22 @@ const TEXT: &str = r#"{
     },
     "passes": {
         "place": { "shadow_atlas": {
-            "to": "placement", "descriptors": 64,
-            "spots": { "min_side": 512, "max_side": "max_side", "min_tile": 32, "max_tile": 256, "capacity": "spot_capacity" },
-            "points": { "capacity": "cube_capacity" },
-            "directional": { "capacity": "layer_capacity", "cascades": 4 }
+            "to": "&placement", "descriptors": 64,
+            "spots": { "min_side": 512, "max_side": "=max_side", "min_tile": 32, "max_tile": 256, "capacity": "=spot_capacity" },
+            "points": { "capacity": "=cube_capacity" },
+            "directional": { "capacity": "=layer_capacity", "cascades": 4 }
         }, "side_effect": true },
         "directional": { "cascades": {
-            "to": "layers", "placement": "placement", "layers": 8, "far": [8, 25, 70, 200], "resolution": 256, "cadence": "cadence"
+            "to": "&layers", "placement": "&placement", "layers": 8, "far": [8, 25, 70, 200], "resolution": 256, "cadence": "=cadence"
         }, "side_effect": true },
         "fit": { "cascades": {
-            "to": "fitted", "far": [8, 25, 70, 200], "resolution": 256, "cadence": "cadence"
+            "to": "&fitted", "far": [8, 25, 70, 200], "resolution": 256, "cadence": "=cadence"
         }, "side_effect": true },
         "spots": { "spot_shadows": {
-            "to": "tiles", "placement": "placement", "capacity": "described_spots", "shadow_filter": { "radius": "radius", "min": 2, "max": 10 }
+            "to": "&tiles", "placement": "&placement", "capacity": "=described_spots", "shadow_filter": { "radius": "=radius", "min": 2, "max": 10 }
         }, "side_effect": true },
         "list": { "light_list": {
-            "to": "lights", "placement": "placement", "lights": 64, "descriptors": 64, "layers": "layers", "hard_below": "hard_below",
+            "to": "&lights", "placement": "&placement", "lights": 64, "descriptors": 64, "layers": "&layers", "hard_below": "=hard_below",
             "slots": { "capacity": 2, "of": "contact-shadows" }
         }, "side_effect": true }
     }

@@ -173,15 +173,15 @@ const TEXT: &str = r#"{
         "side": { "type": "u32", "default": 8, "min": 1, "max": 64 },
         "tint": { "type": "f32[]", "default": [0, 0, 0, 1], "min": 0, "max": 1, "min_length": 4, "max_length": 4 }
     },
-    "derived": { "twice": "red * 2" },
-    "constraints": { "order": { "holds": "low < high", "message": "low is below high" } },
+    "derived": { "twice": "=red * 2" },
+    "constraints": { "order": { "holds": "=low < high", "message": "low is below high" } },
     "resources": {
-        "target": { "texture": { "format": "rgba8unorm", "size": ["side", 4], "lifetime": "imported" } }
+        "target": { "texture": { "format": "rgba8unorm", "size": ["=side", 4], "lifetime": "imported" } }
     },
     "passes": { "fill": { "fullscreen": {
         "shader": "live.wgsl.jinja",
-        "bind": { "settings": { "values": { "color": "[twice / 2, low, high, 1]", "tint": "tint" } } },
-        "color": [{ "to": "target" }]
+        "bind": { "settings": { "values": { "color": "=[twice / 2, low, high, 1]", "tint": "=tint" } } },
+        "color": [{ "to": "&target" }]
     } } }
 }"#;
 
@@ -258,7 +258,7 @@ fn values_are_rejected_as_at_load_and_the_next_frame_has_those_before() {
     executor.set_plan(std::sync::Arc::new(plan)).unwrap();
     assert_eq!(record(&mut executor), Ok(vec![255, 204, 255, 255]));
     let other = check(&TEXT.replace("live.wgsl.jinja", "gradient.wgsl.jinja").replace("\"red\"", "\"blue\"").replace(
-        "\"bind\": { \"settings\": { \"values\": { \"color\": \"[twice / 2, low, high, 1]\", \"tint\": \"tint\" } } },",
+        "\"bind\": { \"settings\": { \"values\": { \"color\": \"=[twice / 2, low, high, 1]\", \"tint\": \"=tint\" } } },",
         "",
     ).replace("red * 2", "blue * 2"));
     let mut other = common::gpu::executor(&gpu, other.plan(), None);
@@ -283,7 +283,7 @@ fn lists_of_every_form_follow_a_live_parameter() {
             let text = TEXT.replace("[twice / 2, low, high, 1]", list);
             let text = text.replace(
                 "\"derived\": {",
-                "\"derived\": { \"warm\": \"[1, 0.5, 0.25, 1]\", \"cold\": \"[0, 0.25, 0.5, 0]\",",
+                "\"derived\": { \"warm\": \"=[1, 0.5, 0.25, 1]\", \"cold\": \"=[0, 0.25, 0.5, 0]\",",
             );
             let with = With {
                 templates: &[("live.wgsl.jinja", SHADER)],
@@ -344,16 +344,16 @@ fn cpu_passes_take_over_live_settings_and_reject_what_loading_rejects() {
             "far": { "type": "f32[]", "default": [10, 20] }
         },
         "passes": {
-            "eye": { "camera": { "to": "eye", "jitter": "points" }, "side_effect": true },
-            "fit": { "cascades": { "to": "sun", "light": "sun", "far": "far", "splits": { "count": 2 }, "resolution": 64, "border": "border" }, "side_effect": true },
-            "one": { "view": { "to": "one", "from": "sun", "index": "index" }, "side_effect": true },
+            "eye": { "camera": { "to": "&eye", "jitter": "=points" }, "side_effect": true },
+            "fit": { "cascades": { "to": "&sun", "light": "sun", "far": "=far", "splits": { "count": 2 }, "resolution": 64, "border": "=border" }, "side_effect": true },
+            "one": { "view": { "to": "&one", "from": "&sun", "index": "=index" }, "side_effect": true },
             "place": { "shadow_atlas": {
-                "to": "placement", "spots": { "min_side": 256, "max_side": 256, "min_tile": 16, "max_tile": 64 },
+                "to": "&placement", "spots": { "min_side": 256, "max_side": 256, "min_tile": 16, "max_tile": 64 },
                 "directional": { "capacity": 2, "cascades": 2 }, "descriptors": 8
             }, "side_effect": true },
-            "spots": { "spot_shadows": { "to": "tiles", "placement": "placement", "capacity": 4, "light_size": "size" }, "side_effect": true },
-            "suns": { "cascades": { "to": "layers", "placement": "placement", "far": "far", "splits": { "count": 2 }, "resolution": 64 }, "side_effect": true },
-            "list": { "light_list": { "to": "lights", "lights": 4, "hard_below": "hard" }, "side_effect": true }
+            "spots": { "spot_shadows": { "to": "&tiles", "placement": "&placement", "capacity": 4, "light_size": "=size" }, "side_effect": true },
+            "suns": { "cascades": { "to": "&layers", "placement": "&placement", "far": "=far", "splits": { "count": 2 }, "resolution": 64 }, "side_effect": true },
+            "list": { "light_list": { "to": "&lights", "lights": 4, "hard_below": "=hard" }, "side_effect": true }
         }
     }"#;
     let plan = |parameters: &[(&str, &str)]| {
@@ -410,19 +410,19 @@ fn a_live_parameter_reaches_a_pass_of_a_subgraph() {
     let text = r#"{
         "format": 1, "name": "inner",
         "parameters": { "red": { "type": "f32", "default": 0.5, "min": 0, "max": 1 } },
-        "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+        "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
         "subgraphs": { "paint": {
             "inputs": { "to": "what is painted" },
             "parameters": { "amount": { "type": "f32", "default": 1, "min": 0, "max": 0.8 },
                 "fade": { "type": "f32[]", "default": [0, 0, 0, 0], "min": 0, "max": 1, "min_length": 4, "max_length": 4 } },
-            "derived": { "half": "amount / 2", "none": "fade * 0" },
+            "derived": { "half": "=amount / 2", "none": "=fade * 0" },
             "passes": { "fill": { "fullscreen": {
                 "shader": "live.wgsl.jinja",
-                "bind": { "settings": { "values": { "color": "[half, amount, 0, 1]", "tint": "none" } } },
-                "color": [{ "to": "to" }]
+                "bind": { "settings": { "values": { "color": "=[half, amount, 0, 1]", "tint": "=none" } } },
+                "color": [{ "to": "&to" }]
             } } }
         } },
-        "passes": { "paint": { "use": "paint", "with": { "to": "target", "amount": "red", "fade": "[red, red, 0, 1]" } } }
+        "passes": { "paint": { "use": "paint", "with": { "to": "&target", "amount": "=red", "fade": "=[red, red, 0, 1]" } } }
     }"#;
     let with = With { templates: &[("live.wgsl.jinja", SHADER)], size: Some([4, 4]), ..With::default() };
     let outcome = common::check_with("inner.json", text, &with);

@@ -111,7 +111,7 @@ fn run(gpu: &Gpu, size: [u32; 3], resources: &str, passes: &str) -> Texels {
         }}, "passes": {{
             {passes},
             "look": {{ "copy": {{
-                "from": {{ "name": "plain", "layers": {layers} }}, "to": {{ "name": "seen", "layers": {layers} }}
+                "from": {{ "name": "&plain", "layers": {layers} }}, "to": {{ "name": "&seen", "layers": {layers} }}
             }} }}
         }} }}"#
     );
@@ -142,11 +142,11 @@ fn what_is_stored_of_a_depth_are_its_moments_over_the_whole_range() {
             r#", "image": {{ "texture": {{ "format": "{format}", "size": [1025, 1], "view_dimension": "2d-array" }} }}"#
         );
         let passes = format!(
-            r#""ramp": {{ "compute": {{ "shader": "ramp.wgsl.jinja", "dispatch_over": "image",
-                "axes": {{ "texel_format": "'{texel}'", "moment_mode": {mode} }},
-                "bind": {{ "image": "image", "settings": {{ "values": {{ "exponent": {exponent} }} }} }} }} }},
-            "unpack": {{ "compute": {{ "shader": "unpack.wgsl.jinja", "dispatch_over": "plain",
-                "axes": {{ "texel_format": "'{texel}'" }}, "bind": {{ "image": "image", "plain": "plain" }} }} }}"#
+            r#""ramp": {{ "compute": {{ "shader": "ramp.wgsl.jinja", "dispatch_over": "&image",
+                "axes": {{ "texel_format": "{texel}", "moment_mode": {mode} }},
+                "bind": {{ "image": "&image", "settings": {{ "values": {{ "exponent": {exponent} }} }} }} }} }},
+            "unpack": {{ "compute": {{ "shader": "unpack.wgsl.jinja", "dispatch_over": "&plain",
+                "axes": {{ "texel_format": "{texel}" }}, "bind": {{ "image": "&image", "plain": "&plain" }} }} }}"#
         );
         let seen = run(&gpu, [1025, 1, 1], &image, &passes);
         let mut worst = 0.0_f64;
@@ -190,8 +190,8 @@ fn moments_let_through_what_the_inequalities_say_and_never_less_than_there_is() 
     let (deviation, bias) = (2e-3, 1e-5);
     for (mode, exponent) in [(0, 5.0), (1, 5.0), (0, 42.0), (1, 42.0), (2, 1.0)] {
         let passes = format!(
-            r#""bound": {{ "compute": {{ "shader": "bound.wgsl.jinja", "dispatch_over": "plain", "axes": {{ "moment_mode": {mode} }},
-                "bind": {{ "plain": "plain", "settings": {{ "values": {{
+            r#""bound": {{ "compute": {{ "shader": "bound.wgsl.jinja", "dispatch_over": "&plain", "axes": {{ "moment_mode": {mode} }},
+                "bind": {{ "plain": "&plain", "settings": {{ "values": {{
                     "exponent": {exponent}, "deviation": {deviation}, "bias": {bias} }} }} }} }} }}"#
         );
         let seen = run(&gpu, [256, 8, 1], "", &passes);
@@ -250,17 +250,17 @@ fn blurred(gpu: &Gpu, [texel, format]: [&str; 2], radius: f64, constant: f64, in
     .map(str::to_owned)
     .concat();
     let (part, given) = if in_tiles {
-        ("blur_tiles", r#""tiles": "tiles""#.to_owned())
+        ("blur_tiles", r#""tiles": "&tiles""#.to_owned())
     } else {
         ("blur", format!(r#""radius": {radius}"#))
     };
     let passes = format!(
-        r#""paint": {{ "compute": {{ "shader": "images.wgsl.jinja", "workgroups": [4, 3, 1], "axes": {{ "texel_format": "'{texel}'" }},
-            "bind": {{ "image": "image", "tiles": "tiles", "settings": {{ "values": {{ "constant": {constant:?}, "radius": {radius} }} }} }} }} }},
+        r#""paint": {{ "compute": {{ "shader": "images.wgsl.jinja", "workgroups": [4, 3, 1], "axes": {{ "texel_format": "{texel}" }},
+            "bind": {{ "image": "&image", "tiles": "&tiles", "settings": {{ "values": {{ "constant": {constant:?}, "radius": {radius} }} }} }} }} }},
         "soften": {{ "use": "pipelines/parts/{part}.json",
-            "with": {{ "image": "image", {given}, "result": "soft", "texel_format": "{texel}" }} }},
-        "unpack": {{ "compute": {{ "shader": "unpack.wgsl.jinja", "dispatch_over": "plain", "axes": {{ "texel_format": "'{texel}'" }},
-            "bind": {{ "image": "soft", "plain": "plain" }} }} }}"#
+            "with": {{ "image": "&image", {given}, "result": "&soft", "texel_format": "{texel}" }} }},
+        "unpack": {{ "compute": {{ "shader": "unpack.wgsl.jinja", "dispatch_over": "&plain", "axes": {{ "texel_format": "{texel}" }},
+            "bind": {{ "image": "&soft", "plain": "&plain" }} }} }}"#
     );
     run(gpu, [64, 48, 3], &resources, &passes)
 }
@@ -347,12 +347,12 @@ fn each_mip_level_is_the_mean_of_the_level_above_it() {
                     r#", "image": {{ "texture": {{ "format": "{format}", "size": {size:?}, "layers": 2, "mips": 5, "view_dimension": "2d-array" }} }}"#
                 );
                 let passes = format!(
-                    r#""paint": {{ "compute": {{ "shader": "noise.wgsl.jinja", "dispatch_over": "image", "axes": {{ "texel_format": "'{texel}'" }},
-                        "bind": {{ "image": {{ "texture": {{ "name": "image", "mip": 0 }} }} }} }} }},
+                    r#""paint": {{ "compute": {{ "shader": "noise.wgsl.jinja", "dispatch_over": "&image", "axes": {{ "texel_format": "{texel}" }},
+                        "bind": {{ "image": {{ "texture": {{ "name": "&image", "mip": 0 }} }} }} }} }},
                     "mips": {{ "use": "pipelines/parts/mips.json",
-                        "with": {{ "image": "image", "levels": 5, "texel_format": "{texel}" }} }},
-                    "unpack": {{ "compute": {{ "shader": "unpack.wgsl.jinja", "dispatch_over": "plain", "axes": {{ "texel_format": "'{texel}'" }},
-                        "bind": {{ "image": {{ "texture": {{ "name": "image", "mip": {level} }} }}, "plain": "plain" }} }} }}"#
+                        "with": {{ "image": "&image", "levels": 5, "texel_format": "{texel}" }} }},
+                    "unpack": {{ "compute": {{ "shader": "unpack.wgsl.jinja", "dispatch_over": "&plain", "axes": {{ "texel_format": "{texel}" }},
+                        "bind": {{ "image": {{ "texture": {{ "name": "&image", "mip": {level} }} }}, "plain": "&plain" }} }} }}"#
                 );
                 (width, height, run(&gpu, [width, height, 2], &image, &passes).values)
             };

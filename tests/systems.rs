@@ -180,12 +180,12 @@ fn the_lighting_block_is_filled_from_the_fit_and_from_parameters() {
 #[test]
 fn a_value_goes_before_what_the_data_publishes_and_a_member_that_neither_has_is_a_diagnostic() {
     let text = std::fs::read_to_string(root().join(CARACAL)).unwrap();
-    let doubled = text.replace("\"map_side\": \"2 * resolution\",", "\"map_side\": 5, \"last_far\": 7,");
+    let doubled = text.replace("\"map_side\": \"=2 * resolution\",", "\"map_side\": 5, \"last_far\": 7,");
     let outcome = check_with(CARACAL, &doubled, &With::default());
     let data = published(outcome.plan(), "fit", &sunny_frame());
     assert_eq!(packed(outcome.plan(), "shade", "lighting", &data)[252..256], 7.0_f32.to_le_bytes());
     let missing =
-        check_with(CARACAL, &text.replace("\"map_side\": \"2 * resolution\",", ""), &With::default());
+        check_with(CARACAL, &text.replace("\"map_side\": \"=2 * resolution\",", ""), &With::default());
     assert!(missing.diagnostics.has_errors() && missing.text().contains("map_side"), "{}", missing.text());
     let misspelt = check_with(CARACAL, &text.replace("\"map_side\"", "\"map_sides\""), &With::default());
     assert!(misspelt.text().contains("did you mean \"map_side\"?"), "{}", misspelt.text());
@@ -205,9 +205,9 @@ fn a_block_lies_at_given_offsets_or_the_diagnostic_says_how_it_would() {
         let text = format!(
             r#"{{
                 "format": 1, "name": "offsets",
-                "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+                "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
                 "passes": {{ "fill": {{ "fullscreen": {{
-                    "shader": "constants.wgsl.jinja", "color": [{{ "to": "target" }}],
+                    "shader": "constants.wgsl.jinja", "color": [{{ "to": "&target" }}],
                     "bind": {{ "constants": {{ "block": {{
                         "values": {{ "bias": 0.5, "tint": [1, 0.5, 0.25, 1], "cascade": 2 }}, "offsets": {offsets}
                     }} }} }}
@@ -293,8 +293,8 @@ fn a_preset_that_is_not_there_is_a_diagnostic_and_so_is_a_wrong_value_of_one_tha
 fn views_of_mixed_sizes_in_an_array_of_another_size_are_a_finding_that_says_what_instead() {
     let text = std::fs::read_to_string(root().join("pipelines/lore.json")).unwrap();
     let smaller = text.replace(
-        "[\"max(resolutions)\", \"max(resolutions)\"]",
-        "[\"min(resolutions)\", \"min(resolutions)\"]",
+        "[\"=max(resolutions)\", \"=max(resolutions)\"]",
+        "[\"=min(resolutions)\", \"=min(resolutions)\"]",
     );
     assert_ne!(smaller, text);
     for cached in ["false", "true"] {

@@ -257,7 +257,7 @@ fn nearest_texel(
     let text = format!(
         r#"{{ "format": 1, "name": "shown", "extends": "umbra.json",
   "resources": {{ "shown": {{ "texture": {{ "format": "rgba32float", "size": [1, 1], "lifetime": "imported" }} }} }},
-  "passes": {{ "show": {{ "fullscreen": {{ "shader": "shown.wgsl.jinja", "bind": {{ "lights": "{lights}" }}, "color": [{{ "to": "shown" }}] }} }} }} }}"#
+  "passes": {{ "show": {{ "fullscreen": {{ "shader": "shown.wgsl.jinja", "bind": {{ "lights": "&{lights}" }}, "color": [{{ "to": "&shown" }}] }} }} }} }}"#
     );
     let axes = r#"{ "inherits": ["lib/light_list.wgsl.jinja"], "axes": {} }"#;
     let templates = [("shown.wgsl.jinja", SHOWN), ("shown.axes.json", axes)];

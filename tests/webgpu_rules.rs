@@ -141,24 +141,24 @@ const TARGET: &str =
 const PAINT: Ground = Ground {
     template: FILL,
     resources: r#""kept": { "texture": { "format": "rgba8unorm", "size": [64, 64], "lifetime": "persistent" } }"#,
-    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "target" }] } }"#,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "&target" }] } }"#,
 };
 
 /// A picture, painted and shown.
 const SHOWN: Ground = Ground {
     template: SHOW,
     resources: r#""picture": { "texture": { "format": "rgba8unorm", "size": [64, 64] } }"#,
-    passes: r#""paint": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "picture" }] } },
+    passes: r#""paint": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&picture" }] } },
         "own": { "fullscreen": { "shader": "own.wgsl.jinja",
-            "bind": { "picture": "picture", "reader": { "sampler": { "filter": "linear" } } }, "color": [{ "to": "target" }] } }"#,
+            "bind": { "picture": "&picture", "reader": { "sampler": { "filter": "linear" } } }, "color": [{ "to": "&target" }] } }"#,
 };
 
 /// A picture that is blended onto another.
 const BLENDED: Ground = Ground {
     template: FILL,
     resources: r#""sum": { "texture": { "format": "rgba16float", "size": [64, 64], "lifetime": "persistent" } }"#,
-    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "sum", "blend": "add" }] } },
-        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } }"#,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "&sum", "blend": "add" }] } },
+        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }] } }"#,
 };
 
 /// Four samples, painted and resolved.
@@ -166,7 +166,7 @@ const RESOLVED: Ground = Ground {
     template: FILL,
     resources: r#""samples": { "texture": { "format": "rgba8unorm", "size": [64, 64], "samples": 4 } }"#,
     passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja",
-        "color": [{ "to": "samples", "clear": [0, 0, 0, 1], "resolve": { "to": "target" } }] } }"#,
+        "color": [{ "to": "&samples", "clear": [0, 0, 0, 1], "resolve": { "to": "&target" } }] } }"#,
 };
 
 /// The same, resolved to a mip of a layer.
@@ -175,64 +175,64 @@ const RESOLVED_TO_PART: Ground = Ground {
     resources: r#""samples": { "texture": { "format": "rgba8unorm", "size": [64, 64], "samples": 4 } },
         "kept": { "texture": { "format": "rgba8unorm", "size": [128, 128], "mips": 2, "layers": 2, "lifetime": "persistent" } }"#,
     passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja",
-            "color": [{ "to": "samples", "clear": [0, 0, 0, 1], "resolve": { "to": "kept", "mip": 1, "layer": 1 } }] } },
-        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } }"#,
+            "color": [{ "to": "&samples", "clear": [0, 0, 0, 1], "resolve": { "to": "&kept", "mip": 1, "layer": 1 } }] } },
+        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }] } }"#,
 };
 
 /// Words of a buffer that is counted into another.
 const COUNTED: Ground = Ground {
     template: COUNT,
     resources: r#""words": { "buffer": { "size": 1024 } }, "counts": { "buffer": { "size": 1024 } }"#,
-    passes: r#""no_words": { "clear": { "buffer": "words" } }, "no_counts": { "clear": { "buffer": "counts" } },
-        "own": { "compute": { "shader": "own.wgsl.jinja", "bind": { "words": "words", "counts": "counts" }, "workgroups": [4, 1, 1] } },
-        "show": { "fullscreen": { "shader": "words.wgsl.jinja", "bind": { "words": "counts" }, "color": [{ "to": "target" }] } }"#,
+    passes: r#""no_words": { "clear": { "buffer": "&words" } }, "no_counts": { "clear": { "buffer": "&counts" } },
+        "own": { "compute": { "shader": "own.wgsl.jinja", "bind": { "words": "&words", "counts": "&counts" }, "workgroups": [4, 1, 1] } },
+        "show": { "fullscreen": { "shader": "words.wgsl.jinja", "bind": { "words": "&counts" }, "color": [{ "to": "&target" }] } }"#,
 };
 
 /// An image that a compute pass paints.
 const IMAGED: Ground = Ground {
     template: IMAGE,
     resources: r#""image": { "texture": { "format": "rgba8unorm", "size": [64, 64] } }"#,
-    passes: r#""own": { "compute": { "shader": "own.wgsl.jinja", "bind": { "image": "image" }, "dispatch_over": "image" } },
-        "copy": { "copy": { "from": { "name": "image" }, "to": { "name": "target" } } }"#,
+    passes: r#""own": { "compute": { "shader": "own.wgsl.jinja", "bind": { "image": "&image" }, "dispatch_over": "&image" } },
+        "copy": { "copy": { "from": { "name": "&image" }, "to": { "name": "&target" } } }"#,
 };
 
 /// A buffer bound in part as a block.
 const BLOCKS: Ground = Ground {
     template: BLOCK,
     resources: r#""bytes": { "buffer": { "size": 1024 } }"#,
-    passes: r#""none": { "clear": { "buffer": "bytes" } },
+    passes: r#""none": { "clear": { "buffer": "&bytes" } },
         "own": { "fullscreen": { "shader": "own.wgsl.jinja",
-            "bind": { "block": { "buffer": { "name": "bytes", "offset": 256, "size": 256 } } }, "color": [{ "to": "target" }] } }"#,
+            "bind": { "block": { "buffer": { "name": "&bytes", "offset": 256, "size": 256 } } }, "color": [{ "to": "&target" }] } }"#,
 };
 
 /// Triangles of a buffer.
 const DRAWN: Ground = Ground {
     template: POINTS,
     resources: r#""points": { "buffer": { "size": 48 } }, "indices": { "buffer": { "size": 16 } }"#,
-    passes: r#""no_points": { "clear": { "buffer": "points" } }, "no_indices": { "clear": { "buffer": "indices" } },
+    passes: r#""no_points": { "clear": { "buffer": "&points" } }, "no_indices": { "clear": { "buffer": "&indices" } },
         "own": { "mesh": { "shader": "own.wgsl.jinja", "count": 6,
-            "vertices": [{ "buffer": "points", "attributes": [{ "name": "position", "format": "float32x2" }] }],
-            "color": [{ "to": "target", "clear": [0, 0, 0, 1] }] } }"#,
+            "vertices": [{ "buffer": "&points", "attributes": [{ "name": "position", "format": "float32x2" }] }],
+            "color": [{ "to": "&target", "clear": [0, 0, 0, 1] }] } }"#,
 };
 
 /// The same in front of depth, with a bias.
 const BIASED: Ground = Ground {
     template: POINTS,
     resources: r#""points": { "buffer": { "size": 48 } }, "depth": { "texture": { "format": "depth32float", "size": [64, 64] } }"#,
-    passes: r#""no_points": { "clear": { "buffer": "points" } },
+    passes: r#""no_points": { "clear": { "buffer": "&points" } },
         "own": { "mesh": { "shader": "own.wgsl.jinja", "count": 6, "topology": "triangle-strip",
-            "vertices": [{ "buffer": "points", "attributes": [{ "name": "position", "format": "float32x2" }] }],
-            "color": [{ "to": "target", "clear": [0, 0, 0, 1] }],
-            "depth": { "to": "depth", "clear": 1, "compare": "less", "write": true, "slope_bias": 1.5 } } }"#,
+            "vertices": [{ "buffer": "&points", "attributes": [{ "name": "position", "format": "float32x2" }] }],
+            "color": [{ "to": "&target", "clear": [0, 0, 0, 1] }],
+            "depth": { "to": "&depth", "clear": 1, "compare": "less", "write": true, "slope_bias": 1.5 } } }"#,
 };
 
 /// Vertices from storage.
 const VERTEX_STORAGE: Ground = Ground {
     template: PULLED,
     resources: r#""words": { "buffer": { "size": 64 } }"#,
-    passes: r#""no_words": { "clear": { "buffer": "words" } },
-        "own": { "mesh": { "shader": "own.wgsl.jinja", "count": 3, "bind": { "words": "words" },
-            "color": [{ "to": "target", "clear": [0, 0, 0, 1] }] } }"#,
+    passes: r#""no_words": { "clear": { "buffer": "&words" } },
+        "own": { "mesh": { "shader": "own.wgsl.jinja", "count": 3, "bind": { "words": "&words" },
+            "color": [{ "to": "&target", "clear": [0, 0, 0, 1] }] } }"#,
 };
 
 /// Depth, drawn with and without.
@@ -240,9 +240,9 @@ const DEPTHS: Ground = Ground {
     template: FILL,
     resources: r#""depth": { "texture": { "format": "depth32float", "size": [64, 64] } },
         "other": { "texture": { "format": "depth32float", "size": [64, 64], "lifetime": "persistent" } }"#,
-    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "target" }],
-            "depth": { "to": "depth", "clear": 1, "compare": "always", "write": true } } },
-        "copy": { "copy": { "from": { "name": "depth" }, "to": { "name": "other" }, "extent": [64, 64] } }"#,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "&target" }],
+            "depth": { "to": "&depth", "clear": 1, "compare": "always", "write": true } } },
+        "copy": { "copy": { "from": { "name": "&depth" }, "to": { "name": "&other" }, "extent": [64, 64] } }"#,
 };
 
 /// Stencil that a pass sees while it writes another depth.
@@ -250,22 +250,22 @@ const STENCILED: Ground = Ground {
     template: STENCIL,
     resources: r#""marks": { "texture": { "format": "depth24plus-stencil8", "size": [64, 64] } },
         "depth": { "texture": { "format": "depth32float", "size": [64, 64] } }"#,
-    passes: r#""mark": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }],
-            "depth": { "to": "marks", "clear": 1, "compare": "always", "write": true },
-            "stencil": { "to": "marks", "clear": 0, "reference": 1, "front": { "pass": "replace" } } } },
-        "own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "target" }],
-            "bind": { "marks": { "texture": { "name": "marks", "aspect": "stencil-only" } } },
-            "depth": { "to": "depth", "clear": 1, "compare": "always", "write": true } } }"#,
+    passes: r#""mark": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }],
+            "depth": { "to": "&marks", "clear": 1, "compare": "always", "write": true },
+            "stencil": { "to": "&marks", "clear": 0, "reference": 1, "front": { "pass": "replace" } } } },
+        "own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "&target" }],
+            "bind": { "marks": { "texture": { "name": "&marks", "aspect": "stencil-only" } } },
+            "depth": { "to": "&depth", "clear": 1, "compare": "always", "write": true } } }"#,
 };
 
 /// A copy of texels and one into rows of a buffer.
 const COPIED: Ground = Ground {
     template: FILL,
     resources: r#""one": { "texture": { "format": "rgba8unorm", "size": [64, 64] } },
-        "rows": { "buffer": { "size": "64 * 256", "lifetime": "persistent" } }"#,
-    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "one" }] } },
-        "across": { "copy": { "from": { "name": "one" }, "to": { "name": "target" } } },
-        "down": { "copy": { "from": { "name": "one" }, "to": { "name": "rows" } } }"#,
+        "rows": { "buffer": { "size": "=64 * 256", "lifetime": "persistent" } }"#,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "&one" }] } },
+        "across": { "copy": { "from": { "name": "&one" }, "to": { "name": "&target" } } },
+        "down": { "copy": { "from": { "name": "&one" }, "to": { "name": "&rows" } } }"#,
 };
 
 /// A cube of the host's.
@@ -273,7 +273,7 @@ const CUBED: Ground = Ground {
     template: CUBE,
     resources: r#""sky": { "texture": { "format": "rgba8unorm", "size": [64, 64], "layers": 6, "view_dimension": "cube", "lifetime": "imported" } }"#,
     passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja",
-        "bind": { "picture": "sky", "reader": { "sampler": { "filter": "linear" } } }, "color": [{ "to": "target" }] } }"#,
+        "bind": { "picture": "&sky", "reader": { "sampler": { "filter": "linear" } } }, "color": [{ "to": "&target" }] } }"#,
 };
 
 /// Two cubes, which are layers of one texture.
@@ -288,25 +288,25 @@ const WHOLE_NUMBERS: Ground = Ground {
     template: INTEGERS,
     resources: r#""a": { "texture": { "format": "rgba8uint", "size": [64, 64], "lifetime": "persistent" } },
         "b": { "texture": { "format": "rgba8sint", "size": [64, 64], "lifetime": "persistent" } }"#,
-    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "a" }, { "to": "b" }] } },
-        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } }"#,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "&a" }, { "to": "&b" }] } },
+        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }] } }"#,
 };
 
 /// One channel, to which another is added.
 const WITHOUT_ALPHA: Ground = Ground {
     template: PAIR,
     resources: BY_ALPHA.resources,
-    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "sum", "blend": "add" }] } },
-        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } }"#,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "&sum", "blend": "add" }] } },
+        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }] } }"#,
 };
 
 /// A storage texture that vertices are made of.
 const VERTEX_TEXTURE: Ground = Ground {
     template: FETCHED,
     resources: r#""words": { "texture": { "format": "r32float", "size": [64, 64], "lifetime": "persistent" } }"#,
-    passes: r#""no_words": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "words" }] } },
-        "own": { "mesh": { "shader": "own.wgsl.jinja", "count": 3, "bind": { "words": "words" },
-            "color": [{ "to": "target", "clear": [0, 0, 0, 1] }] } }"#,
+    passes: r#""no_words": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&words" }] } },
+        "own": { "mesh": { "shader": "own.wgsl.jinja", "count": 3, "bind": { "words": "&words" },
+            "color": [{ "to": "&target", "clear": [0, 0, 0, 1] }] } }"#,
 };
 
 /// A block of values.
@@ -314,7 +314,7 @@ const VALUES: Ground = Ground {
     template: VALUE,
     resources: PAINT.resources,
     passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "bind": { "block": { "values": { "color": [1, 0, 0, 1] } } },
-        "color": [{ "to": "target" }] } }"#,
+        "color": [{ "to": "&target" }] } }"#,
 };
 
 /// Four attachments of 32 bytes a texel together.
@@ -325,26 +325,26 @@ const WIDE: Ground = Ground {
         "c": { "texture": { "format": "rgba16float", "size": [64, 64], "lifetime": "persistent" } },
         "d": { "texture": { "format": "rgba16float", "size": [64, 64], "lifetime": "persistent" } }"#,
     passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja",
-            "color": [{ "to": "a" }, { "to": "b" }, { "to": "c" }, { "to": "d" }] } },
-        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } }"#,
+            "color": [{ "to": "&a" }, { "to": "&b" }, { "to": "&c" }, { "to": "&d" }] } },
+        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }] } }"#,
 };
 
 /// One channel, blended by an alpha that only the shader has.
 const BY_ALPHA: Ground = Ground {
     template: FILL,
     resources: r#""sum": { "texture": { "format": "r16float", "size": [64, 64], "lifetime": "persistent" } }"#,
-    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "sum", "blend": "alpha" }] } },
-        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } }"#,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "&sum", "blend": "alpha" }] } },
+        "show": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }] } }"#,
 };
 
 /// Depth that goes to rows of a buffer.
 const DEPTH_ROWS: Ground = Ground {
     template: FILL,
     resources: r#""depth": { "texture": { "format": "depth32float", "size": [64, 64] } },
-        "rows": { "buffer": { "size": "64 * 256", "lifetime": "persistent" } }"#,
-    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "target" }],
-            "depth": { "to": "depth", "clear": 1, "compare": "always", "write": true } } },
-        "down": { "copy": { "from": { "name": "depth" }, "to": { "name": "rows" } } }"#,
+        "rows": { "buffer": { "size": "=64 * 256", "lifetime": "persistent" } }"#,
+    passes: r#""own": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "&target" }],
+            "depth": { "to": "&depth", "clear": 1, "compare": "always", "write": true } } },
+        "down": { "copy": { "from": { "name": "&depth" }, "to": { "name": "&rows" } } }"#,
 };
 
 /// A rule of WebGPU, the code of what breaks it, and the texts to replace in the template or the document.
@@ -371,14 +371,14 @@ const RULES: &[Rule] = &[
     Rule("storage textures have their shader's format", "UG0323", &IMAGED, "\"image\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"image\": { \"texture\": { \"format\": \"rgba16float\""),
     Rule("samplers that compare are bound to those that do", "UG0302", &SHOWN, "\"filter\": \"linear\"", "\"compare\": \"less\""),
     Rule("depth bindings see depth", "UG0323", &SHOWN, SHOW, DEPTH),
-    Rule("storage offsets are aligned", "UG0409", &COUNTED, "\"counts\": \"counts\" }", "\"counts\": { \"buffer\": { \"name\": \"counts\", \"offset\": 128, \"size\": 256 } } }"),
+    Rule("storage offsets are aligned", "UG0409", &COUNTED, "\"counts\": \"&counts\" }", "\"counts\": { \"buffer\": { \"name\": \"&counts\", \"offset\": 128, \"size\": 256 } } }"),
     Rule("a storage binding has at most 128 MiB", "UG0409", &COUNTED, "\"counts\": { \"buffer\": { \"size\": 1024", "\"counts\": { \"buffer\": { \"size\": 134217732"),
     Rule("cubes are square", "UG0321", &CUBED, "\"size\": [64, 64], \"layers\": 6", "\"size\": [64, 32], \"layers\": 6"),
     Rule("several cubes have six layers each", "UG0409", &CUBE_ARRAY, "\"layers\": 12", "\"layers\": 13"),
     Rule("several cubes are square", "UG0409", &CUBE_ARRAY, "\"size\": [64, 64], \"layers\"", "\"size\": [64, 32], \"layers\""),
     Rule("shaders write no values of the host", "UG0409", &VALUES, "storage, read>", "storage, read_write>"),
-    Rule("storage bindings have a multiple of 4 bytes", "UG0409", &COUNTED, "\"words\": \"words\", \"counts\"", "\"words\": { \"buffer\": { \"name\": \"words\", \"offset\": 0, \"size\": 254 } }, \"counts\""),
-    Rule("buffers are bound where a shader has buffers", "UG0302", &COUNTED, "\"words\": \"words\", \"counts\"", "\"words\": \"target\", \"counts\""),
+    Rule("storage bindings have a multiple of 4 bytes", "UG0409", &COUNTED, "\"words\": \"&words\", \"counts\"", "\"words\": { \"buffer\": { \"name\": \"&words\", \"offset\": 0, \"size\": 254 } }, \"counts\""),
+    Rule("buffers are bound where a shader has buffers", "UG0302", &COUNTED, "\"words\": \"&words\", \"counts\"", "\"words\": \"&target\", \"counts\""),
     // Samplers
     Rule("anisotropic samplers are linear", "UG0302", &SHOWN, "\"filter\": \"linear\"", "\"filter\": \"nearest\", \"max_anisotropy\": 4"),
     Rule("levels of detail are in order", "UG0108", &SHOWN, "\"filter\": \"linear\"", "\"filter\": \"linear\", \"lod_min_clamp\": 4, \"lod_max_clamp\": 1"),
@@ -386,7 +386,7 @@ const RULES: &[Rule] = &[
     // Render pipelines
     Rule("a pipeline has a vertex stage", "UG0609", &PAINT, "{% include \"lib/fullscreen.wgsl.jinja\" %}", "struct Covered { @location(0) uv: vec2<f32> }"),
     Rule("a stage has one entry point", "UG0609", &PAINT, "@fragment fn fill", "@fragment fn another() -> @location(0) vec4<f32> { return vec4<f32>(); }\n@fragment fn fill"),
-    Rule("every attachment is written", "UG0405", &PAINT, "\"color\": [{ \"to\": \"target\" }]", "\"color\": [{ \"to\": \"target\" }, { \"to\": \"kept\" }]"),
+    Rule("every attachment is written", "UG0405", &PAINT, "\"color\": [{ \"to\": \"&target\" }]", "\"color\": [{ \"to\": \"&target\" }, { \"to\": \"&kept\" }]"),
     Rule("every output has an attachment", "UG0405", &PAINT, "@location(0) vec4", "@location(1) vec4"),
     Rule("outputs have the type of their attachment", "UG0405", &PAINT, "vec4<f32> { return vec4<f32>(covered.uv, 0.0, 1.0)", "vec4<u32> { return vec4<u32>(1u)"),
     Rule("outputs without a sign have their attachment's type", "UG0405", &WHOLE_NUMBERS, "\"rgba8uint\"", "\"rgba8sint\""),
@@ -395,7 +395,7 @@ const RULES: &[Rule] = &[
     Rule("frag_depth has a depth attachment", "UG0405", &PAINT, "@location(0) vec4<f32> { return vec4<f32>(covered.uv, 0.0, 1.0)", "Both { return Both(vec4<f32>(1.0), 0.5)"),
     Rule("the vertex stage writes no storage", "UG0409", &VERTEX_STORAGE, "storage, read>", "storage, read_write>"),
     Rule("the vertex stage writes no storage texture", "UG0409", &VERTEX_TEXTURE, "r32float, read>", "r32float, write>"),
-    Rule("vertex attributes fit their stride", "UG0409", &DRAWN, "\"buffer\": \"points\",", "\"buffer\": \"points\", \"stride\": 4,"),
+    Rule("vertex attributes fit their stride", "UG0409", &DRAWN, "\"buffer\": \"&points\",", "\"buffer\": \"&points\", \"stride\": 4,"),
     Rule("vertex inputs have an attribute", "UG0603", &DRAWN, "\"name\": \"position\"", "\"name\": \"place\""),
     Rule("attributes have the type of their input", "UG0607", &DRAWN, "\"format\": \"float32x2\"", "\"format\": \"uint32x2\""),
     Rule("points and lines have no depth bias", "UG0409", &BIASED, "triangle-strip", "line-strip"),
@@ -415,7 +415,7 @@ const RULES: &[Rule] = &[
     Rule("strides are multiples of 4", "UG0409", &DRAWN, "\"count\": 6,\n            \"vertices\": [{", "\"count\": 1, \"vertices\": [{ \"stride\": 10,"),
     Rule("strides are at most 2,048", "UG0409", &DRAWN, "\"count\": 6,\n            \"vertices\": [{", "\"count\": 1, \"vertices\": [{ \"stride\": 2052,"),
     Rule("depth is of a format with depth", "UG0323", &DEPTHS, "\"depth\": { \"texture\": { \"format\": \"depth32float\"", "\"depth\": { \"texture\": { \"format\": \"r32float\""),
-    Rule("stencil is of a format with stencil", "UG0323", &DEPTHS, "\"write\": true }", "\"write\": true }, \"stencil\": { \"to\": \"depth\", \"clear\": 0 }"),
+    Rule("stencil is of a format with stencil", "UG0323", &DEPTHS, "\"write\": true }", "\"write\": true }, \"stencil\": { \"to\": \"&depth\", \"clear\": 0 }"),
     // Buffers
     Rule("buffers have at most 256 MiB", "UG0321", &COUNTED, "\"counts\": { \"buffer\": { \"size\": 1024", "\"counts\": { \"buffer\": { \"size\": 268435460"),
     // Passes
@@ -423,32 +423,32 @@ const RULES: &[Rule] = &[
     Rule("attachments have one number of samples", "UG0405", &DEPTHS, "\"depth\": { \"texture\": { \"format\": \"depth32float\",", "\"depth\": { \"texture\": { \"format\": \"depth32float\", \"samples\": 4,"),
     Rule("an attachment is a layer", "UG0409", &SHOWN, "\"size\": [64, 64] } }", "\"size\": [64, 64], \"layers\": 2 } }"),
     Rule("volumes are not attached", "UG0409", &SHOWN, "\"size\": [64, 64] } }", "\"size\": [64, 64], \"view_dimension\": \"3d\" } }"),
-    Rule("a pass does not sample what it draws to", "UG0404", &SHOWN, "\"picture\": \"picture\"", "\"picture\": \"target\""),
-    Rule("a pass sees no stencil beside depth that it writes", "UG0404", &STENCILED, "\"to\": \"depth\", \"clear\": 1,", "\"to\": \"marks\","),
-    Rule("a usage scope reads no buffer that it writes", "UG0404", &COUNTED, "\"words\": \"words\", \"counts\": \"counts\"", "\"words\": { \"buffer\": { \"name\": \"words\", \"offset\": 0, \"size\": 256 } }, \"counts\": { \"buffer\": { \"name\": \"words\", \"offset\": 256, \"size\": 256 } }"),
+    Rule("a pass does not sample what it draws to", "UG0404", &SHOWN, "\"picture\": \"&picture\"", "\"picture\": \"&target\""),
+    Rule("a pass sees no stencil beside depth that it writes", "UG0404", &STENCILED, "\"to\": \"&depth\", \"clear\": 1,", "\"to\": \"&marks\","),
+    Rule("a usage scope reads no buffer that it writes", "UG0404", &COUNTED, "\"words\": \"&words\", \"counts\": \"&counts\"", "\"words\": { \"buffer\": { \"name\": \"&words\", \"offset\": 0, \"size\": 256 } }, \"counts\": { \"buffer\": { \"name\": \"&words\", \"offset\": 256, \"size\": 256 } }"),
     Rule("resolving changes no format", "UG0409", &RESOLVED, "\"samples\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"samples\": { \"texture\": { \"format\": \"bgra8unorm\""),
     Rule("resolving begins with several samples", "UG0409", &RESOLVED, ", \"samples\": 4", ""),
     Rule("resolving ends with one sample", "UG0409", &RESOLVED, "\"lifetime\": \"imported\"", "\"samples\": 4, \"lifetime\": \"imported\""),
     Rule("a layer is resolved to", "UG0409", &RESOLVED_TO_PART, ", \"layer\": 1", ""),
     Rule("resolving changes no size", "UG0409", &RESOLVED_TO_PART, "\"mip\": 1, ", ""),
-    Rule("attachments are others", "UG0404", &WIDE, "{ \"to\": \"d\" }", "{ \"to\": \"c\" }"),
+    Rule("attachments are others", "UG0404", &WIDE, "{ \"to\": \"&d\" }", "{ \"to\": \"&c\" }"),
     Rule("depth is cleared to 0 to 1", "UG0108", &DEPTHS, "\"clear\": 1,", "\"clear\": 2,"),
     // Copies
     Rule("copies change no format", "UG0409", &COPIED, "\"one\": { \"texture\": { \"format\": \"rgba8unorm\"", "\"one\": { \"texture\": { \"format\": \"r32float\""),
-    Rule("copies stay within", "UG0409", &COPIED, "\"from\": { \"name\": \"one\" }, \"to\": { \"name\": \"target\" }", "\"from\": { \"name\": \"one\", \"origin\": [1, 0] }, \"to\": { \"name\": \"target\" }, \"extent\": [64, 64]"),
-    Rule("rows of a copy fit the buffer", "UG0409", &COPIED, "\"size\": \"64 * 256\"", "\"size\": \"63 * 256\""),
+    Rule("copies stay within", "UG0409", &COPIED, "\"from\": { \"name\": \"&one\" }, \"to\": { \"name\": \"&target\" }", "\"from\": { \"name\": \"&one\", \"origin\": [1, 0] }, \"to\": { \"name\": \"&target\" }, \"extent\": [64, 64]"),
+    Rule("rows of a copy fit the buffer", "UG0409", &COPIED, "\"size\": \"=64 * 256\"", "\"size\": \"=63 * 256\""),
     Rule("depth is copied whole", "UG0409", &DEPTHS, "\"extent\": [64, 64]", "\"extent\": [32, 32]"),
-    Rule("no texture is copied onto itself", "UG0404", &COPIED, "\"to\": { \"name\": \"target\" }", "\"to\": { \"name\": \"one\" }"),
+    Rule("no texture is copied onto itself", "UG0404", &COPIED, "\"to\": { \"name\": \"&target\" }", "\"to\": { \"name\": \"&one\" }"),
     Rule("copies keep the number of samples", "UG0409", &COPIED, "\"one\": { \"texture\": { \"format\": \"rgba8unorm\",", "\"one\": { \"texture\": { \"format\": \"rgba8unorm\", \"samples\": 4,"),
-    Rule("copied bytes begin with a texel", "UG0409", &COPIED, "\"to\": { \"name\": \"rows\" }", "\"to\": { \"name\": \"rows\", \"offset\": 2, \"size\": 8192 }, \"extent\": [64, 16]"),
+    Rule("copied bytes begin with a texel", "UG0409", &COPIED, "\"to\": { \"name\": \"&rows\" }", "\"to\": { \"name\": \"&rows\", \"offset\": 2, \"size\": 8192 }, \"extent\": [64, 16]"),
     Rule("depth24plus is copied to no buffer", "UG0409", &DEPTH_ROWS, "depth32float", "depth24plus"),
-    Rule("cleared bytes are multiples of 4", "UG0409", &COUNTED, "\"no_words\": { \"clear\": { \"buffer\": \"words\"", "\"no_words\": { \"clear\": { \"buffer\": \"words\", \"offset\": 2, \"size\": 4"),
+    Rule("cleared bytes are multiples of 4", "UG0409", &COUNTED, "\"no_words\": { \"clear\": { \"buffer\": \"&words\"", "\"no_words\": { \"clear\": { \"buffer\": \"&words\", \"offset\": 2, \"size\": 4"),
     // Dispatches and draws
     Rule("at most 65,535 workgroups are dispatched each way", "UG0406", &COUNTED, "[4, 1, 1]", "[65536, 1, 1]"),
     Rule("vertex buffers hold what is drawn", "UG0409", &DRAWN, "\"count\": 6", "\"count\": 7"),
-    Rule("index buffers hold what is drawn", "UG0409", &DRAWN, "\"count\": 6", "\"count\": 6, \"indices\": { \"buffer\": \"indices\", \"format\": \"uint32\" }"),
-    Rule("indirect offsets are multiples of 4", "UG0409", &COUNTED, "\"workgroups\": [4, 1, 1]", "\"indirect\": { \"buffer\": \"words\", \"offset\": 2 }"),
-    Rule("indirect words lie in their buffer", "UG0405", &COUNTED, "\"workgroups\": [4, 1, 1]", "\"indirect\": { \"buffer\": \"words\", \"offset\": 1016 }"),
+    Rule("index buffers hold what is drawn", "UG0409", &DRAWN, "\"count\": 6", "\"count\": 6, \"indices\": { \"buffer\": \"&indices\", \"format\": \"uint32\" }"),
+    Rule("indirect offsets are multiples of 4", "UG0409", &COUNTED, "\"workgroups\": [4, 1, 1]", "\"indirect\": { \"buffer\": \"&words\", \"offset\": 2 }"),
+    Rule("indirect words lie in their buffer", "UG0405", &COUNTED, "\"workgroups\": [4, 1, 1]", "\"indirect\": { \"buffer\": \"&words\", \"offset\": 1016 }"),
 ];
 
 fn check(ground: &Ground, from: &str, to: &str) -> Outcome {

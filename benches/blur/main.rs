@@ -84,9 +84,9 @@ impl Form {
                 "soft": {{ "texture": {{ {texture}, "lifetime": "imported" }} }}
             }}, "passes": {{
                 "paint": {{ "compute": {{
-                    "shader": "paint.wgsl.jinja", "axes": {{ "texel_format": "'{texel}'" }}, "dispatch_over": "image", "bind": {{ "image": "image" }} }} }},
+                    "shader": "paint.wgsl.jinja", "axes": {{ "texel_format": "{texel}" }}, "dispatch_over": "&image", "bind": {{ "image": "&image" }} }} }},
                 "soften": {{ "use": "pipelines/parts/blur.json", "with": {{
-                    "image": "image", "result": "soft", "radius": {radius}, "texel_format": "{texel}" }} }}
+                    "image": "&image", "result": "&soft", "radius": {radius}, "texel_format": "{texel}" }} }}
             }} }}"#
         );
         let mut templates = PAINT.to_vec();

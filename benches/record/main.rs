@@ -143,7 +143,7 @@ fn passes(gpu: &Gpu) {
     let mut points = Vec::new();
     for count in [10_usize, 100, 1_000] {
         let resources: String = (0..count).map(|at| format!("\"t{at}\": {{ \"texture\": {{ \"format\": \"rgba8unorm\", \"size\": [4, 4], \"exposed\": true }} }},")).collect();
-        let fills: Vec<String> = (0..count).map(|at| format!("\"p{at}\": {{ \"fullscreen\": {{ \"shader\": \"gradient.wgsl.jinja\", \"color\": [{{ \"to\": \"t{at}\" }}] }} }}")).collect();
+        let fills: Vec<String> = (0..count).map(|at| format!("\"p{at}\": {{ \"fullscreen\": {{ \"shader\": \"gradient.wgsl.jinja\", \"color\": [{{ \"to\": \"&t{at}\" }}] }} }}")).collect();
         let text = format!(
             "{{ \"format\": 1, \"name\": \"many\", \"resources\": {{ {} }}, \"passes\": {{ {} }} }}",
             resources.trim_end_matches(','),

@@ -118,10 +118,10 @@ fn distances_that_a_formula_of_cascades_does_not_take_are_a_warning() {
     let check = |far: &str| {
         let text = format!(
             r#"{{ "format": 1, "name": "splits",
-  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
   "passes": {{
-    "sun": {{ "cascades": {{ "to": "sun", "splits": {{ "scheme": "practical", "count": 3 }}, "far": {far}, "resolution": 512 }} }},
-    "paint": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target" }}] }} }} }} }}"#
+    "sun": {{ "cascades": {{ "to": "&sun", "splits": {{ "scheme": "practical", "count": 3 }}, "far": {far}, "resolution": 512 }} }},
+    "paint": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&target" }}] }} }} }} }}"#
         );
         std::fs::write(&path, text).unwrap();
         let output = run(&["check", path.to_str().unwrap(), "--config"]);

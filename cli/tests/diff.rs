@@ -56,8 +56,8 @@ fn the_state_of_attachments_and_draws_is_part_of_a_plan() {
         let path = folder.join(name);
         let text = format!(
             r#"{{ "format": 1, "name": "state",
-  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
-  "passes": {{ "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target", {attachment} }}] }} }} }} }}"#
+  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
+  "passes": {{ "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&target", {attachment} }}] }} }} }} }}"#
         );
         std::fs::write(&path, text).unwrap();
         path.to_str().unwrap().to_owned()

@@ -10,8 +10,8 @@ use umbragraph_test_support::scratch::ScratchFolder;
 
 const SMALLEST: &str = r#"{
   "format": 1, "name": "smallest", "profiles": ["webgpu"],
-  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
-  "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } } }
+  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
+  "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }] } } }
 }"#;
 
 /// Runs the command in a folder, for so long as nothing should take.
@@ -145,12 +145,12 @@ fn a_colon_in_the_name_of_a_folder_is_no_scheme() {
     std::fs::create_dir_all(folder.join("ab:c/d:ef")).unwrap();
     std::fs::write(folder.join("ab:c/base.json"), SMALLEST).unwrap();
     let part = r#"{ "inputs": { "to": "a texture" }, "passes": { "again": { "after": [], "fullscreen": {
-        "shader": "gradient.wgsl.jinja", "color": [{ "to": "to", "blend": "add" }] } } } }"#;
+        "shader": "gradient.wgsl.jinja", "color": [{ "to": "&to", "blend": "add" }] } } } }"#;
     std::fs::write(folder.join("ab:c/d:ef/part.json"), part.replace("\"after\": [], ", "")).unwrap();
     let more = r#"{ "parameters": { "size": { "type": "f32", "default": 1 } } }"#;
     std::fs::write(folder.join("ab:c/d:ef/more.json"), more).unwrap();
     let main = r#"{ "format": 1, "name": "main", "extends": "base.json", "include": ["d:ef/more.json"],
-        "passes": { "part": { "use": "d:ef/part.json", "after": ["fill"], "with": { "to": "target" } } } }"#;
+        "passes": { "part": { "use": "d:ef/part.json", "after": ["fill"], "with": { "to": "&target" } } } }"#;
     std::fs::write(folder.join("ab:c/main.json"), main).unwrap();
     for (from, path) in [("", "ab:c/main.json"), ("ab:c", "main.json"), ("ab:c/d:ef", "../main.json")] {
         let output = run(&folder.join(from), &["check", path]);
@@ -187,7 +187,7 @@ fn names_and_excerpts_command_no_terminal() {
     std::fs::write(folder.join("broken.json"), broken).unwrap();
     let described = SMALLEST.replace(
         "\"fill\": {",
-        &format!("\"fill\": {{ \"description\": \"{evil}{raw}\", \"when\": \"soft\", \"toggle\": \"lit\","),
+        &format!("\"fill\": {{ \"description\": \"{evil}{raw}\", \"when\": \"=soft\", \"toggle\": \"lit\","),
     );
     let described = described.replace(
         "\"resources\"",
@@ -196,16 +196,16 @@ fn names_and_excerpts_command_no_terminal() {
                "parameters": {{ "size": {{ "type": "f32", "default": 1, "description": "{evil}{raw}" }} }},
                "toggles": {{ "lit": {{ "default": true, "description": "{evil}{raw}" }} }},
                "presets": {{ "high": {{ "description": "{evil}{raw}", "parameters": {{ "size": 2 }} }} }},
-               "constraints": {{ "small": {{ "holds": "size > 9", "message": "{evil}{raw}", "severity": "warning" }} }},
+               "constraints": {{ "small": {{ "holds": "=size > 9", "message": "{evil}{raw}", "severity": "warning" }} }},
                "resources""#
         ),
     );
     let described = described.replace(
         "\"passes\": {",
         "\"passes\": { \"base\": { \"fullscreen\": { \"shader\": \
-        \"gradient.wgsl.jinja\", \"color\": [{ \"to\": \"target\", \"contents\": \"discard\" }] } },",
+        \"gradient.wgsl.jinja\", \"color\": [{ \"to\": \"&target\", \"contents\": \"discard\" }] } },",
     );
-    let described = described.replace("\"when\": \"soft\"", "\"after\": [\"base\"], \"when\": \"soft\"");
+    let described = described.replace("\"when\": \"=soft\"", "\"after\": [\"base\"], \"when\": \"=soft\"");
     std::fs::write(folder.join("fine.json"), described.replace("smallest", &format!("s{evil}{raw}")))
         .unwrap();
     let named = format!("na\u{1b}[31mme{raw}.json");

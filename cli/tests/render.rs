@@ -46,7 +46,7 @@ fn a_capture_shows_the_version_that_a_pass_wrote() {
     let pipeline = folder.join("twice.json");
     let fill = |color: &str| {
         format!(
-            r#"{{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target", "clear": {color} }}] }} }}"#
+            r#"{{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&target", "clear": {color} }}] }} }}"#
         )
     };
     // The second pass adds; the plan must keep the first version for the capture.
@@ -54,11 +54,11 @@ fn a_capture_shows_the_version_that_a_pass_wrote() {
         r#"{{ "format": 1, "name": "twice",
             "resources": {{
               "image": {{ "texture": {{ "format": "rgba8unorm", "size": [8, 4] }} }},
-              "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+              "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
             "passes": {{
-              "paint": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "image" }}] }} }},
-              "add": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "image", "blend": "add" }}] }} }},
-              "show": {{ "fullscreen": {{ "shader": "resample.wgsl.jinja", "bind": {{ "source": "image" }}, "color": [{{ "to": "target" }}] }} }},
+              "paint": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&image" }}] }} }},
+              "add": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&image", "blend": "add" }}] }} }},
+              "show": {{ "fullscreen": {{ "shader": "resample.wgsl.jinja", "bind": {{ "source": "&image" }}, "color": [{{ "to": "&target" }}] }} }},
               "unused": {} }} }}"#,
         fill("[0, 0, 0, 0]").replace("target", "nothing")
     )
@@ -237,16 +237,16 @@ fn a_part_of_a_capture_and_floats_as_exr() {
     let passes: Vec<String> = (0..)
         .zip(faces)
         .map(|(at, face)| {
-            format!(r#""face_{at}": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "sky", "face": "{face}" }}] }} }}"#)
+            format!(r#""face_{at}": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&sky", "face": "{face}" }}] }} }}"#)
         })
         .collect();
     let document = format!(
         r#"{{ "format": 1, "name": "sky",
             "resources": {{
               "sky": {{ "texture": {{ "format": "rgba8unorm", "size": [8, 8], "layers": 6, "view_dimension": "cube", "lifetime": "persistent" }} }},
-              "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+              "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
             "passes": {{ {},
-              "show": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target" }}] }} }} }} }}"#,
+              "show": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&target" }}] }} }} }} }}"#,
         passes.join(", ")
     );
     let pipeline = folder.join("sky.json");

@@ -16,25 +16,25 @@ const FIGURE: &str = "examples/scenes/figure.glb";
 const CHAIN: &str = r#"{
   "format": 1, "name": "chain",
   "resources": {
-    "first": { "texture": { "format": "rgba8unorm", "size": "viewport" } },
-    "second": { "texture": { "format": "rgba8unorm", "size": "viewport" } },
-    "third": { "texture": { "format": "rgba8unorm", "size": "viewport" } },
-    "dead": { "texture": { "format": "rgba8unorm", "size": "viewport" } },
-    "whole": { "texture": { "format": "rgba32uint", "size": "viewport", "lifetime": "persistent" } },
+    "first": { "texture": { "format": "rgba8unorm", "size": "=viewport" } },
+    "second": { "texture": { "format": "rgba8unorm", "size": "=viewport" } },
+    "third": { "texture": { "format": "rgba8unorm", "size": "=viewport" } },
+    "dead": { "texture": { "format": "rgba8unorm", "size": "=viewport" } },
+    "whole": { "texture": { "format": "rgba32uint", "size": "=viewport", "lifetime": "persistent" } },
     "bytes": { "buffer": { "size": 64, "lifetime": "persistent" } },
-    "smooth": { "texture": { "format": "rgba8unorm", "size": "viewport", "samples": 4 } },
-    "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }
+    "smooth": { "texture": { "format": "rgba8unorm", "size": "=viewport", "samples": 4 } },
+    "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } }
   },
   "passes": {
-    "paint": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "first" }] } },
-    "again": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "first" }, "color": [{ "to": "second" }] } },
-    "darker": { "fullscreen": { "shader": "black.wgsl.jinja", "color": [{ "to": "third" }] } },
-    "mixed": { "fullscreen": { "shader": "sum.wgsl.jinja", "bind": { "a": "second", "b": "third" }, "color": [{ "to": "target" }] } },
-    "lost": { "copy": { "from": { "name": "first" }, "to": { "name": "dead" } } },
-    "numbers": { "compute": { "shader": "numbers.wgsl.jinja", "dispatch_over": "whole", "bind": { "image": "whole" } } },
-    "none": { "clear": { "buffer": "bytes" } },
+    "paint": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&first" }] } },
+    "again": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "&first" }, "color": [{ "to": "&second" }] } },
+    "darker": { "fullscreen": { "shader": "black.wgsl.jinja", "color": [{ "to": "&third" }] } },
+    "mixed": { "fullscreen": { "shader": "sum.wgsl.jinja", "bind": { "a": "&second", "b": "&third" }, "color": [{ "to": "&target" }] } },
+    "lost": { "copy": { "from": { "name": "&first" }, "to": { "name": "&dead" } } },
+    "numbers": { "compute": { "shader": "numbers.wgsl.jinja", "dispatch_over": "&whole", "bind": { "image": "&whole" } } },
+    "none": { "clear": { "buffer": "&bytes" } },
     "softened": { "side_effect": true, "fullscreen": {
-      "shader": "gradient.wgsl.jinja", "color": [{ "to": "smooth", "clear": [0, 0, 0, 1] }] } }
+      "shader": "gradient.wgsl.jinja", "color": [{ "to": "&smooth", "clear": [0, 0, 0, 1] }] } }
   }
 }"#;
 

@@ -122,19 +122,19 @@ const BROKEN: &str = r#"{
   "parameters": { "side": { "type": "u32", "default": 8, "unit": "texel", "min": 1, "max": 64 } },
   "toggles": { "bloom": { "default": true } },
   "resources": {
-    "a": { "texture": { "format": "rgba8unorm", "size": ["side", "side"] } },
-    "unread": { "texture": { "format": "rgba8unorm", "size": "viewport" } },
-    "b": { "texture": { "format": "rgba8unorm", "size": ["side", "side"] } },
-    "c": { "texture": { "format": "rgba8unorm", "size": ["side", "side"] } },
-    "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }
+    "a": { "texture": { "format": "rgba8unorm", "size": ["=side", "=side"] } },
+    "unread": { "texture": { "format": "rgba8unorm", "size": "=viewport" } },
+    "b": { "texture": { "format": "rgba8unorm", "size": ["=side", "=side"] } },
+    "c": { "texture": { "format": "rgba8unorm", "size": ["=side", "=side"] } },
+    "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } }
   },
   "passes": {
-    "first": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "a" }] } },
-    "second": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "a" }, "color": [{ "to": "b" }] } },
-    "third": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "b" }, "color": [{ "to": "c" }] } },
-    "aside": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "b" }, "color": [{ "to": "unread" }] } },
-    "show": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "c" }, "color": [{ "to": "target" }] } },
-    "glow": { "toggle": "bloom", "after": ["show"], "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "c" }, "color": [{ "to": "target", "blend": "add" }] } }
+    "first": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&a" }] } },
+    "second": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "&a" }, "color": [{ "to": "&b" }] } },
+    "third": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "&b" }, "color": [{ "to": "&c" }] } },
+    "aside": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "&b" }, "color": [{ "to": "&unread" }] } },
+    "show": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "&c" }, "color": [{ "to": "&target" }] } },
+    "glow": { "toggle": "bloom", "after": ["show"], "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "&c" }, "color": [{ "to": "&target", "blend": "add" }] } }
   }
 }
 "#;
@@ -154,7 +154,7 @@ fn culled_passes_shared_memory_toggles_and_pipelines_with_errors() {
     case("toggle", BROKEN, &["bloom"]);
     case("toggled", BROKEN, &["glow"]);
     let errors =
-        BROKEN.replace("\"source\": \"a\"", "\"source\": \"aa\"").replace("\"max\": 64", "\"max\": 4");
+        BROKEN.replace("\"source\": \"&a\"", "\"source\": \"&aa\"").replace("\"max\": 64", "\"max\": 4");
     case("errors-pass", &errors, &["second"]);
     case("errors-resource", &errors, &["a"]);
     case("errors-two", &errors, &["a", "c"]);

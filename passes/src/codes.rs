@@ -3,7 +3,7 @@
 umbragraph_pipeline::codes! {
     /// Far distances that are no distances, or do not increase.
     CASCADE_FAR = "UG0610", "far distances of cascades",
-        "A cascade fit needs far distances in metres along the view axis, above zero, finite, and each greater than the one before (also once they are rounded to 32 bits).\n\n```json\n\"cascades\": { \"to\": \"sun\", \"far\": [10, 30, 80, 200], \"resolution\": 2048 }\n```";
+        "A cascade fit needs far distances in metres along the view axis, above zero, finite, and each greater than the one before (also once they are rounded to 32 bits).\n\n```json\n\"cascades\": { \"to\": \"&sun\", \"far\": [10, 30, 80, 200], \"resolution\": 2048 }\n```";
     /// No cascades, too many, or more than there are far distances.
     CASCADE_COUNT = "UG0611", "number of cascades",
         "A cascade fit has 1 to 8 cascades. With the scheme \"explicit\" each has a far distance of its own, so there cannot be more cascades than far distances.";

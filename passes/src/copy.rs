@@ -67,7 +67,7 @@ impl Node for Copy {
         let bytes = buffers == [true, true];
         let extent = if_said(&self.extent, |exprs| two(pass, exprs, "/extent"));
         if bytes && self.extent.is_some() {
-            let help = "remove \"extent\": \"size\" says how many bytes are copied";
+            let help = "remove \"extent\": \"=size\" says how many bytes are copied";
             pass.report(codes::WRONG_RESOURCE, "/extent", "bytes have no width and height", help);
         }
         let range = !buffers[1] && (self.extent.is_some() || self.to.origin.is_some());

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::language::{AnyExpr, Expr};
 use umbragraph_pipeline::pipeline::{Bind, PassBuilder};
 use umbragraph_pipeline::shader::Stage;
 use umbragraph_pipeline::work::{BoundSlot, ProgramHandle};
@@ -16,6 +16,7 @@ pub struct ShaderSettings {
     pub shader: String,
     /// Values for axes of the template; an axis that is not named takes the feature or parameter of its name.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, AnyExpr>")]
     pub axes: BTreeMap<String, Expr>,
     /// Resources and values for the shader's bindings, by their names; of groups 0 and 1 where the host's meshes are
     /// drawn, whose block "view" is the view being drawn.

@@ -527,7 +527,7 @@ fn a_wrong_lifetime_is_caught() {
 fn sizes_given_as_numbers_or_expressions_are_the_same_to_the_checker() {
     let mut assembly = Assembly::new("sizes");
     let a = assembly
-        .texture_with("a", |texture| texture.size = Expr::from("[viewport.width / 2, viewport.height / 2]"));
+        .texture_with("a", |texture| texture.size = Expr::from("=[viewport.width / 2, viewport.height / 2]"));
     let _ = assembly.pass("make").writes(a).side_effect();
     let (pipeline, sources) = assembly.finish();
     let mut diagnostics = Diagnostics::new();

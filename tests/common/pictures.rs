@@ -181,13 +181,13 @@ impl Case {
         };
         let Some(map) = self.map else { return check_file(&self.pipeline, &with) };
         let has_formats = self.pipeline.contains("awsm") && map.contains("moments");
-        let axes = if has_formats { r#""texel_format": "texel_format""# } else { "" };
+        let axes = if has_formats { r#""texel_format": "=texel_format""# } else { "" };
         let text = format!(
             r#"{{
                 "format": 1, "name": "maps", "extends": "{}",
                 "passes": {{ "show_map": {{ "after": ["present"], "fullscreen": {{
                     "shader": "maps.wgsl.jinja", "axes": {{ {axes} }},
-                    "bind": {{ "map": "{map}" }}, "color": [{{ "to": "target" }}]
+                    "bind": {{ "map": "&{map}" }}, "color": [{{ "to": "&target" }}]
                 }} }} }}
             }}"#,
             self.pipeline

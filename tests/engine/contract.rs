@@ -45,7 +45,7 @@ fn an_engine_draws_into_the_cascades_of_awsm_what_plain_draws_draw() {
 fn storage_that_does_not_fit_is_named() {
     let stated = |name: &str, host: HostInterface, wanted: &str| {
         let text = r#"{ "format": 1, "name": "engine", "extends": "umbragraph:awsm.json",
-          "derived": { "geometry": "'engine'", "instanced": "true" },
+          "derived": { "geometry": "='engine'", "instanced": "=true" },
           "geometry": { "engine": {
             "vertex": { "position": "float32x3", "normal": "float32x3", "texcoord": "float32x2" },
             "material": {

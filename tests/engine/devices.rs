@@ -37,8 +37,8 @@ fn record(
 fn gradient(size: [u32; 2]) -> Arc<Plan> {
     let text = r#"{
       "format": 1, "name": "gradient",
-      "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
-      "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } } }
+      "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
+      "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }] } } }
     }"#;
     let pipeline = Library::new().load_text("gradient.json", text).unwrap();
     pipeline.plan(&Options::new(size[0], size[1])).unwrap_or_else(|error| panic!("{error}"))
@@ -217,12 +217,12 @@ fn too_little_memory_names_what_it_is_for_and_the_next_plan_is_made() {
             r#"{{ "format": 1, "name": "memory",
               "resources": {{
                 "huge": {{ "texture": {{ "format": "rgba32float", "size": [8192, 8192], "layers": {layers}, "view_dimension": "2d-array" }} }},
-                "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}
+                "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }}
               }},
               "passes": {{
-                "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "huge", "layer": 0 }}] }} }},
+                "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&huge", "layer": 0 }}] }} }},
                 "show": {{ "fullscreen": {{
-                  "shader": "show.wgsl.jinja", "bind": {{ "huge": {{ "texture": {{ "name": "huge", "layer": 0 }} }} }}, "color": [{{ "to": "target" }}]
+                  "shader": "show.wgsl.jinja", "bind": {{ "huge": {{ "texture": {{ "name": "&huge", "layer": 0 }} }} }}, "color": [{{ "to": "&target" }}]
                 }} }}
               }} }}"#
         )

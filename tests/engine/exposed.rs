@@ -64,16 +64,16 @@ fn exposed_is_said_in_the_pipeline_too_and_a_name_that_is_none_is_an_error() {
         format!(
             r#"{{ "format": 1, "name": "two",
               "resources": {{
-                "a": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport"{exposed} }} }},
-                "b": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport" }} }},
-                "c": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport" }} }},
-                "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}
+                "a": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport"{exposed} }} }},
+                "b": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport" }} }},
+                "c": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport" }} }},
+                "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }}
               }},
               "passes": {{
-                "one": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "a" }}] }} }},
-                "two": {{ "fullscreen": {{ "shader": "resample.wgsl.jinja", "bind": {{ "source": "a" }}, "color": [{{ "to": "b" }}] }} }},
-                "three": {{ "fullscreen": {{ "shader": "resample.wgsl.jinja", "bind": {{ "source": "b" }}, "color": [{{ "to": "c" }}] }} }},
-                "four": {{ "fullscreen": {{ "shader": "resample.wgsl.jinja", "bind": {{ "source": "c" }}, "color": [{{ "to": "target" }}] }} }}
+                "one": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&a" }}] }} }},
+                "two": {{ "fullscreen": {{ "shader": "resample.wgsl.jinja", "bind": {{ "source": "&a" }}, "color": [{{ "to": "&b" }}] }} }},
+                "three": {{ "fullscreen": {{ "shader": "resample.wgsl.jinja", "bind": {{ "source": "&b" }}, "color": [{{ "to": "&c" }}] }} }},
+                "four": {{ "fullscreen": {{ "shader": "resample.wgsl.jinja", "bind": {{ "source": "&c" }}, "color": [{{ "to": "&target" }}] }} }}
               }} }}"#
         )
     };

@@ -82,10 +82,10 @@ struct Gauge { level: f32 }
 @fragment fn fill(covered: Covered) -> @location(0) vec4<f32> { return vec4<f32>(gauge.level, 0.0, 0.0, 1.0); }
 ";
     let text = r#"{ "format": 1, "name": "gauge",
-      "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+      "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
       "passes": {
-        "read": { "fuel": { "to": "gauge" } },
-        "fill": { "fullscreen": { "shader": "fill.wgsl.jinja", "bind": { "gauge": "gauge" }, "color": [{ "to": "target" }] } }
+        "read": { "fuel": { "to": "&gauge" } },
+        "fill": { "fullscreen": { "shader": "fill.wgsl.jinja", "bind": { "gauge": "&gauge" }, "color": [{ "to": "&target" }] } }
       } }"#;
     let library = Library::new()
         .template("fill.wgsl.jinja", shader)

@@ -69,7 +69,7 @@ pub(crate) fn plan(instanced: bool, options: &Options) -> Arc<Plan> {
     let text = format!(
         r#"{{
           "format": 1, "name": "engine", "extends": "umbragraph:awsm.json",
-          "derived": {{ "geometry": "'engine'", "instanced": "{instanced}" }},
+          "derived": {{ "geometry": "='engine'", "instanced": "={instanced}" }},
           "geometry": {{ "engine": {{
             "vertex": {{ "position": "float32x3", "normal": "float32x3", "texcoord": "float32x2" }},
             "material": {{

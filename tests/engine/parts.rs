@@ -8,21 +8,21 @@ use umbragraph_test_support::gpu;
 const COPIED: &str = r#"{
   "format": 1, "name": "parts",
   "resources": {
-    "own": { "texture": { "format": "rgba8unorm", "size": "viewport" } },
-    "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } },
-    "drawn": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }
+    "own": { "texture": { "format": "rgba8unorm", "size": "=viewport" } },
+    "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } },
+    "drawn": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } }
   },
   "passes": {
-    "draw": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "own" }] } },
-    "draw_too": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "drawn" }] } },
-    "hand_over": { "copy": { "from": { "name": "own" }, "to": { "name": "target" } } }
+    "draw": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&own" }] } },
+    "draw_too": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&drawn" }] } },
+    "hand_over": { "copy": { "from": { "name": "&own" }, "to": { "name": "&target" } } }
   }
 }"#;
 
 const FILL: &str = r#"{
   "format": 1, "name": "parts",
-  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
-  "passes": { "fill": { "fullscreen": { "shader": "fill.wgsl.jinja", "color": [{ "to": "target" }] } } }
+  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
+  "passes": { "fill": { "fullscreen": { "shader": "fill.wgsl.jinja", "color": [{ "to": "&target" }] } } }
 }"#;
 
 const SHADER: &str = "{% include 'lib/fullscreen.wgsl.jinja' %}
@@ -114,14 +114,14 @@ fn a_target_is_encoded_once_whatever_its_format() {
         format!(
             r#"{{ "format": 1, "name": "encoded",
               "resources": {{
-                "color": {{ "texture": {{ "format": "rgba16float", "size": "viewport" }} }},
-                "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}
+                "color": {{ "texture": {{ "format": "rgba16float", "size": "=viewport" }} }},
+                "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }}
               }},
               "passes": {{
-                "fill": {{ "fullscreen": {{ "shader": "fill.wgsl.jinja", "color": [{{ "to": "color" }}] }} }},
+                "fill": {{ "fullscreen": {{ "shader": "fill.wgsl.jinja", "color": [{{ "to": "&color" }}] }} }},
                 "present": {{ "fullscreen": {{
-                  "shader": "tonemap.wgsl.jinja", "axes": {{ "tone_map": "'none'"{axes} }},
-                  "bind": {{ "source": "color", "settings": {{ "values": {{ "exposure": 0.5 }} }} }}, "color": [{{ "to": "target" }}]
+                  "shader": "tonemap.wgsl.jinja", "axes": {{ "tone_map": "none"{axes} }},
+                  "bind": {{ "source": "&color", "settings": {{ "values": {{ "exposure": 0.5 }} }} }}, "color": [{{ "to": "&target" }}]
                 }} }}
               }} }}"#
         )
@@ -180,7 +180,7 @@ struct Settings { red: f32 }
     );
     let with = with.replace(
         r#""shader": "fill.wgsl.jinja","#,
-        r#""shader": "fill.wgsl.jinja", "bind": { "settings": { "values": { "red": "red" } } },"#,
+        r#""shader": "fill.wgsl.jinja", "bind": { "settings": { "values": { "red": "=red" } } },"#,
     );
     let without = FILL.replace("target", "other").replace("fill.wgsl.jinja", "gradient.wgsl.jinja");
     let library = Library::new().template("fill.wgsl.jinja", shader);

@@ -15,10 +15,10 @@ fn pipeline(library: &Library, red: f32) -> Pipeline {
     let text = format!(
         r#"{{ "format": 1, "name": "fill",
           "parameters": {{ "green": {{ "type": "f32", "default": 0, "min": 0, "max": 1 }} }},
-          "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+          "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
           "passes": {{ "fill": {{ "fullscreen": {{
-            "shader": "fill.wgsl.jinja", "bind": {{ "settings": {{ "values": {{ "color": [{red}, "green", 0] }} }} }},
-            "color": [{{ "to": "target" }}] }} }} }} }}"#
+            "shader": "fill.wgsl.jinja", "bind": {{ "settings": {{ "values": {{ "color": [{red}, "=green", 0] }} }} }},
+            "color": [{{ "to": "&target" }}] }} }} }} }}"#
     );
     library.load_text("fill.json", &text).unwrap()
 }

@@ -27,12 +27,12 @@ struct Vertex { @builtin(position) position: vec4<f32>, @location(0) color: vec4
 const TEXT: &str = r#"{
   "format": 1, "name": "steps",
   "geometry": { "squares": { "vertex": { "corner": "float32x2", "rectangle": "float32x4", "color": "float32x4" } } },
-  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
   "passes": {
-    "eye": { "camera": { "to": "eye" } },
+    "eye": { "camera": { "to": "&eye" } },
     "paint": { "draw": {
-      "geometry": "squares", "mesh_filter": "all", "views": "eye", "shader": "paint.wgsl.jinja", "cull": "none",
-      "color": [{ "to": "target", "clear": [0, 0, 0, 1] }]
+      "geometry": "squares", "mesh_filter": "all", "views": "&eye", "shader": "paint.wgsl.jinja", "cull": "none",
+      "color": [{ "to": "&target", "clear": [0, 0, 0, 1] }]
     } }
   }
 }"#;

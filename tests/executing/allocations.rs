@@ -25,14 +25,14 @@ fn a_steady_record_allocates_what_the_same_calls_by_hand_allocate() {
     let (device, queue) = device(wgpu::Features::empty(), |_| {});
     let texture = |name: &str| {
         format!(
-            r#""{name}": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}"#
+            r#""{name}": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }}"#
         )
     };
     let pass = |name: &str| {
         fill(
             &format!("fill_{name}"),
-            &format!(r#"{{ "to": "{name}" }}"#),
-            r#""[red * 2, tint[0], tint[1], 1]""#,
+            &format!(r#"{{ "to": "&{name}" }}"#),
+            r#""=[red * 2, tint[0], tint[1], 1]""#,
         )
     };
     let text = format!(

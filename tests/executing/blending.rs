@@ -11,8 +11,8 @@ use crate::views::frame;
 fn combined(there: &str, settings: &str, drawn: &str) -> Option<[u8; 4]> {
     let gpu = gpu::device()?;
     let passes = [
-        fill("below", r#"{ "to": "target" }"#, there),
-        fill("above", &format!(r#"{{ "to": "target", {settings} }}"#), drawn),
+        fill("below", r#"{ "to": "&target" }"#, there),
+        fill("above", &format!(r#"{{ "to": "&target", {settings} }}"#), drawn),
     ];
     let plan = plan(&target(1), &passes.join(","));
     let mut executor = executor(&gpu, &plan, None);
@@ -53,8 +53,8 @@ fn each_equation_is_the_one_that_is_written() {
 #[test]
 fn what_is_cleared_to_and_the_constant_are_what_parameters_say_now() {
     let Some(gpu) = gpu::device() else { return };
-    let to = r#"{ "to": "target", "clear": ["red", 0, 0, 1], "blend": { "color": { "src_factor": "constant", "dst_factor": "one" },
-                "constant": [0, "green", 0, 1] } }"#;
+    let to = r#"{ "to": "&target", "clear": ["=red", 0, 0, 1], "blend": { "color": { "src_factor": "constant", "dst_factor": "one" },
+                "constant": [0, "=green", 0, 1] } }"#;
     let parameters = ["red", "green"]
         .map(|name| format!(r#""{name}": {{ "type": "f32", "default": 0.2, "min": 0, "max": 1 }}"#));
     let text = format!(
@@ -88,8 +88,8 @@ fn channels_that_are_masked_stay() {
 
 /// The text of a fill and one over it that blends, by a shader.
 fn over(shader: &str, blend: &str) -> String {
-    let below = fill("below", r#"{ "to": "target" }"#, "[0.4, 0.4, 0.4, 0.8]");
-    let above = fill("above", &format!(r#"{{ "to": "target", "blend": {blend} }}"#), "[0.2, 0.2, 0.2, 0.2]");
+    let below = fill("below", r#"{ "to": "&target" }"#, "[0.4, 0.4, 0.4, 0.8]");
+    let above = fill("above", &format!(r#"{{ "to": "&target", "blend": {blend} }}"#), "[0.2, 0.2, 0.2, 0.2]");
     let above = above.replace("fill.wgsl.jinja", shader);
     format!(
         r#"{{ "format": 1, "name": "test", "resources": {{ {} }}, "passes": {{ {below}, {above} }} }}"#,
@@ -112,7 +112,7 @@ fn a_second_color_is_a_factor_where_the_device_has_the_feature() {
     assert!(found.contains("dual") || found.contains("DUAL"), "{found}");
     let spare = format!("{}, {}", target(1), target(1).replace("target", "spare"));
     let text = over("two_sources.wgsl.jinja", blend).replace(&target(1), &spare);
-    let text = text.replace(r#""color": [{"#, r#""color": [{ "to": "spare" }, {"#);
+    let text = text.replace(r#""color": [{"#, r#""color": [{ "to": "&spare" }, {"#);
     let found = try_plan_with(text, SIDE, dual).expect_err("a diagnostic");
     assert!(found.contains("for which a pass has one color attachment only"), "{found}");
     let plan = try_plan_with(over("two_sources.wgsl.jinja", blend), SIDE, dual);

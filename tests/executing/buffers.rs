@@ -16,12 +16,12 @@ fn counted(name: &str) -> Vec<[u8; 4]> {
         target(1)
     );
     let passes = format!(
-        r#""empty": {{ "clear": {{ "buffer": "words" }} }},
-           "say": {{ "compute": {{ "shader": "counts.wgsl.jinja", "bind": {{ "words": "words" }}, "workgroups": [1, 1, 1] }} }},
-           "move": {{ "copy": {{ "from": {{ "name": "words", "offset": 0, "size": 12 }}, "to": {{ "name": "moved", "offset": 8, "size": 12 }} }} }},
-           "none": {{ "clear": {{ "buffer": "sum" }} }},
-           "count": {{ "compute": {{ "shader": "count.wgsl.jinja", "bind": {{ "sum": "sum" }}, "indirect": {name} }} }},
-           "shown": {{ "copy": {{ "from": {{ "name": "sum" }}, "to": {{ "name": "target" }} }} }}"#
+        r#""empty": {{ "clear": {{ "buffer": "&words" }} }},
+           "say": {{ "compute": {{ "shader": "counts.wgsl.jinja", "bind": {{ "words": "&words" }}, "workgroups": [1, 1, 1] }} }},
+           "move": {{ "copy": {{ "from": {{ "name": "&words", "offset": 0, "size": 12 }}, "to": {{ "name": "&moved", "offset": 8, "size": 12 }} }} }},
+           "none": {{ "clear": {{ "buffer": "&sum" }} }},
+           "count": {{ "compute": {{ "shader": "count.wgsl.jinja", "bind": {{ "sum": "&sum" }}, "indirect": {name} }} }},
+           "shown": {{ "copy": {{ "from": {{ "name": "&sum" }}, "to": {{ "name": "&target" }} }} }}"#
     );
     let plan = plan(&resources, &passes);
     let mut executor = executor(&gpu, &plan, None);
@@ -34,7 +34,7 @@ fn counted(name: &str) -> Vec<[u8; 4]> {
 
 #[test]
 fn a_dispatch_runs_as_many_workgroups_as_a_buffer_says() {
-    for name in [r#"{ "buffer": "words" }"#, r#"{ "buffer": "moved", "offset": 8 }"#] {
+    for name in [r#"{ "buffer": "&words" }"#, r#"{ "buffer": "&moved", "offset": 8 }"#] {
         let found = counted(name);
         // Three by two workgroups of four invocations each; the rest of the buffer is cleared.
         let mut expected = vec![[0; 4]; 64];
@@ -47,10 +47,10 @@ fn a_dispatch_runs_as_many_workgroups_as_a_buffer_says() {
 fn samples_are_resolved_to_one_for_each_texel() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!(
-        r#"{}, "samples": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "samples": 4 }} }}"#,
+        r#"{}, "samples": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "samples": 4 }} }}"#,
         target(1)
     );
-    let to = r#"{ "to": "samples", "clear": [0, 0, 1, 1], "resolve": { "to": "target" } }"#;
+    let to = r#"{ "to": "&samples", "clear": [0, 0, 1, 1], "resolve": { "to": "&target" } }"#;
     let plan = plan(&resources, &draw(1, to));
     let attachment = &plan.passes[1].color[0];
     assert!(attachment.transient_attachment, "only what the samples are resolved to leaves the pass");
@@ -71,14 +71,14 @@ fn a_shader_sees_the_length_of_its_buffer_whatever_it_shares_memory_with() {
     );
     let tell = |name: &str, after: &str| {
         format!(
-            r#""{name}_begins": {{ {after} "clear": {{ "buffer": "{name}" }} }},
+            r#""{name}_begins": {{ {after} "clear": {{ "buffer": "&{name}" }} }},
                "tell_{name}": {{ {after} "compute": {{ "shader": "length.wgsl.jinja",
-                   "bind": {{ "words": "{name}", "lengths": "lengths" }}, "workgroups": [1, 1, 1] }} }}"#
+                   "bind": {{ "words": "&{name}", "lengths": "&lengths" }}, "workgroups": [1, 1, 1] }} }}"#
         )
     };
     let passes = format!(
-        r#""none": {{ "clear": {{ "buffer": "lengths" }} }}, {}, {},
-           "shown": {{ "copy": {{ "from": {{ "name": "lengths" }}, "to": {{ "name": "target" }} }} }}"#,
+        r#""none": {{ "clear": {{ "buffer": "&lengths" }} }}, {}, {},
+           "shown": {{ "copy": {{ "from": {{ "name": "&lengths" }}, "to": {{ "name": "&target" }} }} }}"#,
         tell("short", ""),
         tell("long", r#""after": ["tell_short"],"#)
     );

@@ -12,8 +12,8 @@ const GREEN: [u8; 4] = [0, 255, 0, 255];
 /// A red picture, and a pass over it: which passes run, and the picture.
 fn over_red(shader: &str, attachment: &str) -> Option<(Vec<String>, Vec<[u8; 4]>)> {
     let gpu = gpu::device()?;
-    let red = fill("red", r#"{ "to": "target", "layer": 0 }"#, "[1, 0, 0, 1]");
-    let to = format!(r#"{{ "to": "target", "layer": 0 {attachment} }}"#);
+    let red = fill("red", r#"{ "to": "&target", "layer": 0 }"#, "[1, 0, 0, 1]");
+    let to = format!(r#"{{ "to": "&target", "layer": 0 {attachment} }}"#);
     let veil = fill("veil", &to, "[0, 1, 0, 1]").replace("fill.wgsl.jinja", shader);
     let veil = veil.replace(r#""veil": {"#, r#""veil": { "after": ["red"], "#);
     let plan = plan(&target(1), &format!("{red}, {veil}"));

@@ -39,9 +39,9 @@ fn through(format: &str, size: &str, show: &str) -> Arc<Plan> {
     let resources =
         format!(r#""between": {{ "texture": {{ "format": "{format}", "size": {size} }} }}, {}"#, target(1));
     let passes = format!(
-        r#"{}, "show": {{ "fullscreen": {{ "shader": "{show}", "bind": {{ "picture": "between" }},
-            "color": [{{ "to": "target" }}] }} }}"#,
-        fill("one", r#"{ "to": "between" }"#, "[1, 0, 0, 1]")
+        r#"{}, "show": {{ "fullscreen": {{ "shader": "{show}", "bind": {{ "picture": "&between" }},
+            "color": [{{ "to": "&target" }}] }} }}"#,
+        fill("one", r#"{ "to": "&between" }"#, "[1, 0, 0, 1]")
     );
     plan(&resources, &passes)
 }
@@ -58,11 +58,11 @@ fn a_texture_that_is_too_large_is_named_with_the_limit() {
 #[test]
 fn a_missing_feature_is_named() {
     let resources = format!(
-        r#""sum": {{ "texture": {{ "format": "rgba32float", "size": "viewport", "lifetime": "persistent" }} }}, {}"#,
+        r#""sum": {{ "texture": {{ "format": "rgba32float", "size": "=viewport", "lifetime": "persistent" }} }}, {}"#,
         target(1)
     );
     // Blending is not checked by the profile of this test's own plan: the plan is changed by hand.
-    let mut plan = (*plan(&resources, &fill("one", r#"{ "to": "sum" }"#, "[1, 0, 0, 1]"))).clone();
+    let mut plan = (*plan(&resources, &fill("one", r#"{ "to": "&sum" }"#, "[1, 0, 0, 1]"))).clone();
     let mut pipeline = (*plan.pipeline).clone();
     for pass in &mut pipeline.passes {
         if let umbragraph::work::Work::Render(render) = pass.tamper().0 {
@@ -79,7 +79,7 @@ fn a_missing_feature_is_named() {
 
 #[test]
 fn bind_groups_and_blocks_beyond_the_device_are_named() {
-    let plan = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
+    let plan = plan(&target(1), &fill("one", r#"{ "to": "&target" }"#, "[1, 0, 0, 1]"));
     let few = device(wgpu::Features::empty(), |limits| limits.max_bind_groups = 1);
     let wanted = "fill.wgsl.jinja has 2 bind groups; the device allows 1";
     assert_eq!(rejected(&plan, &few), [("UG0804", wanted.to_owned())]);
@@ -96,18 +96,18 @@ fn a_limit_may_be_met_exactly_and_not_be_exceeded_by_one() {
     let resources = format!(
         r#""sums": {{ "buffer": {{ "size": 1024 }} }},
            "between": {{ "texture": {{ "format": "rgba8unorm", "size": [512, 300] }} }},
-           "stack": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "layers": 5, "lifetime": "persistent" }} }}, {}"#,
+           "stack": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "layers": 5, "lifetime": "persistent" }} }}, {}"#,
         target(1)
     );
     let passes = format!(
-        r#"{}, {}, "none": {{ "clear": {{ "buffer": "sums" }} }},
-           "sum": {{ "compute": {{ "shader": "shared.wgsl.jinja", "bind": {{ "sums": "sums" }}, "workgroups": [3, 1, 1] }} }},
-           "show": {{ "fullscreen": {{ "shader": "show.wgsl.jinja", "bind": {{ "picture": "between" }},
-             "color": [{{ "to": "target" }}] }} }},
-           "word": {{ "fullscreen": {{ "shader": "word.wgsl.jinja", "bind": {{ "words": "sums" }},
-             "color": [{{ "to": "target", "blend": "add" }}] }} }}"#,
-        fill("one", r#"{ "to": "between" }"#, "[1, 0, 0, 1]"),
-        fill("top", r#"{ "to": "stack", "layer": 4 }"#, "[1, 0, 0, 1]")
+        r#"{}, {}, "none": {{ "clear": {{ "buffer": "&sums" }} }},
+           "sum": {{ "compute": {{ "shader": "shared.wgsl.jinja", "bind": {{ "sums": "&sums" }}, "workgroups": [3, 1, 1] }} }},
+           "show": {{ "fullscreen": {{ "shader": "show.wgsl.jinja", "bind": {{ "picture": "&between" }},
+             "color": [{{ "to": "&target" }}] }} }},
+           "word": {{ "fullscreen": {{ "shader": "word.wgsl.jinja", "bind": {{ "words": "&sums" }},
+             "color": [{{ "to": "&target", "blend": "add" }}] }} }}"#,
+        fill("one", r#"{ "to": "&between" }"#, "[1, 0, 0, 1]"),
+        fill("top", r#"{ "to": "&stack", "layer": 4 }"#, "[1, 0, 0, 1]")
     );
     let plan = plan(&resources, &passes);
     let limits: [(u32, Limit); 12] = [
@@ -145,7 +145,7 @@ fn what_only_the_device_rejects_is_said_at_the_resource_or_the_pass() {
         assert!(rejected.iter().all(|one| one.message.lines().count() == 1), "{rejected}");
         rejected.iter().map(|one| format!("{} {}", one.code.id, one.pointer)).collect()
     };
-    let plan = (*through("rgba8unorm", r#""viewport""#, "show.wgsl.jinja")).clone();
+    let plan = (*through("rgba8unorm", r#""=viewport""#, "show.wgsl.jinja")).clone();
     let mut of_resource = plan.clone();
     of_resource.textures[0].size.samples = 3;
     assert_eq!(places(of_resource)[0], "UG0803 /resources/between");
@@ -171,7 +171,7 @@ fn a_lost_device_is_said_and_no_panic() {
 
 /// Loses a device after a frame, whose buffers are free again or still in flight, and goes on.
 fn lose(gpu: &(wgpu::Device, wgpu::Queue), waits: bool) {
-    let made = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
+    let made = plan(&target(1), &fill("one", r#"{ "to": "&target" }"#, "[1, 0, 0, 1]"));
     let Ok(mut executor) = instantiate(&made, gpu) else { panic!("no executor") };
     let target = gpu.0.create_texture(&wgpu::TextureDescriptor {
         label: None,
@@ -203,7 +203,7 @@ fn lose(gpu: &(wgpu::Device, wgpu::Queue), waits: bool) {
 
 #[test]
 fn a_block_for_more_views_than_a_buffer_holds_is_rejected_and_not_allocated() {
-    let geometry = crate::stage::draw(8, r#"{ "to": "target", "clear": [0, 0, 0, 1] }"#);
+    let geometry = crate::stage::draw(8, r#"{ "to": "&target", "clear": [0, 0, 0, 1] }"#);
     let plan = plan(&target(1), &geometry.replace("\"max\": 8", "\"max\": 100000"));
     let noop = device(wgpu::Features::empty(), |limits| limits.max_buffer_size = 1 << 20);
     let squares = crate::squares::Squares::new(&noop.0, &noop.1, &[], &[]);

@@ -12,13 +12,13 @@ use crate::stage::{color, draw, executor, fill, plan, plan_of_size, play, show, 
 use crate::views::frame;
 
 /// A history of two frames that begins with one 255th of red.
-const NUMBERS: &str = r#""numbers": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "history",
-    "frames": 2, "initial": ["1 / 255", 0, 0, 1] } }"#;
+const NUMBERS: &str = r#""numbers": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "history",
+    "frames": 2, "initial": ["=1 / 255", 0, 0, 1] } }"#;
 
 /// Each frame is the sum of the two before.
 const FIBONACCI: &str = r#""add": { "fullscreen": { "shader": "add.wgsl.jinja",
-        "bind": { "one": "numbers@-1", "other": "numbers@-2" }, "color": [{ "to": "numbers" }] } },
-    "show": { "fullscreen": { "shader": "show.wgsl.jinja", "bind": { "picture": "numbers" }, "color": [{ "to": "target" }] } }"#;
+        "bind": { "one": "&numbers@-1", "other": "&numbers@-2" }, "color": [{ "to": "&numbers" }] } },
+    "show": { "fullscreen": { "shader": "show.wgsl.jinja", "bind": { "picture": "&numbers" }, "color": [{ "to": "&target" }] } }"#;
 
 /// Red of the frames of [`FIBONACCI`], by additions on the processor.
 fn fibonacci(frames: usize) -> Vec<u8> {
@@ -145,8 +145,8 @@ fn a_record_that_fails_is_no_frame() {
 #[test]
 fn a_record_whose_meshes_lack_something_is_no_frame() {
     let Some(gpu) = gpu::device() else { return };
-    let passes = FIBONACCI.replace(r#"{ "to": "target" }"#, r#"{ "to": "target", "layer": 0 }"#);
-    let squares = draw(1, r#"{ "to": "target", "layer": 1 }"#);
+    let passes = FIBONACCI.replace(r#"{ "to": "&target" }"#, r#"{ "to": "&target", "layer": 0 }"#);
+    let squares = draw(1, r#"{ "to": "&target", "layer": 1 }"#);
     let plan = plan(&format!("{NUMBERS}, {}", target(2)), &format!("{passes}, {squares}"));
     let mut squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
     let mut executor = executor(&gpu, &plan, Some(&squares));
@@ -188,20 +188,20 @@ fn the_executor_tells_which_copy_is_whose() {
 fn every_mip_and_layer_begins_with_the_initial_value_and_so_does_depth() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!(
-        r#""all": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "layers": 2, "mips": 3, "lifetime": "history",
+        r#""all": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "layers": 2, "mips": 3, "lifetime": "history",
             "initial": [0.2, 0.4, 0.6, 1] }} }},
-           "depth": {{ "texture": {{ "format": "depth32float", "size": "viewport", "layers": 2, "lifetime": "history", "initial": 0.4 }} }},
+           "depth": {{ "texture": {{ "format": "depth32float", "size": "=viewport", "layers": 2, "lifetime": "history", "initial": 0.4 }} }},
            {}"#,
         target(2)
     );
     let passes = format!(
-        r#""show": {{ "fullscreen": {{ "shader": "sum_of_all.wgsl.jinja", "bind": {{ "pictures": "all@-1" }},
-                "color": [{{ "to": "target", "layer": 0 }}] }} }},
+        r#""show": {{ "fullscreen": {{ "shader": "sum_of_all.wgsl.jinja", "bind": {{ "pictures": "&all@-1" }},
+                "color": [{{ "to": "&target", "layer": 0 }}] }} }},
            "depths": {{ "fullscreen": {{ "shader": "show_depth.wgsl.jinja",
-                "bind": {{ "settings": {{ "values": {{ "layer": 1 }} }}, "maps": "depth@-1" }},
-                "color": [{{ "to": "target", "layer": 1 }}] }} }},
+                "bind": {{ "settings": {{ "values": {{ "layer": 1 }} }}, "maps": "&depth@-1" }},
+                "color": [{{ "to": "&target", "layer": 1 }}] }} }},
            {}"#,
-        fill("write", r#"{ "to": "all", "layer": 0 }"#, "[1, 1, 1, 1]")
+        fill("write", r#"{ "to": "&all", "layer": 0 }"#, "[1, 1, 1, 1]")
     );
     let plan = plan(&resources, &passes);
     let mut executor = executor(&gpu, &plan, None);
@@ -220,7 +220,7 @@ fn buffers_begin_with_their_initial_words() {
         target(1)
     );
     let passes = r#""show": { "fullscreen": { "shader": "words.wgsl.jinja",
-        "bind": { "words": "words@-2", "zeros": "zeros@-1" }, "color": [{ "to": "target" }] } }"#;
+        "bind": { "words": "&words@-2", "zeros": "&zeros@-1" }, "color": [{ "to": "&target" }] } }"#;
     let plan = plan(&resources, passes);
     assert_eq!(plan.buffers.len(), 4 + 2);
     let mut executor = executor(&gpu, &plan, None);
@@ -239,10 +239,10 @@ fn words_go_on_in_a_plan_of_the_same_size_and_begin_again_in_one_of_another() {
             r#""words": {{ "buffer": {{ "size": {size}, "lifetime": "history", "initial": {{ "u32": 50 }} }} }}, {}"#,
             target(1)
         );
-        let passes = r#""keep": { "copy": { "from": { "name": "words@-1" }, "to": { "name": "words" } } },
+        let passes = r#""keep": { "copy": { "from": { "name": "&words@-1" }, "to": { "name": "&words" } } },
             "bump": { "compute": { "shader": "bump.wgsl.jinja", "workgroups": [1, 1, 1],
-                "bind": { "words": "words@keep", "settings": { "values": { "number": 1 } } } } },
-            "show": { "fullscreen": { "shader": "word.wgsl.jinja", "bind": { "words": "words@bump" }, "color": [{ "to": "target" }] } }"#;
+                "bind": { "words": "&words@keep", "settings": { "values": { "number": 1 } } } } },
+            "show": { "fullscreen": { "shader": "word.wgsl.jinja", "bind": { "words": "&words@bump" }, "color": [{ "to": "&target" }] } }"#;
         plan(&resources, passes)
     };
     let mut executor = executor(&gpu, &counted(16), None);
@@ -260,7 +260,7 @@ fn a_frame_whose_writer_is_toggled_off_is_no_frame_to_the_history() {
     let Some(gpu) = gpu::device() else { return };
     let passes = FIBONACCI.replacen(
         r#""add": {"#,
-        r#""add": { "toggle": "advance", "passthrough": { "numbers": "numbers@-1" },"#,
+        r#""add": { "toggle": "advance", "passthrough": { "numbers": "&numbers@-1" },"#,
         1,
     );
     let text = format!(r#"{passes} }}, "toggles": {{ "advance": {{ "default": true }}"#);

@@ -12,13 +12,13 @@ use crate::views::frame;
 const RED_TEXEL: [u8; 4] = [255, 0, 0, 255];
 
 fn clearing() -> String {
-    draw(8, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#)
+    draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#)
 }
 
 #[test]
 fn another_generation_binds_again_and_the_same_does_not() {
     let Some(gpu) = gpu::device() else { return };
-    let twice = draw(8, r#"{ "to": "target@squares" }"#);
+    let twice = draw(8, r#"{ "to": "&target@squares" }"#);
     let again = twice.split_once(r#""squares":"#).expect("a draw").1;
     let plan = plan(&target(1), &format!("{}, \"again\":{again}", clearing()));
     let mut squares = Squares::new(&gpu.device, &gpu.queue, &[square([1.0; 4])], &[RED]);
@@ -92,12 +92,12 @@ fn another_interface_wants_the_plan_again() {
 #[test]
 fn materials_of_the_hosts_own_are_bound_only_where_a_shader_reads_them() {
     let Some(gpu) = gpu::device() else { return };
-    let depth = r#""depth": { "texture": { "format": "depth32float", "size": "viewport", "view_dimension": "2d-array" } }"#;
-    let passes = r#""views": { "views": { "to": "views", "max": 1 } },
-        "squares": { "draw": { "geometry": "squares", "mesh_filter": "all", "views": "views", "shader": "square_depth.wgsl.jinja",
-            "depth": { "to": "depth", "clear": 1, "compare": "less" } } },
+    let depth = r#""depth": { "texture": { "format": "depth32float", "size": "=viewport", "view_dimension": "2d-array" } }"#;
+    let passes = r#""views": { "views": { "to": "&views", "max": 1 } },
+        "squares": { "draw": { "geometry": "squares", "mesh_filter": "all", "views": "&views", "shader": "square_depth.wgsl.jinja",
+            "depth": { "to": "&depth", "clear": 1, "compare": "less" } } },
         "show": { "fullscreen": { "shader": "show_depth.wgsl.jinja",
-            "bind": { "settings": { "values": { "layer": 0 } }, "maps": "depth" }, "color": [{ "to": "target" }] } }"#;
+            "bind": { "settings": { "values": { "layer": 0 } }, "maps": "&depth" }, "color": [{ "to": "&target" }] } }"#;
     let plan = plan(&format!("{}, {depth}", target(1)), passes);
     let mut squares =
         Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]).drawing(|pass, corners| {

@@ -17,8 +17,8 @@ fn plan(parameter: &str, passes: &str) -> Arc<Plan> {
     let target = target(1);
     let text = format!(
         r#"{{ "format": 1, "name": "test", {GEOMETRY}, "parameters": {{ "live": {{ {parameter} }} }}, "resources": {{ {target},
-               "depth": {{ "texture": {{ "format": "depth32float", "size": "viewport" }} }},
-               "stencil": {{ "texture": {{ "format": "stencil8", "size": "viewport" }} }} }},
+               "depth": {{ "texture": {{ "format": "depth32float", "size": "=viewport" }} }},
+               "stencil": {{ "texture": {{ "format": "stencil8", "size": "=viewport" }} }} }},
              "passes": {{ {passes} }} }}"#
     );
     plan_of_text(text, SIDE)
@@ -37,23 +37,23 @@ fn whatever_a_live_parameter_sets_draws_what_a_new_plan_draws() {
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
     // A green fill, with more that is said of its target and of the pass.
     let fills = |shader: &str, to: &str, more: &str| {
-        let text = fill("fill", &format!(r#"{{ "to": "target", {to} }}"#), "[0, 0.6, 0, 1]");
+        let text = fill("fill", &format!(r#"{{ "to": "&target", {to} }}"#), "[0, 0.6, 0, 1]");
         text.replace("fill.wgsl.jinja", shader).replace(r#""color": [{"#, &format!(r#"{more} "color": [{{"#))
     };
     let blue = r#""clear": [0, 0, 1, 1]"#;
-    let depth = r#""depth": { "to": "depth", "clear": "live", "compare": "less" },"#;
+    let depth = r#""depth": { "to": "&depth", "clear": "=live", "compare": "less" },"#;
     let stencil = |clear: &str, reference: &str| {
         format!(
-            r#""stencil": {{ "to": "stencil", "clear": {clear}, "reference": {reference}, "front": {{ "compare": "equal" }} }},"#
+            r#""stencil": {{ "to": "&stencil", "clear": {clear}, "reference": {reference}, "front": {{ "compare": "equal" }} }},"#
         )
     };
-    let constant = r#""clear": [0, 0, 1, 1], "blend": { "color": { "src_factor": "constant" }, "constant": "[live, live, live, 1]" }"#;
-    let half = r#""half": { "compute": { "shader": "half.wgsl.jinja", "workgroups": ["live", 1, 1],
-        "bind": { "image": { "texture": { "name": "target", "contents": "load" } } } } }"#;
+    let constant = r#""clear": [0, 0, 1, 1], "blend": { "color": { "src_factor": "constant" }, "constant": "=[live, live, live, 1]" }"#;
+    let half = r#""half": { "compute": { "shader": "half.wgsl.jinja", "workgroups": ["=live", 1, 1],
+        "bind": { "image": { "texture": { "name": "&target", "contents": "load" } } } } }"#;
     let triangle = r#""triangle": { "mesh": { "shader": "left_triangles.wgsl.jinja", "count": COUNT, "instances": INSTANCES,
         "bind": { "settings": { "values": { "color": [1, 0, 0, 1] } } },
-        "color": [{ "to": "target", "clear": [0, 0, 1, 1] }] } }"#;
-    let squares_of = |to: &str| draw(1, &format!(r#"{{ "to": "target", {to} }}"#));
+        "color": [{ "to": "&target", "clear": [0, 0, 1, 1] }] } }"#;
+    let squares_of = |to: &str| draw(1, &format!(r#"{{ "to": "&target", {to} }}"#));
     let share = r#""type": "f32", "default": DEFAULT, "min": 0, "max": 1"#;
     let count = r#""type": "u32", "default": DEFAULT, "min": 0, "max": 3"#;
     for (what, parameter, [before, after], passes) in [
@@ -61,41 +61,41 @@ fn whatever_a_live_parameter_sets_draws_what_a_new_plan_draws() {
             "the clear color of a fill",
             share,
             [0.2, 1.0],
-            fills("left.wgsl.jinja", r#""clear": "[live, 0, 0, 1]""#, ""),
+            fills("left.wgsl.jinja", r#""clear": "=[live, 0, 0, 1]""#, ""),
         ),
         ("the clear depth of a fill", share, [0.2, 1.0], fills("own_triangle.wgsl.jinja", blue, depth)),
         (
             "the clear value of stencil",
             count,
             [0.0, 1.0],
-            fills("fill.wgsl.jinja", blue, &stencil(r#""live""#, "1")),
+            fills("fill.wgsl.jinja", blue, &stencil(r#""=live""#, "1")),
         ),
         (
             "the stencil reference",
             count,
             [0.0, 1.0],
-            fills("fill.wgsl.jinja", blue, &stencil("1", r#""live""#)),
+            fills("fill.wgsl.jinja", blue, &stencil("1", r#""=live""#)),
         ),
         (
             "the number of vertices",
             count,
             [0.0, 3.0],
-            triangle.replace("COUNT", r#""live""#).replace("INSTANCES", "1"),
+            triangle.replace("COUNT", r#""=live""#).replace("INSTANCES", "1"),
         ),
         (
             "the number of instances",
             count,
             [0.0, 1.0],
-            triangle.replace("COUNT", "3").replace("INSTANCES", r#""live""#),
+            triangle.replace("COUNT", "3").replace("INSTANCES", r#""=live""#),
         ),
         ("the blend constant", share, [0.2, 1.0], fills("fill.wgsl.jinja", constant, "")),
         (
             "a workgroup count",
             count,
             [1.0, 2.0],
-            format!(r#"{}, {half}"#, fill("blue", r#"{ "to": "target" }"#, "[0, 0, 1, 1]")),
+            format!(r#"{}, {half}"#, fill("blue", r#"{ "to": "&target" }"#, "[0, 0, 1, 1]")),
         ),
-        ("the clear color of meshes", share, [0.2, 1.0], squares_of(r#""clear": "[live, 0, 0, 1]""#)),
+        ("the clear color of meshes", share, [0.2, 1.0], squares_of(r#""clear": "=[live, 0, 0, 1]""#)),
         (
             "the clear depth of meshes",
             share,
@@ -122,7 +122,7 @@ fn whatever_a_live_parameter_sets_draws_what_a_new_plan_draws() {
 /// Red with a parameter at its default, and set to a value of a type.
 #[track_caller]
 fn reds<T: ParameterValue>(gpu: &Gpu, parameter: &str, red: &str, value: T) -> [u8; 2] {
-    let plan = plan(parameter, &fill("fill", r#"{ "to": "target" }"#, &format!(r#""[{red}, 0, 0, 1]""#)));
+    let plan = plan(parameter, &fill("fill", r#"{ "to": "&target" }"#, &format!(r#""=[{red}, 0, 0, 1]""#)));
     let mut executor = executor(gpu, &plan, None);
     let target = import(gpu, &plan, "target");
     let red = |executor: &mut Executor| {
@@ -154,7 +154,8 @@ fn parameters_are_set_in_the_type_that_the_pipeline_declares_and_in_no_other() {
         (list, "live[1]", "list"),
         (whole, "live / 5", "number"),
     ] {
-        let plan = plan(parameter, &fill("fill", r#"{ "to": "target" }"#, &format!(r#""[{red}, 0, 0, 1]""#)));
+        let plan =
+            plan(parameter, &fill("fill", r#"{ "to": "&target" }"#, &format!(r#""=[{red}, 0, 0, 1]""#)));
         let executor = executor(&gpu, &plan, None);
         let has = [
             ("bool", executor.parameter::<bool>("live").is_ok()),

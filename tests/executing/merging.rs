@@ -10,10 +10,10 @@ use crate::views::frame;
 #[test]
 fn neighbours_that_add_to_one_attachment_are_one_render_pass() {
     let Some(gpu) = gpu::device() else { return };
-    let add = r#"{ "to": "target", "blend": "add" }"#;
+    let add = r#"{ "to": "&target", "blend": "add" }"#;
     let passes = [
         draw(8, add).replace(r#""squares": { "draw""#, r#""squares": { "after": ["three"], "draw""#),
-        fill("one", r#"{ "to": "target" }"#, "[0.2, 0, 0, 1]"),
+        fill("one", r#"{ "to": "&target" }"#, "[0.2, 0, 0, 1]"),
         fill("three", add, "[0, 0.4, 0, 0]"),
     ];
     let plan = plan(&target(1), &passes.join(","));
@@ -39,14 +39,14 @@ fn neighbours_that_add_to_one_attachment_are_one_render_pass() {
 fn stencil_that_one_pass_tests_against_and_the_next_writes_is_one_render_pass() {
     let Some(gpu) = gpu::device() else { return };
     let marks =
-        r#""marks": { "texture": { "format": "stencil8", "size": "viewport", "lifetime": "persistent" } }"#;
+        r#""marks": { "texture": { "format": "stencil8", "size": "=viewport", "lifetime": "persistent" } }"#;
     let stencil = |pass: &str| {
         format!(
-            r#""stencil": {{ "to": "marks", "front": {{ "compare": "equal", "pass": "{pass}" }} }}, "color": [{{"#
+            r#""stencil": {{ "to": "&marks", "front": {{ "compare": "equal", "pass": "{pass}" }} }}, "color": [{{"#
         )
     };
-    let tests = fill("tests", r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#, "[0.4, 0, 0, 1]");
-    let writes = fill("writes", r#"{ "to": "target", "blend": "add" }"#, "[0.2, 0, 0, 0]");
+    let tests = fill("tests", r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#, "[0.4, 0, 0, 1]");
+    let writes = fill("writes", r#"{ "to": "&target", "blend": "add" }"#, "[0.2, 0, 0, 0]");
     let passes = [
         tests.replace(r#""color": [{"#, &stencil("keep")),
         writes
@@ -66,9 +66,9 @@ fn stencil_that_one_pass_tests_against_and_the_next_writes_is_one_render_pass() 
 #[test]
 fn a_full_screen_pass_after_a_view_of_a_part_covers_everything() {
     let Some(gpu) = gpu::device() else { return };
-    let add = r#"{ "to": "target", "blend": "add" }"#;
+    let add = r#"{ "to": "&target", "blend": "add" }"#;
     let passes = [
-        draw(8, r#"{ "to": "target", "clear": [0, 0, 0, 1] }"#),
+        draw(8, r#"{ "to": "&target", "clear": [0, 0, 0, 1] }"#),
         fill("late", add, "[0, 0.4, 0, 0]").replace(r#""late": {"#, r#""late": { "after": ["squares"],"#),
     ];
     let plan = plan(&target(1), &passes.join(","));
@@ -84,28 +84,28 @@ fn a_full_screen_pass_after_a_view_of_a_part_covers_everything() {
 fn depth_that_one_pass_writes_and_the_next_tests_against_is_one_render_pass() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!(
-        r#"{}, "depth": {{ "texture": {{ "format": "depth32float", "size": "viewport" }} }}"#,
+        r#"{}, "depth": {{ "texture": {{ "format": "depth32float", "size": "=viewport" }} }}"#,
         target(1)
     );
     let scene = |name: &str, more: &str, color: &str, depth: &str| {
         format!(
-            r#""{name}": {{ {more} "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "views",
+            r#""{name}": {{ {more} "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "&views",
                 "shader": "square.wgsl.jinja", "color": [{color}], "depth": {depth} }} }}"#
         )
     };
     let passes = [
-        r#""views": { "views": { "to": "views", "max": 1 } }"#.to_owned(),
+        r#""views": { "views": { "to": "&views", "max": 1 } }"#.to_owned(),
         scene(
             "first",
             "",
-            r#"{ "to": "target", "clear": [0, 0, 0, 0] }"#,
-            r#"{ "to": "depth", "clear": 1, "compare": "less" }"#,
+            r#"{ "to": "&target", "clear": [0, 0, 0, 0] }"#,
+            r#"{ "to": "&depth", "clear": 1, "compare": "less" }"#,
         ),
         scene(
             "again",
             r#""after": ["first"],"#,
-            r#"{ "to": "target", "blend": "add" }"#,
-            r#"{ "to": "depth", "write": false, "compare": "equal" }"#,
+            r#"{ "to": "&target", "blend": "add" }"#,
+            r#"{ "to": "&depth", "write": false, "compare": "equal" }"#,
         ),
     ];
     let plan = plan(&resources, &passes.join(","));
@@ -125,28 +125,28 @@ fn depth_that_one_pass_writes_and_the_next_tests_against_is_one_render_pass() {
 fn depth_that_one_pass_tests_against_and_the_next_writes_is_one_render_pass() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!(
-        r#"{}, "depth": {{ "texture": {{ "format": "depth32float", "size": "viewport" }} }}"#,
+        r#"{}, "depth": {{ "texture": {{ "format": "depth32float", "size": "=viewport" }} }}"#,
         target(1)
     );
     let scene = |name: &str, after: &str, shader: &str, color: &str, depth: &str| {
         format!(
-            r#""{name}": {{ "after": [{after}], "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "views",
+            r#""{name}": {{ "after": [{after}], "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "&views",
                 "shader": "{shader}", "color": [{color}], "depth": {depth} }} }}"#
         )
     };
-    let add = r#"{ "to": "target", "blend": "add" }"#;
+    let add = r#"{ "to": "&target", "blend": "add" }"#;
     let equal =
-        |to: &str, write: bool| format!(r#"{{ "to": "{to}", "write": {write}, "compare": "equal" }}"#);
+        |to: &str, write: bool| format!(r#"{{ "to": "&{to}", "write": {write}, "compare": "equal" }}"#);
     let passes = [
-        r#""views": { "views": { "to": "views", "max": 1 } }"#.to_owned(),
+        r#""views": { "views": { "to": "&views", "max": 1 } }"#.to_owned(),
         scene(
             "depth",
             "",
             "square_depth.wgsl.jinja",
             "",
-            r#"{ "to": "depth", "clear": 1, "compare": "less" }"#,
+            r#"{ "to": "&depth", "clear": 1, "compare": "less" }"#,
         ),
-        fill("ground", r#"{ "to": "target" }"#, "[0, 0, 0, 0]"),
+        fill("ground", r#"{ "to": "&target" }"#, "[0, 0, 0, 0]"),
         scene("tests", r#""depth", "ground""#, "square.wgsl.jinja", add, &equal("depth@depth", false)),
         scene("writes", r#""tests""#, "square.wgsl.jinja", add, &equal("depth", true)),
     ];

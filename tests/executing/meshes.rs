@@ -15,18 +15,18 @@ fn ribbon(draw: &str) -> crate::common::Outcome {
             "points": {{ "buffer": {{ "size": 1024 }} }},
             "arguments": {{ "buffer": {{ "size": 16 }} }},
             "order": {{ "buffer": {{ "size": 24 }} }},
-            "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}
+            "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }}
           }},
           "passes": {{
-            "none": {{ "clear": {{ "buffer": "points" }} }},
-            "nothing": {{ "clear": {{ "buffer": "arguments" }} }},
-            "unordered": {{ "clear": {{ "buffer": "order" }} }},
+            "none": {{ "clear": {{ "buffer": "&points" }} }},
+            "nothing": {{ "clear": {{ "buffer": "&arguments" }} }},
+            "unordered": {{ "clear": {{ "buffer": "&order" }} }},
             "wave": {{ "compute": {{
-              "shader": "ribbon_points.wgsl.jinja", "bind": {{ "points": "points", "arguments": "arguments" }},
+              "shader": "ribbon_points.wgsl.jinja", "bind": {{ "points": "&points", "arguments": "&arguments" }},
               "workgroups": [1, 1, 1]
             }} }},
-            "number": {{ "compute": {{ "shader": "numbers.wgsl.jinja", "bind": {{ "numbers": "order" }}, "workgroups": [1, 1, 1] }} }},
-            "draw": {{ "mesh": {{ "shader": "ribbon.wgsl.jinja", {draw}, "color": [{{ "to": "target", "clear": [0, 0, 1, 1] }}] }} }}
+            "number": {{ "compute": {{ "shader": "numbers.wgsl.jinja", "bind": {{ "numbers": "&order" }}, "workgroups": [1, 1, 1] }} }},
+            "draw": {{ "mesh": {{ "shader": "ribbon.wgsl.jinja", {draw}, "color": [{{ "to": "&target", "clear": [0, 0, 1, 1] }}] }} }}
           }}
         }}"#
     );
@@ -40,7 +40,7 @@ fn ribbon(draw: &str) -> crate::common::Outcome {
     )
 }
 
-const POINTS: &str = r#""vertices": [{ "buffer": "points", "attributes": [
+const POINTS: &str = r#""vertices": [{ "buffer": "&points", "attributes": [
     { "name": "position", "format": "float32x2" }, { "name": "color", "format": "float32x2" }] }]"#;
 
 /// The pixels of the middle row.
@@ -52,7 +52,7 @@ fn row(draw: &str) -> Vec<[u8; 4]> {
 #[test]
 fn vertices_are_drawn_as_often_as_numbers_or_a_buffer_say() {
     let direct = row(r#""topology": "triangle-strip", "count": 64"#);
-    let indirect = row(r#""topology": "triangle-strip", "indirect": { "buffer": "arguments" }"#);
+    let indirect = row(r#""topology": "triangle-strip", "indirect": { "buffer": "&arguments" }"#);
     assert_eq!(direct, indirect);
     if let [first, .., last] = direct.as_slice() {
         assert!(first[0] < 10 && last[0] > 240 && last[2] == 128, "{first:?} {last:?}");
@@ -66,9 +66,9 @@ fn vertices_are_drawn_as_often_as_numbers_or_a_buffer_say() {
 
 #[test]
 fn indices_choose_the_vertices() {
-    let found = row(r#""count": 6, "indices": { "buffer": "order" }"#);
+    let found = row(r#""count": 6, "indices": { "buffer": "&order" }"#);
     assert!(found.is_empty() || (found[10][2] == 128 && found[50] == [0, 0, 255, 255]), "{found:?}");
-    assert_eq!(row(r#""count": 6, "indices": { "buffer": "order" }, "topology": "triangle-strip""#), found);
+    assert_eq!(row(r#""count": 6, "indices": { "buffer": "&order" }, "topology": "triangle-strip""#), found);
 }
 
 #[test]
@@ -78,16 +78,16 @@ fn what_does_not_fit_the_shader_or_the_buffers_is_found() {
     assert!(with(r#""count": 64"#).is_empty());
     assert_eq!(with(r#""count": 65"#), ["UG0409"], "the buffer has 64 vertices");
     assert_eq!(
-        with(r#""count": 8, "indices": { "buffer": "order" }"#),
+        with(r#""count": 8, "indices": { "buffer": "&order" }"#),
         ["UG0409"],
         "the buffer has six indices"
     );
-    assert_eq!(with(r#""indices": { "buffer": "order" }"#), ["UG0106"], "nothing says how many");
-    assert_eq!(with(r#""count": 3, "indirect": { "buffer": "arguments" }"#), ["UG0106"]);
+    assert_eq!(with(r#""indices": { "buffer": "&order" }"#), ["UG0106"], "nothing says how many");
+    assert_eq!(with(r#""count": 3, "indirect": { "buffer": "&arguments" }"#), ["UG0106"]);
     assert_eq!(codes(r#""count": 3"#), ["UG0604", "UG0604"], "both attributes are missing");
     let one = |attribute: &str| {
         codes(&format!(
-            r#""count": 3, "vertices": [{{ "buffer": "points", "attributes": [{{ "name": "color", "format": "float32x2" }}, {attribute}] }}]"#
+            r#""count": 3, "vertices": [{{ "buffer": "&points", "attributes": [{{ "name": "color", "format": "float32x2" }}, {attribute}] }}]"#
         ))
     };
     assert_eq!(one(r#"{ "name": "positon", "format": "float32x2" }"#), ["UG0603"]);
@@ -99,11 +99,11 @@ fn what_does_not_fit_the_shader_or_the_buffers_is_found() {
 #[test]
 fn a_live_count_beyond_the_buffers_is_rejected_and_the_frame_after_it_is_drawn() {
     let Some(gpu) = gpu::device() else { return };
-    let instanced = POINTS.replace(r#""buffer": "points","#, r#""buffer": "points", "step": "instance","#);
+    let instanced = POINTS.replace(r#""buffer": "&points","#, r#""buffer": "&points", "step": "instance","#);
     for (draw, most, buffer) in [
-        (format!(r#"{POINTS}, "count": "many""#), 64, "points"),
-        (format!(r#"{POINTS}, "count": "many", "indices": {{ "buffer": "order" }}"#), 6, "order"),
-        (format!(r#"{instanced}, "count": 3, "instances": "many""#), 64, "points"),
+        (format!(r#"{POINTS}, "count": "=many""#), 64, "points"),
+        (format!(r#"{POINTS}, "count": "=many", "indices": {{ "buffer": "&order" }}"#), 6, "order"),
+        (format!(r#"{instanced}, "count": 3, "instances": "=many""#), 64, "points"),
     ] {
         let outcome = ribbon(&draw);
         let plan = outcome.plan();
@@ -125,7 +125,7 @@ fn a_live_count_beyond_the_buffers_is_rejected_and_the_frame_after_it_is_drawn()
             crate::stage::texels(&gpu, &target, 0)
         };
         let (none, all, three) = (shown(0), shown(most), shown(3));
-        let outcome = ribbon(&draw.replace(r#""many""#, "3"));
+        let outcome = ribbon(&draw.replace(r#""=many""#, "3"));
         let mut fixed = crate::common::gpu::executor(&gpu, outcome.plan(), None);
         assert!(
             crate::stage::play(&gpu, &mut fixed, None, &target, &crate::views::frame(&[])).is_ok(),

@@ -18,7 +18,7 @@ fn outcome(
     script: impl Fn(&mut dyn umbragraph::draw::DrawPass, &wgpu::Buffer) + Send + Sync + 'static,
 ) -> Option<[u8; 4]> {
     let gpu = gpu::device()?;
-    let plan = plan(&target(1), &draw(8, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let plan = plan(&target(1), &draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let squares = [square(RED), square(GREEN)];
     let squares =
         Squares::new(&gpu.device, &gpu.queue, &squares, &[[1.0; 4], [0.2, 0.2, 0.2, 1.0]]).drawing(script);
@@ -75,7 +75,7 @@ fn materials_and_objects_are_chosen_by_number() {
 #[test]
 fn double_sided_squares_are_seen_from_behind_and_others_are_not() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(1), &draw(8, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let plan = plan(&target(1), &draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let behind = Square { rectangle: [1.0, -1.0, -1.0, 1.0], ..square(RED) };
     let target = import(&gpu, &plan, "target");
     for (properties, wanted) in [(PropertySet(0), [0, 0, 255, 255]), (BOTH_SIDES, RED_TEXEL)] {
@@ -94,7 +94,7 @@ fn double_sided_squares_are_seen_from_behind_and_others_are_not() {
 #[test]
 fn a_host_without_materials_or_property_sets_is_not_asked_to_draw() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(1), &draw(8, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let plan = plan(&target(1), &draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let target = import(&gpu, &plan, "target");
     let asked = |_: &mut dyn umbragraph::draw::DrawPass, _: &wgpu::Buffer| panic!("nothing can be drawn");
     let mut squares = Squares::new(&gpu.device, &gpu.queue, &[square(BLUE)], &[[1.0; 4]]).drawing(asked);
@@ -111,7 +111,7 @@ fn a_host_without_materials_or_property_sets_is_not_asked_to_draw() {
 #[test]
 fn a_host_that_moves_the_viewport_does_not_reach_into_the_next_view() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(1), &draw(8, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let plan = plan(&target(1), &draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let target = import(&gpu, &plan, "target");
     let squares =
         Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]).drawing(|pass, corners| {
@@ -130,7 +130,7 @@ fn a_host_that_moves_the_viewport_does_not_reach_into_the_next_view() {
 #[test]
 fn errors_of_the_device_name_passes_and_resources_as_the_pipeline_does() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(1), &draw(8, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let plan = plan(&target(1), &draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     // Without the vertex buffer that the pipeline reads.
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]])
         .drawing(|pass, _| pass.render_pass().draw(0..6, 0..1));

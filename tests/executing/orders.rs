@@ -11,12 +11,12 @@ const GREEN: [u8; 4] = [0, 255, 0, 255];
 const BLUE: [u8; 4] = [0, 0, 255, 255];
 
 const SUM: &str =
-    r#""sum": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "persistent" } }"#;
+    r#""sum": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "persistent" } }"#;
 /// Adds a fifth of red.
-const ADD: &str = r#"{ "to": "sum", "blend": "add" }"#;
+const ADD: &str = r#"{ "to": "&sum", "blend": "add" }"#;
 
 fn copy(name: &str, from: &str) -> String {
-    format!(r#""{name}": {{ "copy": {{ "from": {{ "name": "{from}" }}, "to": {{ "name": "target" }} }} }}"#)
+    format!(r#""{name}": {{ "copy": {{ "from": {{ "name": "&{from}" }}, "to": {{ "name": "&target" }} }} }}"#)
 }
 
 fn after(pass: &str, name: &str, others: &str) -> String {
@@ -38,7 +38,7 @@ fn reds(resources: &str, passes: &str) -> Option<Vec<u8>> {
 
 #[test]
 fn a_sum_that_is_cleared_at_the_end_of_the_frame_is_cleared_at_the_end() {
-    let reset = fill("reset", r#"{ "to": "sum" }"#, "[0, 0, 0, 0]");
+    let reset = fill("reset", r#"{ "to": "&sum" }"#, "[0, 0, 0, 0]");
     let reset = after(&reset, "reset", r#""shown""#);
     let count = fill("count", ADD, "[0.2, 0, 0, 0]");
     for read in ["sum@count", "sum"] {
@@ -53,7 +53,7 @@ fn a_sum_that_is_cleared_at_the_end_of_the_frame_is_cleared_at_the_end() {
 
 #[test]
 fn a_single_clear_goes_first_where_nothing_says_otherwise() {
-    let reset = fill("reset", r#"{ "to": "sum" }"#, "[0, 0, 0, 0]");
+    let reset = fill("reset", r#"{ "to": "&sum" }"#, "[0, 0, 0, 0]");
     let count = fill("count", ADD, "[0.2, 0, 0, 0]");
     let passes = [&count, &copy("shown", "sum"), &reset].map(String::as_str).join(", ");
     let Some(found) = reds(SUM, &passes) else { return };
@@ -73,10 +73,10 @@ fn what_was_there_before_the_first_write_of_the_frame_has_a_name() {
 fn what_the_host_gave_can_be_read_before_it_is_drawn_over() {
     let Some(gpu) = gpu::device() else { return };
     let kept =
-        r#""kept": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "persistent" } }"#;
-    let keep = r#""keep": { "copy": { "from": { "name": "target@0" }, "to": { "name": "kept" } } }"#;
-    let more = fill("more", r#"{ "to": "target", "layer": 0, "blend": "add" }"#, "[0.2, 0, 0, 0]");
-    let last = fill("last", r#"{ "to": "target", "layer": 0 }"#, "[0, 1, 0, 1]");
+        r#""kept": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "persistent" } }"#;
+    let keep = r#""keep": { "copy": { "from": { "name": "&target@0" }, "to": { "name": "&kept" } } }"#;
+    let more = fill("more", r#"{ "to": "&target", "layer": 0, "blend": "add" }"#, "[0.2, 0, 0, 0]");
+    let last = fill("last", r#"{ "to": "&target", "layer": 0 }"#, "[0, 1, 0, 1]");
     let last = after(&last, "last", r#""more", "keep""#);
     let plan = plan(&format!("{}, {kept}", target(1)), &[last, more, keep.to_owned()].join(", "));
     assert_eq!(plan.passes.iter().map(|pass| pass.name.as_str()).collect::<Vec<_>>(), ["keep", "last"]);
@@ -89,11 +89,11 @@ fn what_the_host_gave_can_be_read_before_it_is_drawn_over() {
 #[test]
 fn a_version_means_the_same_in_every_order_of_the_keys() {
     let Some(gpu) = gpu::device() else { return };
-    let pair = r#""pair": { "texture": { "format": "rgba8unorm", "size": "viewport", "layers": 2 } }"#;
-    let first = fill("first", r#"{ "to": "pair", "layer": 0 }"#, "[1, 0, 0, 1]");
+    let pair = r#""pair": { "texture": { "format": "rgba8unorm", "size": "=viewport", "layers": 2 } }"#;
+    let first = fill("first", r#"{ "to": "&pair", "layer": 0 }"#, "[1, 0, 0, 1]");
     let again =
-        after(&fill("again", r#"{ "to": "pair", "layer": 0 }"#, "[0, 1, 0, 1]"), "again", r#""first""#);
-    let second = fill("second", r#"{ "to": "pair", "layer": 1 }"#, "[0, 0, 1, 1]");
+        after(&fill("again", r#"{ "to": "&pair", "layer": 0 }"#, "[0, 1, 0, 1]"), "again", r#""first""#);
+    let second = fill("second", r#"{ "to": "&pair", "layer": 1 }"#, "[0, 0, 1, 1]");
     let shown = copy("shown", "pair@first");
     let keys = [&first, &again, &second, &shown].map(String::as_str);
     let orders = [[0, 1, 2, 3], [2, 0, 1, 3], [3, 2, 1, 0], [1, 3, 2, 0]];
@@ -110,10 +110,11 @@ fn a_version_means_the_same_in_every_order_of_the_keys() {
 #[test]
 fn an_order_given_through_a_pass_that_is_not_there_holds() {
     let Some(gpu) = gpu::device() else { return };
-    let to = r#"{ "to": "target", "layer": 0 }"#;
+    let to = r#"{ "to": "&target", "layer": 0 }"#;
     let first = fill("first", to, "[1, 0, 0, 1]");
     let between = fill("between", to, "[0, 0, 1, 1]");
-    let between = between.replace(r#""between": {"#, r#""between": { "when": "1 > 2", "after": ["first"], "#);
+    let between =
+        between.replace(r#""between": {"#, r#""between": { "when": "=1 > 2", "after": ["first"], "#);
     let last = after(&fill("last", to, "[0, 1, 0, 1]"), "last", r#""between""#);
     for passes in [[&last, &between, &first], [&first, &between, &last]] {
         let plan = plan(&target(1), &passes.map(String::as_str).join(", "));
@@ -127,9 +128,9 @@ fn an_order_given_through_a_pass_that_is_not_there_holds() {
 #[test]
 fn ranges_that_are_cleared_apart_are_cleared_before_what_adds_to_all_of_them() {
     let Some(gpu) = gpu::device() else { return };
-    let image = r#""image": { "texture": { "format": "rgba8unorm", "size": "viewport", "layers": 2 } }"#;
+    let image = r#""image": { "texture": { "format": "rgba8unorm", "size": "=viewport", "layers": 2 } }"#;
     let clear = |layer: u32, color: &str| {
-        let to = format!(r#"{{ "to": "image", "layer": {layer} }}"#);
+        let to = format!(r#"{{ "to": "&image", "layer": {layer} }}"#);
         fill(&format!("clear{layer}"), &to, color)
     };
     let (red, blue) = (clear(0, "[1, 0, 0, 1]"), clear(1, "[0, 0, 1, 1]"));
@@ -137,7 +138,7 @@ fn ranges_that_are_cleared_apart_are_cleared_before_what_adds_to_all_of_them() {
     let half = |name: &str, common: &str| {
         format!(
             r#""{name}": {{ {common} "compute": {{ "shader": "halves.wgsl.jinja", "workgroups": [1, 1, 2],
-                "bind": {{ "image": "image" }} }} }}"#
+                "bind": {{ "image": "&image" }} }} }}"#
         )
     };
     let (first, second) = (half("first", ""), half("second", r#""after": ["first"],"#));

@@ -28,16 +28,19 @@ fn check(chain: &[&str], shown: &str, renders: bool) {
     let Some(gpu) = gpu::device() else { return };
     let name = |at: usize| if at < chain.len() { format!("link{at}") } else { "base".to_owned() };
     let texture = |name: String| {
-        format!(r#""{name}": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport" }} }}"#)
+        format!(r#""{name}": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport" }} }}"#)
     };
     let mut resources: Vec<String> = (0..=chain.len()).map(|at| texture(name(at))).collect();
     resources.push(crate::stage::target(1));
-    let mut passes = vec![fill("base", r#"{ "to": "base" }"#, "[\"9 / 255\", 0, 0, 1]"), shown.to_owned()];
+    let mut passes = vec![fill("base", r#"{ "to": "&base" }"#, "[\"=9 / 255\", 0, 0, 1]"), shown.to_owned()];
     for (at, toggle) in chain.iter().enumerate() {
-        let link =
-            fill(&name(at), &format!(r#"{{ "to": "{}" }}"#, name(at)), &format!("[\"{at} / 255\", 0, 0, 1]"));
+        let link = fill(
+            &name(at),
+            &format!(r#"{{ "to": "&{}" }}"#, name(at)),
+            &format!("[\"={at} / 255\", 0, 0, 1]"),
+        );
         let common = format!(
-            r#"": {{ "toggle": "{toggle}", "passthrough": {{ "{}": "{}" }}, "#,
+            r#"": {{ "toggle": "{toggle}", "passthrough": {{ "{}": "&{}" }}, "#,
             name(at),
             name(at + 1)
         );
@@ -75,9 +78,9 @@ fn check(chain: &[&str], shown: &str, renders: bool) {
     }
 }
 
-const SAMPLED: &str = r#""show": { "fullscreen": { "shader": "show.wgsl.jinja", "bind": { "picture": "link0" },
-    "color": [{ "to": "target" }] } }"#;
-const COPIED: &str = r#""show": { "copy": { "from": { "name": "link0" }, "to": { "name": "target" } } }"#;
+const SAMPLED: &str = r#""show": { "fullscreen": { "shader": "show.wgsl.jinja", "bind": { "picture": "&link0" },
+    "color": [{ "to": "&target" }] } }"#;
+const COPIED: &str = r#""show": { "copy": { "from": { "name": "&link0" }, "to": { "name": "&target" } } }"#;
 
 #[test]
 fn chains_over_all_toggles_show_the_first_link_that_is_there() {
@@ -96,7 +99,7 @@ fn chains_over_all_toggles_show_the_first_link_that_is_there() {
 fn a_pass_with_a_toggle_of_the_chain_sees_it_through() {
     for own in NAMES {
         let shown = SAMPLED.replacen(r#""show": {"#, &format!(r#""show": {{ "toggle": "{own}","#), 1);
-        let back = fill("back", r#"{ "to": "target" }"#, "[\"7 / 255\", 0, 0, 1]");
+        let back = fill("back", r#"{ "to": "&target" }"#, "[\"=7 / 255\", 0, 0, 1]");
         let shown = shown.replacen(r#""toggle""#, r#""after": ["back"], "toggle""#, 1);
         for first in property::part(NAMES, 2) {
             for second in NAMES {

@@ -14,16 +14,16 @@ const HISTORY: &str =
 /// Adds a fifth of red to what outlives frames, and shows it.
 fn accumulate() -> String {
     format!(
-        r#"{}, "show": {{ "fullscreen": {{ "shader": "show.wgsl.jinja", "bind": {{ "picture": "history" }},
-            "color": [{{ "to": "target" }}] }} }}"#,
-        fill("grow", r#"{ "to": "history", "blend": "add" }"#, "[0.2, 0, 0, 0.2]")
+        r#"{}, "show": {{ "fullscreen": {{ "shader": "show.wgsl.jinja", "bind": {{ "picture": "&history" }},
+            "color": [{{ "to": "&target" }}] }} }}"#,
+        fill("grow", r#"{ "to": "&history", "blend": "add" }"#, "[0.2, 0, 0, 0.2]")
     )
 }
 
 #[test]
 fn the_same_plan_again_creates_no_texture_and_no_pipeline() {
     let Some(gpu) = gpu::device() else { return };
-    let passes = format!("{}, {}", draw(8, r#"{ "to": "target", "blend": "add" }"#), accumulate());
+    let passes = format!("{}, {}", draw(8, r#"{ "to": "&target", "blend": "add" }"#), accumulate());
     let plan = plan(
         &format!("{HISTORY}, {}", target(1)),
         &passes.replace(r#""squares": { "#, r#""squares": { "after": ["show"], "#),
@@ -52,8 +52,8 @@ fn the_same_plan_again_creates_no_texture_and_no_pipeline() {
 #[test]
 fn pipelines_are_kept_for_a_plan_that_comes_back_soon_and_created_again_for_one_that_comes_back_late() {
     let Some(gpu) = gpu::device() else { return };
-    let one = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
-    let other = plan(&target(1), &fill("one", r#"{ "to": "target", "blend": "add" }"#, "[1, 0, 0, 1]"));
+    let one = plan(&target(1), &fill("one", r#"{ "to": "&target" }"#, "[1, 0, 0, 1]"));
+    let other = plan(&target(1), &fill("one", r#"{ "to": "&target", "blend": "add" }"#, "[1, 0, 0, 1]"));
     let mut executor = executor(&gpu, &one, None);
     let mut created = |plans: &[&std::sync::Arc<Plan>]| {
         let before = executor.statistics().pipelines;
@@ -71,12 +71,12 @@ fn pipelines_are_kept_for_a_plan_that_comes_back_soon_and_created_again_for_one_
 #[test]
 fn another_size_makes_other_textures_and_keeps_pipelines_and_what_outlives_frames() {
     let Some(gpu) = gpu::device() else { return };
-    let scratch = r#""scratch": { "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
+    let scratch = r#""scratch": { "texture": { "format": "rgba8unorm", "size": "=viewport" } }"#;
     let resources = format!("{HISTORY}, {scratch}, {}", target(1));
     let passes = format!(
-        r#"{}, {}, "copy": {{ "copy": {{ "from": {{ "name": "scratch" }}, "to": {{ "name": "target" }} }} }}"#,
-        fill("grow", r#"{ "to": "history", "blend": "add" }"#, "[0.2, 0, 0, 0.2]"),
-        r#""show": { "fullscreen": { "shader": "show.wgsl.jinja", "bind": { "picture": "history" }, "color": [{ "to": "scratch" }] } }"#
+        r#"{}, {}, "copy": {{ "copy": {{ "from": {{ "name": "&scratch" }}, "to": {{ "name": "&target" }} }} }}"#,
+        fill("grow", r#"{ "to": "&history", "blend": "add" }"#, "[0.2, 0, 0, 0.2]"),
+        r#""show": { "fullscreen": { "shader": "show.wgsl.jinja", "bind": { "picture": "&history" }, "color": [{ "to": "&scratch" }] } }"#
     );
     let small = plan_of_size(&resources, &passes, 4);
     let large = plan_of_size(&resources, &passes, 8);
@@ -112,7 +112,7 @@ fn a_resource_that_outlives_frames_begins_empty_under_another_name() {
 #[test]
 fn a_plan_that_the_device_rejects_leaves_the_one_before() {
     let Some(gpu) = gpu::device() else { return };
-    let good = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
+    let good = plan(&target(1), &fill("one", r#"{ "to": "&target" }"#, "[1, 0, 0, 1]"));
     let mut executor = executor(&gpu, &good, None);
     let mut plan = (*good).clone();
     let beyond = gpu.device.limits().max_texture_dimension_2d + 1;

@@ -20,19 +20,19 @@ const STEPS: u32 = 85;
 /// A persistent depth texture of some layers, drawn into as `draw` says, and one of its layers shown.
 fn kept(layers: u32, shown: u32, draw: &str) -> Arc<Plan> {
     let maps = format!(
-        r#""maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", "layers": {layers}, "view_dimension": "2d-array",
+        r#""maps": {{ "texture": {{ "format": "depth32float", "size": "=viewport", "layers": {layers}, "view_dimension": "2d-array",
             "lifetime": "persistent" }} }}, {}"#,
         target(1)
     );
     let max = if layers > 1 { layers } else { 4 };
     let passes = format!(
-        r#""views": {{ "views": {{ "to": "views", "max": {max} }} }},
-           "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "views", "cull": "none",
+        r#""views": {{ "views": {{ "to": "&views", "max": {max} }} }},
+           "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "&views", "cull": "none",
                "shader": "square_depth.wgsl.jinja", {draw},
-               "depth": {{ "to": "maps", "clear": 1, "compare": "less-equal" }} }} }},
+               "depth": {{ "to": "&maps", "clear": 1, "compare": "less-equal" }} }} }},
            "show": {{ "fullscreen": {{ "shader": "show_depth.wgsl.jinja",
-               "bind": {{ "maps": "maps", "settings": {{ "values": {{ "layer": {shown} }} }} }},
-               "color": [{{ "to": "target" }}] }} }}"#
+               "bind": {{ "maps": "&maps", "settings": {{ "values": {{ "layer": {shown} }} }} }},
+               "color": [{{ "to": "&target" }}] }} }}"#
     );
     plan(&maps, &passes)
 }
@@ -291,10 +291,10 @@ fn what_cannot_be_kept_is_found() {
         try_plan_of_text(
             format!(
                 r#"{{ "format": 1, "name": "test", {}, "resources": {{
-                    "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", {texture} }} }},
-                    "below": {{ "texture": {{ "format": "depth32float", "size": "viewport", {texture} }} }} }},
-                  "passes": {{ "views": {{ "views": {{ "to": "views", "max": 1 }} }},
-                    "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "views",
+                    "maps": {{ "texture": {{ "format": "depth32float", "size": "=viewport", {texture} }} }},
+                    "below": {{ "texture": {{ "format": "depth32float", "size": "=viewport", {texture} }} }} }},
+                  "passes": {{ "views": {{ "views": {{ "to": "&views", "max": 1 }} }},
+                    "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "&views",
                       "shader": "square_depth.wgsl.jinja", "redraw": "changed", {more} }} }} }} }}"#,
                 crate::squares::GEOMETRY
             ),
@@ -303,17 +303,17 @@ fn what_cannot_be_kept_is_found() {
         .map(drop)
     };
     let persistent = r#""lifetime": "persistent""#;
-    let depth = r#""depth": { "to": "maps", "clear": 1, "compare": "less" }"#;
+    let depth = r#""depth": { "to": "&maps", "clear": 1, "compare": "less" }"#;
     assert_eq!(draw(persistent, depth), Ok(()));
     let said = |texture: &str, more: &str, wanted: &str| {
         let error = draw(texture, more).expect_err("a diagnostic");
         assert!(error.contains(wanted), "{error}");
     };
-    said(persistent, r#""depth": { "to": "maps", "compare": "less" }"#, "UG0405");
+    said(persistent, r#""depth": { "to": "&maps", "compare": "less" }"#, "UG0405");
     said(persistent, &format!(r#""every": 0, {depth}"#), "every so many frames");
-    said(persistent, &format!(r#""base": "maps", {depth}"#), "UG0405");
+    said(persistent, &format!(r#""base": "&maps", {depth}"#), "UG0405");
     let several = format!(r#"{persistent}, "samples": 4"#);
-    let over = r#""base": "below", "depth": { "to": "maps", "compare": "less" }"#;
+    let over = r#""base": "&below", "depth": { "to": "&maps", "compare": "less" }"#;
     said(&several, over, "has 4 samples, over which nothing is drawn");
     said(r#""lifetime": "transient""#, depth, "UG04");
 }
@@ -324,33 +324,33 @@ fn what_is_drawn_over_another_texture_lies_over_it_texel_by_texel() {
         let text = format!(
             r#"{{ "format": 1, "name": "test", {}, "resources": {{ {},
                 "below": {{ "texture": {{ "lifetime": "persistent", "view_dimension": "2d-array", {below} }} }},
-                "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", "layers": 2, "view_dimension": "2d-array",
+                "maps": {{ "texture": {{ "format": "depth32float", "size": "=viewport", "layers": 2, "view_dimension": "2d-array",
                   "lifetime": "persistent" }} }} }},
-              "passes": {{ "views": {{ "views": {{ "to": "views", "max": 2 }} }},
-                "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "views",
-                  "shader": "square_depth.wgsl.jinja", {CHANGED}, "base": "below",
-                  "depth": {{ "to": "maps", "compare": "less" }} }} }},
+              "passes": {{ "views": {{ "views": {{ "to": "&views", "max": 2 }} }},
+                "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "&views",
+                  "shader": "square_depth.wgsl.jinja", {CHANGED}, "base": "&below",
+                  "depth": {{ "to": "&maps", "compare": "less" }} }} }},
                 "show": {{ "fullscreen": {{ "shader": "show_depth.wgsl.jinja",
-                  "bind": {{ "maps": "maps", "settings": {{ "values": {{ "layer": 1 }} }} }},
-                  "color": [{{ "to": "target" }}] }} }} }} }}"#,
+                  "bind": {{ "maps": "&maps", "settings": {{ "values": {{ "layer": 1 }} }} }},
+                  "color": [{{ "to": "&target" }}] }} }} }} }}"#,
             crate::squares::GEOMETRY,
             target(1)
         );
-        let at = text.find(r#""base": "below""#).expect("the key") + r#""base": "#.len();
+        let at = text.find(r#""base": "&below""#).expect("the key") + r#""base": "#.len();
         let (line, column) = (text[..at].lines().count(), at - text[..at].rfind('\n').expect("a line"));
         try_plan_of_text(text, 8).map(drop).map_err(|said| (said, format!(":{line}:{column}\n")))
     };
     let depth = r#""format": "depth32float""#;
-    assert_eq!(over(&format!(r#"{depth}, "size": "viewport", "layers": 2"#)), Ok(()));
-    assert_eq!(over(r#""format": "depth16unorm", "size": "viewport", "layers": 2"#), Ok(()));
+    assert_eq!(over(&format!(r#"{depth}, "size": "=viewport", "layers": 2"#)), Ok(()));
+    assert_eq!(over(r#""format": "depth16unorm", "size": "=viewport", "layers": 2"#), Ok(()));
     for (below, wanted) in [
         (
             format!(r#"{depth}, "size": [4, 8], "layers": 2"#),
             "\"below\" is 4 by 8 with 2 layers and 1 samples",
         ),
-        (format!(r#"{depth}, "size": "viewport", "layers": 3"#), "\"below\" is 8 by 8 with 3 layers"),
-        (format!(r#"{depth}, "size": "viewport""#), "\"below\" is 8 by 8 with 1 layers"),
-        (r#""format": "rgba8unorm", "size": "viewport", "layers": 2"#.to_owned(), "\"below\" has no depth"),
+        (format!(r#"{depth}, "size": "=viewport", "layers": 3"#), "\"below\" is 8 by 8 with 3 layers"),
+        (format!(r#"{depth}, "size": "=viewport""#), "\"below\" is 8 by 8 with 1 layers"),
+        (r#""format": "rgba8unorm", "size": "=viewport", "layers": 2"#.to_owned(), "\"below\" has no depth"),
     ] {
         let (said, place) = over(&below).expect_err("a diagnostic");
         let error = &said[said.find("error[UG0405]").expect("the error behind a warning")..];
@@ -367,15 +367,15 @@ fn a_parameter_draws_those_views_again_that_are_drawn_with_it() {
             "layer": {{ "type": "u32", "default": 0, "min": 0, "max": 1 }},
             "far": {{ "type": "f32", "default": 1, "min": 0, "max": 1 }},
             "idle": {{ "type": "f32", "default": 1, "min": 0, "max": 1 }} }},
-          "resources": {{ "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", "layers": 2,
+          "resources": {{ "maps": {{ "texture": {{ "format": "depth32float", "size": "=viewport", "layers": 2,
             "view_dimension": "2d-array", "lifetime": "persistent" }} }}, {} }},
-          "passes": {{ "views": {{ "views": {{ "to": "views", "max": 2 }} }},
-            "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "views", "cull": "none",
+          "passes": {{ "views": {{ "views": {{ "to": "&views", "max": 2 }} }},
+            "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "&views", "cull": "none",
               "shader": "square_depth.wgsl.jinja", {CHANGED},
-              "depth": {{ "to": "maps", "clear": "far * idle / idle", "compare": "less-equal" }} }} }},
+              "depth": {{ "to": "&maps", "clear": "=far * idle / idle", "compare": "less-equal" }} }} }},
             "show": {{ "fullscreen": {{ "shader": "show_depth.wgsl.jinja",
-              "bind": {{ "maps": "maps", "settings": {{ "values": {{ "layer": "layer" }} }} }},
-              "color": [{{ "to": "target" }}] }} }} }} }}"#,
+              "bind": {{ "maps": "&maps", "settings": {{ "values": {{ "layer": "=layer" }} }} }},
+              "color": [{{ "to": "&target" }}] }} }} }} }}"#,
         crate::squares::GEOMETRY,
         target(1)
     );
@@ -404,18 +404,18 @@ fn a_parameter_draws_those_views_again_that_are_drawn_with_what_another_pass_mak
     let text = format!(
         r#"{{ "format": 1, "name": "test", {}, "parameters": {{
             "step": {{ "type": "u32", "default": 1, "min": 0, "max": 80 }} }},
-          "resources": {{ "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport",
+          "resources": {{ "maps": {{ "texture": {{ "format": "depth32float", "size": "=viewport",
             "view_dimension": "2d-array", "lifetime": "persistent" }} }}, "words": {{ "buffer": {{ "size": 4 }} }}, {} }},
-          "passes": {{ "views": {{ "views": {{ "to": "views", "max": 1 }} }},
-            "clear": {{ "clear": {{ "buffer": "words" }} }},
+          "passes": {{ "views": {{ "views": {{ "to": "&views", "max": 1 }} }},
+            "clear": {{ "clear": {{ "buffer": "&words" }} }},
             "bump": {{ "compute": {{ "shader": "bump.wgsl.jinja", "workgroups": [1, 1, 1],
-              "bind": {{ "words": "words", "settings": {{ "values": {{ "number": "step" }} }} }} }} }},
-            "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "views", "cull": "none",
-              "shader": "sunk_depth.wgsl.jinja", "bind": {{ "words": "words" }}, {CHANGED},
-              "depth": {{ "to": "maps", "clear": 1, "compare": "less-equal" }} }} }},
+              "bind": {{ "words": "&words", "settings": {{ "values": {{ "number": "=step" }} }} }} }} }},
+            "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "&views", "cull": "none",
+              "shader": "sunk_depth.wgsl.jinja", "bind": {{ "words": "&words" }}, {CHANGED},
+              "depth": {{ "to": "&maps", "clear": 1, "compare": "less-equal" }} }} }},
             "show": {{ "fullscreen": {{ "shader": "show_depth.wgsl.jinja",
-              "bind": {{ "maps": "maps", "settings": {{ "values": {{ "layer": 0 }} }} }},
-              "color": [{{ "to": "target" }}] }} }} }} }}"#,
+              "bind": {{ "maps": "&maps", "settings": {{ "values": {{ "layer": 0 }} }} }},
+              "color": [{{ "to": "&target" }}] }} }} }} }}"#,
         crate::squares::GEOMETRY,
         target(1)
     );

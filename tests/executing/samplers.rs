@@ -66,18 +66,18 @@ fn each_setting_of_a_sampler_is_the_one_that_is_written() {
             format!(
                 r#""level_{mip}": {{ "fullscreen": {{ "shader": "quarters.wgsl.jinja",
                     "bind": {{ "settings": {{ "values": {{ "blue": {blue} }} }} }},
-                    "color": [{{ "to": "quarters", "mip": {mip} }}] }} }}"#
+                    "color": [{{ "to": "&quarters", "mip": {mip} }}] }} }}"#
             )
         };
         let text = format!(
             r#"{{ "format": 1, "name": "samplers", "resources": {{
                 "quarters": {{ "texture": {{ "format": "rgba8unorm", "size": [16, 16], "mips": 3 }} }},
-                "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+                "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
               "passes": {{ {}, {}, {},
                 "show": {{ "fullscreen": {{ "shader": "seen.wgsl.jinja", "bind": {{
-                    "settings": {{ "values": {{ "place": {place} }} }}, "quarters": "quarters",
+                    "settings": {{ "values": {{ "place": {place} }} }}, "quarters": "&quarters",
                     "quarters_sampler": {{ "sampler": {{ {sampler} }} }} }},
-                  "color": [{{ "to": "target" }}] }} }} }} }}"#,
+                  "color": [{{ "to": "&target" }}] }} }} }} }}"#,
             level(0, 0.0),
             level(1, 0.4),
             level(2, 0.8)

@@ -305,15 +305,15 @@ pub(crate) fn try_plan_with(text: String, side: u32, features: wgpu::Features) -
 /// An imported texture that passes write.
 pub(crate) fn target(layers: u32) -> String {
     format!(
-        r#""target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "layers": {layers}, "lifetime": "imported" }} }}"#
+        r#""target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "layers": {layers}, "lifetime": "imported" }} }}"#
     )
 }
 
 /// A pass that publishes up to so many views, and one that draws the squares in them.
 pub(crate) fn draw(max: u32, to: &str) -> String {
     format!(
-        r#""views": {{ "views": {{ "to": "views", "max": {max} }} }},
-           "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "views", "shader": "square.wgsl.jinja",
+        r#""views": {{ "views": {{ "to": "&views", "max": {max} }} }},
+           "squares": {{ "draw": {{ "geometry": "squares", "mesh_filter": "all", "views": "&views", "shader": "square.wgsl.jinja",
                "color": [{to}] }} }}"#
     )
 }

@@ -65,9 +65,9 @@ impl CpuNode for RunCount {
 /// A plan that shows the number of the frame, counted from one by a pass of a name.
 fn plan(pass: &str, from: u32) -> Arc<Plan> {
     let passes = format!(
-        r#""{pass}": {{ "count": {{ "to": "number", "from": {from} }} }},
-           "show": {{ "fullscreen": {{ "shader": "clock.wgsl.jinja", "bind": {{ "views": "number" }},
-               "color": [{{ "to": "target" }}] }} }}"#
+        r#""{pass}": {{ "count": {{ "to": "&number", "from": {from} }} }},
+           "show": {{ "fullscreen": {{ "shader": "clock.wgsl.jinja", "bind": {{ "views": "&number" }},
+               "color": [{{ "to": "&target" }}] }} }}"#
     );
     stage::plan(&target(1), &passes)
 }

@@ -11,7 +11,7 @@ use crate::views::frame;
 #[test]
 fn views_come_and_go_without_anything_being_created() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(4), &draw(4, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let plan = plan(&target(4), &draw(4, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
     let mut executor = executor(&gpu, &plan, Some(&squares));
     let target = import(&gpu, &plan, "target");
@@ -27,11 +27,11 @@ fn views_come_and_go_without_anything_being_created() {
 fn textures_of_the_host_that_take_turns_are_seen_once_each() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!(
-        r#"{}, "source": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}"#,
+        r#"{}, "source": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }}"#,
         target(1)
     );
-    let show = r#""show": { "fullscreen": { "shader": "show.wgsl.jinja", "bind": { "picture": "source" },
-        "color": [{ "to": "target" }] } }"#;
+    let show = r#""show": { "fullscreen": { "shader": "show.wgsl.jinja", "bind": { "picture": "&source" },
+        "color": [{ "to": "&target" }] } }"#;
     let plan = plan(&resources, show);
     let mut executor = executor(&gpu, &plan, None);
     let targets = [(); 3].map(|()| import(&gpu, &plan, "target"));
@@ -54,7 +54,7 @@ fn textures_of_the_host_that_take_turns_are_seen_once_each() {
 #[test]
 fn records_in_flight_have_a_buffer_each_and_use_them_again() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
+    let plan = plan(&target(1), &fill("one", r#"{ "to": "&target" }"#, "[1, 0, 0, 1]"));
     let mut executor = executor(&gpu, &plan, None);
     let target = import(&gpu, &plan, "target");
     for _ in 0..3 {
@@ -75,8 +75,8 @@ fn records_in_flight_have_a_buffer_each_and_use_them_again() {
 #[test]
 fn buffers_that_are_long_unused_or_too_small_are_made_again() {
     let (device, queue) = crate::devices::device(wgpu::Features::empty(), |_| {});
-    let one = fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]");
-    let two = fill("two", r#"{ "to": "target", "blend": "add" }"#, "[1, 0, 0, 1]");
+    let one = fill("one", r#"{ "to": "&target" }"#, "[1, 0, 0, 1]");
+    let two = fill("two", r#"{ "to": "&target", "blend": "add" }"#, "[1, 0, 0, 1]");
     let (small, large) = (plan(&target(1), &one), plan(&target(1), &format!("{one}, {two}")));
     let mut executor = Executor::new(&device, &queue, small.clone(), None).expect("an executor");
     let target = import_on(&device, &small, "target");
@@ -107,7 +107,7 @@ fn buffers_that_are_long_unused_or_too_small_are_made_again() {
 #[test]
 fn times_are_told_for_each_pass_if_asked_for() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(1), &draw(8, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let plan = plan(&target(1), &draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]).drawing(|_, _| {
         std::thread::sleep(std::time::Duration::from_millis(5));
     });
@@ -132,12 +132,12 @@ fn times_are_told_for_each_pass_if_asked_for() {
 fn times_of_the_gpu_are_told_for_each_pass_from_the_begin_of_the_first() {
     let Some(gpu) = gpu::device() else { return };
     let between = r#""between": { "texture": { "format": "rgba8unorm", "size": [512, 512] } }"#;
-    let shown = r#""show": { "fullscreen": { "shader": "show.wgsl.jinja", "bind": { "picture": "between" },
-        "color": [{ "to": "target" }] } }"#;
+    let shown = r#""show": { "fullscreen": { "shader": "show.wgsl.jinja", "bind": { "picture": "&between" },
+        "color": [{ "to": "&target" }] } }"#;
     let kept =
         r#""kept": { "texture": { "format": "rgba8unorm", "size": [512, 512], "lifetime": "persistent" } }"#;
-    let copied = r#""copy": { "after": ["show"], "copy": { "from": { "name": "between" }, "to": { "name": "kept" } } }"#;
-    let passes = format!("{}, {shown}, {copied}", fill("one", r#"{ "to": "between" }"#, "[1, 0, 0, 1]"));
+    let copied = r#""copy": { "after": ["show"], "copy": { "from": { "name": "&between" }, "to": { "name": "&kept" } } }"#;
+    let passes = format!("{}, {shown}, {copied}", fill("one", r#"{ "to": "&between" }"#, "[1, 0, 0, 1]"));
     let plan = plan(&format!("{between}, {kept}, {}", target(1)), &passes);
     let mut executor = executor(&gpu, &plan, None);
     let target = import(&gpu, &plan, "target");
@@ -164,8 +164,8 @@ fn times_of_the_gpu_are_told_for_each_pass_from_the_begin_of_the_first() {
 #[test]
 fn a_cpu_pass_that_publishes_what_it_did_not_declare_is_found_out() {
     let Some(gpu) = gpu::device() else { return };
-    let passes = r#""views": { "views": { "to": "views", "max": 1, "lies": true } },
-        "show": { "fullscreen": { "shader": "clock.wgsl.jinja", "bind": { "views": "views" }, "color": [{ "to": "target" }] } }"#;
+    let passes = r#""views": { "views": { "to": "&views", "max": 1, "lies": true } },
+        "show": { "fullscreen": { "shader": "clock.wgsl.jinja", "bind": { "views": "&views" }, "color": [{ "to": "&target" }] } }"#;
     let plan = plan(&target(1), passes);
     let mut executor = executor(&gpu, &plan, None);
     let target = import(&gpu, &plan, "target");
@@ -180,7 +180,7 @@ fn a_cpu_pass_that_publishes_what_it_did_not_declare_is_found_out() {
 #[test]
 fn a_camera_that_cannot_be_used_is_a_warning() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
+    let plan = plan(&target(1), &fill("one", r#"{ "to": "&target" }"#, "[1, 0, 0, 1]"));
     let mut executor = executor(&gpu, &plan, None);
     let target = import(&gpu, &plan, "target");
     let mut input = frame(&[]);
@@ -197,7 +197,7 @@ fn a_camera_that_cannot_be_used_is_a_warning() {
 fn executors_move_between_threads_and_are_seen_by_several() {
     fn moves<T: Send + Sync>(_: &T) {}
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
+    let plan = plan(&target(1), &fill("one", r#"{ "to": "&target" }"#, "[1, 0, 0, 1]"));
     let made = Executor::new(&gpu.device, &gpu.queue, plan, None);
     let Ok(executor) = made else { panic!("no executor") };
     moves(&executor);

@@ -15,21 +15,21 @@ const BLUE: [u8; 4] = [0, 0, 255, 255];
 fn masked(format: &str, depth: &str, test: &str) -> Vec<[u8; 4]> {
     let Some(gpu) = gpu::device() else { return Vec::new() };
     let resources = format!(
-        r#"{}, "mask": {{ "texture": {{ "format": "{format}", "size": "viewport" }} }},
-           "scratch": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport" }} }}"#,
+        r#"{}, "mask": {{ "texture": {{ "format": "{format}", "size": "=viewport" }} }},
+           "scratch": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport" }} }}"#,
         target(1)
     );
-    let mark = draw(1, r#"{ "to": "scratch", "clear": [0, 0, 0, 0] }"#).replace(
+    let mark = draw(1, r#"{ "to": "&scratch", "clear": [0, 0, 0, 0] }"#).replace(
         r#""color":"#,
         &format!(
-            r#"{depth} "stencil": {{ "to": "mask", "clear": 0, "reference": 255, "front": {{ "pass": "replace" }} }}, "color":"#
+            r#"{depth} "stencil": {{ "to": "&mask", "clear": 0, "reference": 255, "front": {{ "pass": "replace" }} }}, "color":"#
         ),
     );
     let passes = format!(
         r#"{mark}, {}, "colored": {{ "fullscreen": {{ "shader": "fill.wgsl.jinja",
              "bind": {{ "settings": {{ "values": {{ "color": [0, 1, 0, 1] }} }} }},
-             "stencil": {{ "to": "mask", {test} }}, "color": [{{ "to": "target" }}] }} }}"#,
-        fill("back", r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#, "[0, 0, 1, 1]"),
+             "stencil": {{ "to": "&mask", {test} }}, "color": [{{ "to": "&target" }}] }} }}"#,
+        fill("back", r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#, "[0, 0, 1, 1]"),
     );
     let plan = plan(&resources, &passes);
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
@@ -58,7 +58,7 @@ fn a_stencil_mask_lets_through_what_is_marked() {
 
 #[test]
 fn depth_and_stencil_of_one_texture_are_used_apart() {
-    let depth = r#""depth": { "to": "mask", "clear": 1, "compare": "less-equal" },"#;
+    let depth = r#""depth": { "to": "&mask", "clear": 1, "compare": "less-equal" },"#;
     let found = masked("depth24plus-stencil8", depth, r#""reference": 255, "front": { "compare": "equal" }"#);
     assert!(found.is_empty() || found == halves(GREEN, BLUE), "{found:?}");
 }
@@ -67,25 +67,25 @@ fn depth_and_stencil_of_one_texture_are_used_apart() {
 fn a_shader_sees_the_layers_the_mips_and_the_aspect_that_are_bound() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!(
-        r#"{}, "scratch": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport" }} }},
-           "mask": {{ "texture": {{ "format": "depth24plus-stencil8", "size": "viewport" }} }},
-           "stack": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "layers": 5, "mips": 4, "lifetime": "persistent" }} }}"#,
+        r#"{}, "scratch": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport" }} }},
+           "mask": {{ "texture": {{ "format": "depth24plus-stencil8", "size": "=viewport" }} }},
+           "stack": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "layers": 5, "mips": 4, "lifetime": "persistent" }} }}"#,
         target(1)
     );
     let shown = |shader: &str, bind: &str| {
         format!(
-            r#""show": {{ "fullscreen": {{ "shader": "{shader}", "bind": {{ {bind} }}, "color": [{{ "to": "target" }}] }} }}"#
+            r#""show": {{ "fullscreen": {{ "shader": "{shader}", "bind": {{ {bind} }}, "color": [{{ "to": "&target" }}] }} }}"#
         )
     };
-    let mark = draw(1, r#"{ "to": "scratch", "clear": [0, 0, 0, 0] }"#).replace(
+    let mark = draw(1, r#"{ "to": "&scratch", "clear": [0, 0, 0, 0] }"#).replace(
         r#""color":"#,
-        r#""depth": { "to": "mask", "clear": 1, "compare": "less" },
-           "stencil": { "to": "mask", "clear": 0, "reference": 3, "front": { "pass": "replace" } }, "color":"#,
+        r#""depth": { "to": "&mask", "clear": 1, "compare": "less" },
+           "stencil": { "to": "&mask", "clear": 0, "reference": 3, "front": { "pass": "replace" } }, "color":"#,
     );
     let part =
-        r#""pictures": { "texture": { "name": "stack", "layer": 1, "layers": 2, "mip": 1, "mips": 3 } }"#;
-    let stencil = r#""marks": { "texture": { "name": "mask", "aspect": "stencil-only" } }"#;
-    let filled = fill("filled", r#"{ "to": "stack", "layer": 1, "mip": 1 }"#, "[1, 0, 0, 1]");
+        r#""pictures": { "texture": { "name": "&stack", "layer": 1, "layers": 2, "mip": 1, "mips": 3 } }"#;
+    let stencil = r#""marks": { "texture": { "name": "&mask", "aspect": "stencil-only" } }"#;
+    let filled = fill("filled", r#"{ "to": "&stack", "layer": 1, "mip": 1 }"#, "[1, 0, 0, 1]");
     for (before, shown, wanted) in [
         (filled, shown("extent.wgsl.jinja", part), [2, 3, 0, 255]),
         (mark, shown("show_stencil.wgsl.jinja", stencil), [3, 0, 0, 255]),
@@ -105,13 +105,13 @@ fn a_stencil_is_cleared_to_what_a_parameter_says_now() {
     let text = format!(
         r#"{{ "format": 1, "name": "test",
           "parameters": {{ "mark": {{ "type": "u32", "default": 0, "min": 0, "max": 255 }} }},
-          "resources": {{ {}, "mask": {{ "texture": {{ "format": "stencil8", "size": "viewport" }} }} }},
+          "resources": {{ {}, "mask": {{ "texture": {{ "format": "stencil8", "size": "=viewport" }} }} }},
           "passes": {{ {}, "marked": {{ "fullscreen": {{ "shader": "fill.wgsl.jinja",
               "bind": {{ "settings": {{ "values": {{ "color": [0, 1, 0, 1] }} }} }},
-              "stencil": {{ "to": "mask", "clear": "mark", "reference": 3, "front": {{ "compare": "equal" }} }},
-              "color": [{{ "to": "target" }}] }} }} }} }}"#,
+              "stencil": {{ "to": "&mask", "clear": "=mark", "reference": 3, "front": {{ "compare": "equal" }} }},
+              "color": [{{ "to": "&target" }}] }} }} }} }}"#,
         target(1),
-        fill("back", r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#, "[0, 0, 1, 1]"),
+        fill("back", r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#, "[0, 0, 1, 1]"),
     );
     let plan = try_plan_of_text(text, 8).unwrap_or_else(|said| panic!("{said}"));
     let mut executor = executor(&gpu, &plan, None);
@@ -129,11 +129,11 @@ fn a_face_by_its_name_is_a_layer() {
     let Some(gpu) = gpu::device() else { return };
     let passes: Vec<String> = (["+x", "-x", "+y", "-y", "+z", "-z"].iter().enumerate())
         .map(|(at, face)| {
-            let to = format!(r#"{{ "to": "target", "face": "{face}" }}"#);
+            let to = format!(r#"{{ "to": "&target", "face": "{face}" }}"#);
             fill(
                 &format!("face{at}"),
                 &to,
-                &format!("[{at} / 255, 0, 0, 1]").replace('[', "[\"").replace(" / 255,", " / 255\","),
+                &format!("[{at} / 255, 0, 0, 1]").replace('[', "[\"=").replace(" / 255,", " / 255\","),
             )
         })
         .collect();
@@ -150,14 +150,14 @@ fn a_face_by_its_name_is_a_layer() {
 fn a_texture_is_written_and_seen_in_the_format_of_the_view() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!(
-        r#"{}, "linear": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport" }} }}"#,
+        r#"{}, "linear": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport" }} }}"#,
         target(1)
     );
     let show_as = |format: &str| {
         format!(
             r#"{}, "shown": {{ "fullscreen": {{ "shader": "show.wgsl.jinja",
-               "bind": {{ "picture": {{ "texture": {{ "name": "linear" {format} }} }} }}, "color": [{{ "to": "target" }}] }} }}"#,
-            fill("half", r#"{ "to": "linear" }"#, "[0.5, 0.5, 0.5, 1]")
+               "bind": {{ "picture": {{ "texture": {{ "name": "&linear" {format} }} }} }}, "color": [{{ "to": "&target" }}] }} }}"#,
+            fill("half", r#"{ "to": "&linear" }"#, "[0.5, 0.5, 0.5, 1]")
         )
     };
     let mut seen = Vec::new();

@@ -25,7 +25,7 @@ fn plan(toggles: &str, resources: &str, passes: &str) -> Arc<Plan> {
 }
 
 fn texture(name: &str) -> String {
-    format!(r#""{name}": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport" }} }}"#)
+    format!(r#""{name}": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport" }} }}"#)
 }
 
 /// `fill` with keys that every pass can have.
@@ -36,14 +36,14 @@ fn filled(name: &str, common: &str, to: &str, color: &str) -> String {
 
 /// Fills "second" with green, which has "first" as its fallback.
 fn effect() -> String {
-    let common = r#""toggle": "effect", "passthrough": { "second": "first" }"#;
-    filled("effect", common, r#"{ "to": "second" }"#, GREEN_FILL)
+    let common = r#""toggle": "effect", "passthrough": { "second": "&first" }"#;
+    filled("effect", common, r#"{ "to": "&second" }"#, GREEN_FILL)
 }
 
 fn show(source: &str) -> String {
     format!(
-        r#""show": {{ "fullscreen": {{ "shader": "show.wgsl.jinja", "bind": {{ "picture": "{source}" }},
-            "color": [{{ "to": "target" }}] }} }}"#
+        r#""show": {{ "fullscreen": {{ "shader": "show.wgsl.jinja", "bind": {{ "picture": "&{source}" }},
+            "color": [{{ "to": "&target" }}] }} }}"#
     )
 }
 
@@ -82,10 +82,10 @@ const GREEN_TEXEL: [u8; 4] = [0, 255, 0, 255];
 #[test]
 fn a_copy_under_the_toggle_of_its_source_copies_though_the_fallback_is_in_no_plan() {
     let copy = r#""copy": { "toggle": "effect", "after": ["back"],
-        "copy": { "from": { "name": "second" }, "to": { "name": "target" } } }"#;
+        "copy": { "from": { "name": "&second" }, "to": { "name": "&target" } } }"#;
     let passes = [
-        fill("back", r#"{ "to": "target" }"#, RED_FILL),
-        fill("base", r#"{ "to": "first" }"#, RED_FILL),
+        fill("back", r#"{ "to": "&target" }"#, RED_FILL),
+        fill("base", r#"{ "to": "&first" }"#, RED_FILL),
         effect(),
         copy.to_owned(),
     ];
@@ -98,7 +98,7 @@ fn a_copy_under_the_toggle_of_its_source_copies_though_the_fallback_is_in_no_pla
 
 #[test]
 fn a_passed_through_effect_shows_the_fallback_back_and_forth_without_anything_new() {
-    let passes = [fill("base", r#"{ "to": "first" }"#, RED_FILL), effect(), show("second")];
+    let passes = [fill("base", r#"{ "to": "&first" }"#, RED_FILL), effect(), show("second")];
     let plan = plan(
         r#""effect": { "default": true }"#,
         &[texture("first"), texture("second")].join(","),
@@ -121,11 +121,11 @@ fn a_passed_through_effect_shows_the_fallback_back_and_forth_without_anything_ne
 #[test]
 fn a_chain_of_effects_shows_the_last_one_that_is_on() {
     let effect = |name: &str, to: &str, from: &str, color: &str| {
-        let common = format!(r#""toggle": "{name}", "passthrough": {{ "{to}": "{from}" }}"#);
-        filled(name, &common, &format!(r#"{{ "to": "{to}" }}"#), color)
+        let common = format!(r#""toggle": "{name}", "passthrough": {{ "{to}": "&{from}" }}"#);
+        filled(name, &common, &format!(r#"{{ "to": "&{to}" }}"#), color)
     };
     let passes = [
-        fill("base", r#"{ "to": "a" }"#, RED_FILL),
+        fill("base", r#"{ "to": "&a" }"#, RED_FILL),
         effect("one", "b", "a", GREEN_FILL),
         effect("two", "c", "b", "[0, 0, 1, 1]"),
         show("c"),
@@ -146,8 +146,8 @@ fn a_chain_of_effects_shows_the_last_one_that_is_on() {
 #[test]
 fn what_is_drawn_over_by_a_pass_that_is_off_stays() {
     let passes = [
-        fill("base", r#"{ "to": "first" }"#, RED_FILL),
-        filled("over", r#""toggle": "over", "after": ["base"]"#, r#"{ "to": "first" }"#, GREEN_FILL),
+        fill("base", r#"{ "to": "&first" }"#, RED_FILL),
+        filled("over", r#""toggle": "over", "after": ["base"]"#, r#"{ "to": "&first" }"#, GREEN_FILL),
         show("first"),
     ];
     let plan = plan(r#""over": { "default": true }"#, &texture("first"), &passes.join(","));
@@ -160,8 +160,8 @@ fn what_is_drawn_over_by_a_pass_that_is_off_stays() {
 #[test]
 fn two_ways_to_make_the_same_take_turns() {
     let passes = [
-        filled("fine", r#""toggle": "fine""#, r#"{ "to": "first" }"#, GREEN_FILL),
-        filled("rough", r#""toggle": "!fine""#, r#"{ "to": "first" }"#, RED_FILL),
+        filled("fine", r#""toggle": "fine""#, r#"{ "to": "&first" }"#, GREEN_FILL),
+        filled("rough", r#""toggle": "!fine""#, r#"{ "to": "&first" }"#, RED_FILL),
         show("first"),
     ];
     let plan = plan(r#""fine": { "default": true }"#, &texture("first"), &passes.join(","));
@@ -173,9 +173,9 @@ fn two_ways_to_make_the_same_take_turns() {
 #[test]
 fn a_copy_takes_the_fallback() {
     let passes = [
-        fill("base", r#"{ "to": "first" }"#, RED_FILL),
+        fill("base", r#"{ "to": "&first" }"#, RED_FILL),
         effect(),
-        r#""copy": { "copy": { "from": { "name": "second" }, "to": { "name": "target" } } }"#.to_owned(),
+        r#""copy": { "copy": { "from": { "name": "&second" }, "to": { "name": "&target" } } }"#.to_owned(),
     ];
     let plan = plan(
         r#""effect": { "default": true }"#,
@@ -189,10 +189,10 @@ fn a_copy_takes_the_fallback() {
 
 #[test]
 fn blackboard_data_of_a_pass_that_is_off_is_that_of_the_other() {
-    let passes = r#""few": { "views": { "to": "few", "max": 4 } },
-        "many": { "toggle": "many", "passthrough": { "many": "few" }, "views": { "to": "many", "max": 4 } },
-        "squares": { "draw": { "geometry": "squares", "mesh_filter": "all", "views": "many", "shader": "square.wgsl.jinja",
-            "color": [{ "to": "target", "clear": [0, 0, 1, 1] }] } }"#;
+    let passes = r#""few": { "views": { "to": "&few", "max": 4 } },
+        "many": { "toggle": "many", "passthrough": { "many": "&few" }, "views": { "to": "&many", "max": 4 } },
+        "squares": { "draw": { "geometry": "squares", "mesh_filter": "all", "views": "&many", "shader": "square.wgsl.jinja",
+            "color": [{ "to": "&target", "clear": [0, 0, 1, 1] }] } }"#;
     let plan = plan(r#""many": { "default": true }"#, &texture("unused"), passes);
     let Some(gpu) = gpu::device() else { return };
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
@@ -214,8 +214,8 @@ fn blackboard_data_of_a_pass_that_is_off_is_that_of_the_other() {
 #[test]
 fn a_toggle_that_the_pipeline_does_not_have_is_an_error_and_the_next_frame_is_fine() {
     let passes = [
-        fill("base", r#"{ "to": "target" }"#, RED_FILL),
-        filled("over", r#""toggle": "over", "after": ["base"]"#, r#"{ "to": "target" }"#, GREEN_FILL),
+        fill("base", r#"{ "to": "&target" }"#, RED_FILL),
+        filled("over", r#""toggle": "over", "after": ["base"]"#, r#"{ "to": "&target" }"#, GREEN_FILL),
     ];
     let plan = plan(r#""over": { "default": true }"#, &texture("unused"), &passes.join(","));
     let Some(mut stage) = Stage::new(&plan) else { return };
@@ -235,14 +235,14 @@ fn the_toggle_of_a_subgraph_is_that_of_its_passes_and_its_passthrough_that_of_it
         r#"{{ "format": 1, "name": "test", {GEOMETRY}, "toggles": {{ "effect": {{ "default": true }} }},
             "resources": {{ {}, {}, {} }},
             "subgraphs": {{ "paint": {{ "inputs": {{ "to": "what is painted" }}, "passes": {{ {}, {} }} }} }},
-            "passes": {{ {}, "effect": {{ "toggle": "effect", "passthrough": {{ "second": "first" }},
-                "use": "paint", "with": {{ "to": "second" }} }}, {} }} }}"#,
+            "passes": {{ {}, "effect": {{ "toggle": "effect", "passthrough": {{ "second": "&first" }},
+                "use": "paint", "with": {{ "to": "&second" }} }}, {} }} }}"#,
         target(1),
         texture("first"),
         texture("second"),
-        fill("under", r#"{ "to": "to" }"#, RED_FILL),
-        filled("over", r#""after": ["under"]"#, r#"{ "to": "to" }"#, GREEN_FILL),
-        fill("base", r#"{ "to": "first" }"#, RED_FILL),
+        fill("under", r#"{ "to": "&to" }"#, RED_FILL),
+        filled("over", r#""after": ["under"]"#, r#"{ "to": "&to" }"#, GREEN_FILL),
+        fill("base", r#"{ "to": "&first" }"#, RED_FILL),
         show("second"),
     );
     let plan = plan_of_text(text, SIDE);

@@ -13,7 +13,7 @@ const DRAWN: [u8; 4] = [255, 0, 0, 255];
 #[test]
 fn a_view_draws_into_its_texels_only() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(1), &draw(8, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let plan = plan(&target(1), &draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
     let mut executor = executor(&gpu, &plan, Some(&squares));
     let target = import(&gpu, &plan, "target");
@@ -31,7 +31,7 @@ fn a_view_draws_into_its_texels_only() {
 #[test]
 fn a_whole_view_after_one_of_a_part_is_whole() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(1), &draw(8, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let plan = plan(&target(1), &draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
     let mut executor = executor(&gpu, &plan, Some(&squares));
     let target = import(&gpu, &plan, "target");
@@ -42,7 +42,7 @@ fn a_whole_view_after_one_of_a_part_is_whole() {
 #[test]
 fn each_view_has_its_own_matrix() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(3), &draw(3, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let plan = plan(&target(3), &draw(3, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
     let mut executor = executor(&gpu, &plan, Some(&squares));
     let target = import(&gpu, &plan, "target");
@@ -62,7 +62,7 @@ fn each_view_has_its_own_matrix() {
 #[test]
 fn views_of_one_layer_draw_into_an_attachment_of_one_layer_whatever_layer_they_name() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(1), &draw(8, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let plan = plan(&target(1), &draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
     let mut executor = executor(&gpu, &plan, Some(&squares));
     let target = import(&gpu, &plan, "target");
@@ -73,7 +73,7 @@ fn views_of_one_layer_draw_into_an_attachment_of_one_layer_whatever_layer_they_n
 #[test]
 fn an_empty_part_draws_nothing() {
     let Some(gpu) = gpu::device() else { return };
-    let plan = plan(&target(1), &draw(8, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let plan = plan(&target(1), &draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
     let mut executor = executor(&gpu, &plan, Some(&squares));
     let target = import(&gpu, &plan, "target");
@@ -86,7 +86,7 @@ fn an_empty_part_draws_nothing() {
 #[test]
 fn a_view_outside_its_attachments_is_rejected_and_the_next_frame_is_fine() {
     let Some(gpu) = gpu::device() else { return };
-    let layered = plan(&target(4), &draw(4, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let layered = plan(&target(4), &draw(4, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(GREEN)], &[[1.0; 4]]);
     let mut executor = executor(&gpu, &layered, Some(&squares));
     let target = import(&gpu, &layered, "target");

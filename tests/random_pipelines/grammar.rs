@@ -111,14 +111,14 @@ pub(crate) fn pipeline(random: &mut Random) -> Drawn {
         deeds: Vec::new(),
     };
     let mut resources = vec![
-        r#""target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#
+        r#""target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } }"#
             .to_owned(),
         r#""words": { "buffer": { "size": 1024 } }"#.to_owned(),
     ];
     for at in 0..2 + grammar.random.below(3) {
         resources.push(grammar.texture(at));
     }
-    let words = r#""empty": { "clear": { "buffer": "words" }, "side_effect": true }"#;
+    let words = r#""empty": { "clear": { "buffer": "&words" }, "side_effect": true }"#;
     grammar.passes.push(words.to_owned());
     for at in 0..2 + grammar.random.below(4) {
         grammar.pass(at);
@@ -135,7 +135,7 @@ pub(crate) fn pipeline(random: &mut Random) -> Drawn {
 impl Grammar<'_> {
     fn texture(&mut self, at: usize) -> String {
         let (format, seen, is_storage) = self.random.one_of(FORMATS);
-        let size = self.random.one_of(&["[64, 64]", "[64, 64]", "[32, 64]", "\"viewport\""]);
+        let size = self.random.one_of(&["[64, 64]", "[64, 64]", "[32, 64]", "\"=viewport\""]);
         let samples = if self.random.one_in(6) { 4 } else { 1 };
         let is_array = samples == 1 && self.random.one_in(5);
         let mut more = String::new();
@@ -215,7 +215,7 @@ impl Grammar<'_> {
                 let word = self.random.below(4);
                 let _ = write!(sum, " + vec4<f32>(f32(words{at}[{word}]))");
                 terms.push(Term::Word(word));
-                bind.push(format!("\"words{at}\": \"words\""));
+                bind.push(format!("\"words{at}\": \"&words\""));
                 continue;
             }
             let Some(index) = self.any(|texture| texture.is_written) else { continue };
@@ -238,7 +238,7 @@ impl Grammar<'_> {
                 (Seen::Depth, ..) => ("texture_depth_2d", "vec2<i32>(0), 0"),
             };
             let _ = writeln!(shader, "@group(0) @binding({first}) var image{at}: {ty};");
-            bind.push(format!("\"image{at}\": \"{}\"", texture.name));
+            bind.push(format!("\"image{at}\": \"&{}\"", texture.name));
             let is_plain = ty == "texture_2d<f32>";
             if is_plain && self.random.one_in(2) {
                 let filter = self.random.one_of(&["linear", "linear", "nearest"]);
@@ -299,7 +299,7 @@ impl Grammar<'_> {
             let clears = self.random.one_in(3);
             let clear = if clears { ", \"clear\": [0, 0, 0, 1]" } else { "" };
             targets.push(Target { texture: index, adds, clears });
-            color.push(format!("{{ \"to\": \"{}\"{blend}{layer}{clear} }}", texture.name));
+            color.push(format!("{{ \"to\": \"&{}\"{blend}{layer}{clear} }}", texture.name));
             first.get_or_insert(texture);
         }
         let (mut depth, mut to_depth) = (String::new(), None);
@@ -317,7 +317,7 @@ impl Grammar<'_> {
                 let texture = &self.textures[index];
                 let layer = if texture.is_array { ", \"layer\": 1" } else { "" };
                 depth = format!(
-                    ", \"depth\": {{ \"to\": \"{}\"{layer}, \"clear\": 1, \"compare\": \"always\", \"write\": true }}",
+                    ", \"depth\": {{ \"to\": \"&{}\"{layer}, \"clear\": 1, \"compare\": \"always\", \"write\": true }}",
                     texture.name
                 );
                 to_depth = Some((index, 0.0));
@@ -364,11 +364,11 @@ impl Grammar<'_> {
             let value = if texture.seen == Seen::Unsigned { "vec4<u32>(sum)" } else { "sum" };
             let _ =
                 writeln!(shader, "@group(1) @binding(0) var result: texture_storage_2d<{format}, {access}>;");
-            bind.push(format!("\"result\": \"{}\"", texture.name));
+            bind.push(format!("\"result\": \"&{}\"", texture.name));
             format!("textureStore(result, id.xy, {value});")
         } else {
             shader += "@group(1) @binding(0) var<storage, read_write> result: array<u32>;\n";
-            bind.push("\"result\": \"words\"".to_owned());
+            bind.push("\"result\": \"&words\"".to_owned());
             "result[id.x] = u32(sum.x);".to_owned()
         };
         let side = self.random.one_of(&[8, 8, 8, 4, 16, 32]);
@@ -396,7 +396,7 @@ impl Grammar<'_> {
         self.textures[to].is_written = true;
         let into = &self.textures[to].name;
         let text = format!(
-            "\"copy\": {{ \"from\": {{ \"name\": \"{}\" }}, \"to\": {{ \"name\": \"{into}\" }} }}",
+            "\"copy\": {{ \"from\": {{ \"name\": \"&{}\" }}, \"to\": {{ \"name\": \"&{into}\" }} }}",
             of.name
         );
         Some((text, Deed::Copy { from, to }))

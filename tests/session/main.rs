@@ -48,8 +48,8 @@ fn shown(diagnostics: &Diagnostics, sources: &Sources) -> String {
 /// A pipeline of one pass, with a part of it in another file.
 const WHOLE: &str = r#"{
   "format": 1, "name": "whole", "include": ["part.json"],
-  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
-  "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } } }
+  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
+  "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }] } } }
 }
 "#;
 const PART: &str = "{ \"parameters\": { \"side\": { \"type\": \"u32\", \"default\": 4 } } }\n";

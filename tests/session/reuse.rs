@@ -53,7 +53,7 @@ fn second_check_of_nothing_changed_does_nothing() {
 
 #[test]
 fn comments_and_layout_load_nothing_again_and_places_move() {
-    let broken = WHOLE.replace("\"target\" }]", "\"tagret\" }]");
+    let broken = WHOLE.replace("\"&target\" }]", "\"&tagret\" }]");
     let mut session = session(&[("whole.json", &broken), ("part.json", PART)]);
     let before = plan(&mut session, "whole.json");
     assert!(before.contains("whole.json:4:") && before.contains("tagret"), "{before}");

@@ -13,9 +13,11 @@ pub(super) fn page() -> Page {
     Page {
         name: "expressions",
         title: "Expressions",
-        introduction: "An expression is a JSON number or boolean, a list of expressions, or a string such as \
-            `\"ceil(viewport.width / 16)\"`. Where a setting takes one of several words, or a text, the string is that \
-            word; with `=` in front it is an expression which gives one: `\"=reverse_z ? 'greater' : 'less'\"`.\n\n\
+        introduction: "The first character of a string says what it is. `\"=ceil(viewport.width / 16)\"` is an expression, \
+            `\"&maps\"` or `\"&maps@blur\"` a reference to a resource or to published data, and any other string a word, a \
+            file or a declared name, as its key says. Wherever an expression is wanted, a JSON number, a boolean or a list \
+            of expressions is one too; wherever a word or a reference is wanted, an expression may yield it: \
+            `\"=reverse_z ? 'greater' : 'less'\"`, `\"=soft ? &blurred : &sharp\"`.\n\n\
             Names are parameters, features, derived values, the variable of `for_each`, the inputs of a subgraph, \
             `viewport` (the size of the picture), and resources: their size, or `.width`, `.height`, `.layers`, `.mips`, \
             `.samples`; of blackboard data the published sizes.\n\n\

@@ -7,10 +7,10 @@ use super::{root, run};
 
 pub(super) const MISSPELT: &str = r#"{
   "format": 1, "name": "misspelt", "include": ["part.json"],
-  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
   "passes": {
     // The comment stays.
-    "fill": { "fulscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "targt" }] } }
+    "fill": { "fulscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&targt" }] } }
   }
 }
 "#;
@@ -29,7 +29,7 @@ fn check_fix_mends_several_files_in_rounds_and_has_nothing_to_do_after() {
     let difference = text(&dry.stdout);
     assert_eq!(dry.status.code(), Some(1), "something would change: {}", text(&dry.stderr));
     assert!(difference.contains("\n-    \"fill\": { \"fulscreen\""), "{difference}");
-    assert!(difference.contains("\"to\": \"target\" }] } }\n"), "{difference}");
+    assert!(difference.contains("\"to\": \"&target\" }] } }\n"), "{difference}");
     assert!(difference.contains("+++ ") && difference.contains("\"unit\": \"m\""), "{difference}");
     assert_eq!(std::fs::read_to_string(&main).unwrap(), MISSPELT, "a dry run writes nothing");
 
@@ -81,17 +81,17 @@ const EVERYWHERE: [(&str, &str); 4] = [
   "extension_points": { "at_the_end": { "after": ["fill"] } },
   "presets": { "low": { "parameters": { "sdie<side>": 32 } } },
   "subgraphs": { "copy": { "inputs": { "image": "what is copied" }, "parameters": { "divisor": { "type": "u32", "default": 2 } },
-    "resources": { "small": { "texture": { "format": "rgba8unrom<rgba8unorm>", "size": "iamge<image> / divisor" } } },
-    "passes": { "down": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "image" }, "color": [{ "to": "smlal<small>" }] }, "side_effect": true } } } },
+    "resources": { "small": { "texture": { "format": "rgba8unrom<rgba8unorm>", "size": "=iamge<image> / divisor" } } },
+    "passes": { "down": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "&image" }, "color": [{ "to": "&smlal<small>" }] }, "side_effect": true } } } },
   "resources": {
-    "first": { "texture": { "format": "rgba8unorm", "size": ["side", "max(sdie<side>, 8)"] } },
-    "second": { "texture": { "format": "rgba8unorm", "size": ["frist<first>.width", "first.hieght<first.height>"] } },
-    "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+    "first": { "texture": { "format": "rgba8unorm", "size": ["=side", "=max(sdie<side>, 8)"] } },
+    "second": { "texture": { "format": "rgba8unorm", "size": ["=frist<first>.width", "=first.hieght<first.height>"] } },
+    "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
   "passes": {
-    "fill": { "fullscreen": { "shader": "gradeint<gradient>.wgsl.jinja", "color": [{ "to": "first" }] } },
-    "more": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "first@flil<fill>" }, "color": [{ "to": "second" }] }, "toggle": "!debgu<debug>", "passthrough": { "second": "frist<first>" } },
-    "small": { "use": "cpoy<copy>", "with": { "image": "secnod<second>", "divisor": "sdie<side> / 32" } },
-    "show": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "second" }, "color": [{ "to": "target" }] }, "after": ["flil<fill>"] } } }
+    "fill": { "fullscreen": { "shader": "gradeint<gradient>.wgsl.jinja", "color": [{ "to": "&first" }] } },
+    "more": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "&first@flil<fill>" }, "color": [{ "to": "&second" }] }, "toggle": "!debgu<debug>", "passthrough": { "second": "&frist<first>" } },
+    "small": { "use": "cpoy<copy>", "with": { "image": "&secnod<second>", "divisor": "=sdie<side> / 32" } },
+    "show": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "&second" }, "color": [{ "to": "&target" }] }, "after": ["flil<fill>"] } } }
 "#,
     ),
     (
@@ -102,7 +102,7 @@ const EVERYWHERE: [(&str, &str); 4] = [
     (
         "more.json",
         r#"{ "format": 1, "name": "more", "inserts": { "at_teh_end<at_the_end>": {
-  "mark": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "traget<target>", "blend": "add" }] }, "after": ["shwo<show>"] } } } }
+  "mark": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&traget<target>", "blend": "add" }] }, "after": ["shwo<show>"] } } } }
 "#,
     ),
     (

@@ -27,8 +27,8 @@ fn pipeline(features: usize, more: &str) -> String {
     let passes = list(&|at| {
         let after: String = (0..at).map(|before| format!(", \"add{before}\"")).collect();
         format!(
-            "\"add{at}\": {{ \"when\": \"f{at}\", \"after\": [\"paint\"{after}], \"fullscreen\": \
-             {{ \"shader\": \"gradient.wgsl.jinja\", \"color\": [{{ \"to\": \"target\", \"blend\": \"add\" }}] }} }}"
+            "\"add{at}\": {{ \"when\": \"=f{at}\", \"after\": [\"paint\"{after}], \"fullscreen\": \
+             {{ \"shader\": \"gradient.wgsl.jinja\", \"color\": [{{ \"to\": \"&target\", \"blend\": \"add\" }}] }} }}"
         )
     });
     format!(
@@ -36,11 +36,11 @@ fn pipeline(features: usize, more: &str) -> String {
   "format": 1, "name": "features",
   "features": {{ {declared} }},
   "resources": {{
-    "spare": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport" }} }},
-    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}
+    "spare": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport" }} }},
+    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }}
   }},
   "passes": {{
-    "paint": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target", "clear": [0, 0, 0, 1] }}] }} }},
+    "paint": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&target", "clear": [0, 0, 0, 1] }}] }} }},
     {passes}{more}
   }}
 }}"#
@@ -48,8 +48,8 @@ fn pipeline(features: usize, more: &str) -> String {
 }
 
 const READS_NOTHING: &str = r#",
-    "copy": { "when": "f0 && f2", "after": ["paint", "add0", "add1", "add2"], "fullscreen": {
-      "shader": "resample.wgsl.jinja", "bind": { "source": "spare" }, "color": [{ "to": "target", "blend": "add" }] } }"#;
+    "copy": { "when": "=f0 && f2", "after": ["paint", "add0", "add1", "add2"], "fullscreen": {
+      "shader": "resample.wgsl.jinja", "bind": { "source": "&spare" }, "color": [{ "to": "&target", "blend": "add" }] } }"#;
 
 #[test]
 fn a_plan_of_a_pipeline_with_errors_is_not_called_a_defect_of_the_compiler() {
@@ -57,11 +57,11 @@ fn a_plan_of_a_pipeline_with_errors_is_not_called_a_defect_of_the_compiler() {
   "format": 1, "name": "mips",
   "resources": {
     "levels": { "texture": { "format": "rgba8unorm", "size": [256, 256], "mips": 4 } },
-    "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+    "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
   "passes": {
-    "first": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "levels", "mip": 0 }] } },
+    "first": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&levels", "mip": 0 }] } },
     "last": { "fullscreen": { "shader": "resample.wgsl.jinja",
-      "bind": { "source": { "texture": { "name": "levels", "mip": 2 } } }, "color": [{ "to": "target" }] } } }
+      "bind": { "source": { "texture": { "name": "&levels", "mip": 2 } } }, "color": [{ "to": "&target" }] } } }
 }"#;
     let folder = ScratchFolder::new("check-errors-verified");
     let path = folder.join("mips.json");
@@ -158,15 +158,15 @@ const CHOSEN: &str = r#"{
     "strength": { "type": "f32", "default": 1, "unit": "1", "min": 0, "max": 2 }
   },
   "resources": {
-    "spare": { "texture": { "format": "rgba8unorm", "size": "viewport" } },
-    "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }
+    "spare": { "texture": { "format": "rgba8unorm", "size": "=viewport" } },
+    "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } }
   },
   "passes": {
-    "aside": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "spare" }] } },
-    "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } },
-    "show": { "when": "way == 'shown'", "after": ["fill"], "fullscreen": { "shader": "resample.wgsl.jinja",
-      "bind": { "SOURCE": "spare" }, "color": [{ "to": "target",
-        "blend": { "color": { "src_factor": "constant", "dst_factor": "one" }, "constant": "[strength, 1, 1, 0]" } }] } }
+    "aside": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&spare" }] } },
+    "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }] } },
+    "show": { "when": "=way == 'shown'", "after": ["fill"], "fullscreen": { "shader": "resample.wgsl.jinja",
+      "bind": { "SOURCE": "&spare" }, "color": [{ "to": "&target",
+        "blend": { "color": { "src_factor": "constant", "dst_factor": "one" }, "constant": "=[strength, 1, 1, 0]" } }] } }
   }
 }
 "#;
@@ -247,7 +247,7 @@ fn a_dispatch_that_covers_less_than_it_writes_is_named() {
     let path = folder.join("small.json");
     let document = r#"{ "format": 1, "name": "small",
       "resources": { "image": { "texture": { "format": "rgba8unorm", "size": [64, 64], "lifetime": "persistent" } } },
-      "passes": { "paint": { "side_effect": true, "compute": { "shader": "paint.wgsl.jinja", "bind": { "image": "image" },
+      "passes": { "paint": { "side_effect": true, "compute": { "shader": "paint.wgsl.jinja", "bind": { "image": "&image" },
         "workgroups": [7, 8, 1] } } } }"#;
     let said = |text: &str| {
         std::fs::write(&path, text).unwrap();
@@ -260,7 +260,7 @@ fn a_dispatch_that_covers_less_than_it_writes_is_named() {
     assert!(said(document).contains(words), "{}", said(document));
     assert!(!said(&document.replace("[7, 8, 1]", "[8, 8, 1]")).contains("invocations"));
     assert!(
-        !said(&document.replace("\"workgroups\": [7, 8, 1]", "\"dispatch_over\": \"image\""))
+        !said(&document.replace("\"workgroups\": [7, 8, 1]", "\"dispatch_over\": \"&image\""))
             .contains("invocations")
     );
 }
@@ -359,8 +359,8 @@ fn features_and_boolean_parameters_are_switched_on_and_off_by_four_words() {
 fn what_is_declared_and_used_by_nothing_is_a_note_that_fails_no_check() {
     let folder = ScratchFolder::new("check-unused");
     let part = r#"{ "inputs": { "image": "what is measured" }, "parameters": { "by": { "type": "u32", "default": 2 }, "idle": { "type": "u32", "default": 2 } },
-  "resources": { "less": { "texture": { "format": "rgba8unorm", "size": "image / by" } } },
-  "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "less" }] }, "side_effect": true } } }"#;
+  "resources": { "less": { "texture": { "format": "rgba8unorm", "size": "=image / by" } } },
+  "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&less" }] }, "side_effect": true } } }"#;
     let pipeline = r#"{ "format": 1, "name": "unused",
   "parameters": {
     "side": { "type": "u32", "default": 64, "description": "Not spare." }, "spare": { "type": "f32", "default": 1 },
@@ -372,15 +372,15 @@ fn what_is_declared_and_used_by_nothing_is_a_note_that_fails_no_check() {
   },
   "presets": { "one": { "parameters": { "spare": 2 }, "features": { "left": true } } },
   "subgraphs": { "inner": { "parameters": { "shadowed": { "type": "u32", "default": 2 } },
-    "resources": { "own": { "texture": { "format": "rgba8unorm", "size": ["around", "shadowed"] } } },
-    "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "own" }] }, "side_effect": true } } } },
+    "resources": { "own": { "texture": { "format": "rgba8unorm", "size": ["=around", "=shadowed"] } } },
+    "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&own" }] }, "side_effect": true } } } },
   "resources": {
-    "color": { "texture": { "format": "rgba8unorm", "size": ["side", 64], "samples": "multisampled ? 4 : 1" } },
-    "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+    "color": { "texture": { "format": "rgba8unorm", "size": ["=side", 64], "samples": "=multisampled ? 4 : 1" } },
+    "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
   "passes": {
-    "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "color" }] } },
-    "show": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" }, "bind": { "source": "color" }, "color": [{ "to": "target" }] } },
-    "a": { "use": "inner" }, "b": { "use": "part.json", "with": { "image": "color" } } } }"#;
+    "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&color" }] } },
+    "show": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "shadow_term" }, "bind": { "source": "&color" }, "color": [{ "to": "&target" }] } },
+    "a": { "use": "inner" }, "b": { "use": "part.json", "with": { "image": "&color" } } } }"#;
     for (name, text) in [("part.json", part), ("unused.json", pipeline)] {
         std::fs::write(folder.join(name), text).unwrap();
     }
@@ -407,7 +407,7 @@ fn what_is_declared_and_used_by_nothing_is_a_note_that_fails_no_check() {
     assert_eq!(named, expected, "{said}");
     assert!(said.contains("part.json:1:"), "{said}");
     // A misspelt use is the diagnostic; that nothing else uses it only follows.
-    std::fs::write(path, pipeline.replace("[\"side\", 64]", "[\"sied\", 64]")).unwrap();
+    std::fs::write(path, pipeline.replace("[\"=side\", 64]", "[\"=sied\", 64]")).unwrap();
     let said = text(&run(&["check", path]).stderr);
     assert!(said.contains("did you mean \"side\"?") && !said.contains("UG0220"), "{said}");
 }
@@ -423,7 +423,7 @@ fn passes_whose_template_is_broken_are_counted_as_such() {
     write("broken.wgsl.jinja", "{% if %}");
     let document = pipeline(
         0,
-        ", \"blur\": { \"fullscreen\": { \"shader\": \"broken.wgsl.jinja\", \"color\": [{ \"to\": \"target\" }] } }",
+        ", \"blur\": { \"fullscreen\": { \"shader\": \"broken.wgsl.jinja\", \"color\": [{ \"to\": \"&target\" }] } }",
     );
     let path = write("features.json", &document.replace("},\n    ,", "},\n    "));
     let templates = folder.join("");
@@ -446,15 +446,15 @@ fn what_is_discarded_after_it_was_read_is_no_diagnostic() {
         let text = format!(
             r#"{{ "format": 1, "name": "later", "toggles": {{ "paint": {{ "default": true }} }},
   "resources": {{
-    "kept": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "persistent" }} }},
-    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}
+    "kept": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "persistent" }} }},
+    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }}
   }},
   "passes": {{
-    "paint": {{ {toggle} "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "kept", "clear": [0, 0, 0, 0] }}] }} }},
-    "show": {{ "fullscreen": {{ "shader": "resample.wgsl.jinja", "bind": {{ "source": "kept@paint" }},
-      "color": [{{ "to": "target" }}] }} }},
+    "paint": {{ {toggle} "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&kept", "clear": [0, 0, 0, 0] }}] }} }},
+    "show": {{ "fullscreen": {{ "shader": "resample.wgsl.jinja", "bind": {{ "source": "&kept@paint" }},
+      "color": [{{ "to": "&target" }}] }} }},
     "scratch": {{ "after": ["show"], "fullscreen": {{ "shader": "gradient.wgsl.jinja",
-      "color": [{{ "to": "kept", "clear": [0, 0, 0, 0], "store": "discard" }}] }} }}
+      "color": [{{ "to": "&kept", "clear": [0, 0, 0, 0], "store": "discard" }}] }} }}
   }} }}"#
         );
         std::fs::write(&path, text).unwrap();

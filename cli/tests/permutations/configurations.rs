@@ -11,11 +11,11 @@ fn passes_with_features(passes: usize, template: &str) -> Project {
             ["b", "c"].map(|name| format!(r#""{name}{at}": {{ "type": "bool", "default": false }}"#)),
         );
         resources.push(format!(
-            r#""t{at}": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}"#
+            r#""t{at}": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }}"#
         ));
         list.push(format!(
-            r#""p{at}": {{ "fullscreen": {{ "shader": "fill.wgsl.jinja", "color": [{{ "to": "t{at}" }}],
-               "axes": {{ "a": "a{at}", "b": "b{at}", "c": "c{at}" }} }} }}"#
+            r#""p{at}": {{ "fullscreen": {{ "shader": "fill.wgsl.jinja", "color": [{{ "to": "&t{at}" }}],
+               "axes": {{ "a": "=a{at}", "b": "=b{at}", "c": "=c{at}" }} }} }}"#
         ));
     }
     let pipeline = format!(
@@ -68,7 +68,7 @@ fn cascades_by(section: &str) -> Output {
         r#"{{ "format": 1, "name": "wide", "extends": "mantis.json",
   "{section}": {{ "wide": {{ "type": "bool", "default": false }} }},
   "parameters": {{ "cascades": {{ "max": 3 }} }},
-  "passes": {{ "fit": {{ "cascades": {{ "splits": {{ "count": "wide ? 4 : cascades" }} }} }} }} }}"#
+  "passes": {{ "fit": {{ "cascades": {{ "splits": {{ "count": "=wide ? 4 : cascades" }} }} }} }} }}"#
     );
     let text = if section == "parameters" {
         text.replace(
@@ -129,12 +129,12 @@ fn an_axis_of_all_32_bit_numbers_is_counted_and_not_enumerated() {
 fn conditional(name: &str, settings: &str, when: &str, n: &str) -> Project {
     let pipeline = format!(
         r#"{{ "format": 1, "name": "small", {settings},
-          "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+          "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
           "subgraphs": {{ "part": {{ "parameters": {{ "level": {{ "type": "u32", "default": 0 }} }}, "inputs": {{ "to": "where it draws" }}, "passes": {{
-            "inner": {{ "when": "level == 1234568", "fullscreen": {{ "shader": "fill.wgsl.jinja", "color": [{{ "to": "to" }}], "axes": {{ "n": 22 }} }} }} }} }} }},
+            "inner": {{ "when": "=level == 1234568", "fullscreen": {{ "shader": "fill.wgsl.jinja", "color": [{{ "to": "&to" }}], "axes": {{ "n": 22 }} }} }} }} }} }},
           "passes": {{
-            "always": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target" }}] }} }},
-            "fill": {{ {when} "fullscreen": {{ "shader": "fill.wgsl.jinja", "color": [{{ "to": "target" }}], "axes": {{ "n": {n} }} }} }} }} }}"#
+            "always": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&target" }}] }} }},
+            "fill": {{ {when} "fullscreen": {{ "shader": "fill.wgsl.jinja", "color": [{{ "to": "&target" }}], "axes": {{ "n": {n} }} }} }} }} }}"#
     );
     let axes = r#"{ "axes": { "n": { "type": "integer", "min": 0, "max": 10000, "default": 1 } } }"#;
     let template = TEMPLATE.replace("{{ 1.0 if warm else 0.0 }}", "{{ 'oops' if n == 22 else 0.0 }}");
@@ -163,7 +163,7 @@ fn a_pass_that_few_configurations_have_is_proven() {
         let project = conditional(
             &format!("permutations-few-{name}"),
             &settings,
-            &format!("\"when\": \"{when}\","),
+            &format!("\"when\": \"={when}\","),
             "22",
         );
         project.rejected(&[], &["`oops`", "fill.wgsl.jinja:5"]);
@@ -182,7 +182,7 @@ fn a_pass_that_no_configuration_has_is_told() {
         let path = project.folder.join("small.json");
         let pipeline = std::fs::read_to_string(&path).unwrap().replace(
             "\"always\":",
-            "\"use\": { \"use\": \"part\", \"with\": { \"level\": \"k + 1\", \"to\": \"target\" } }, \"always\":",
+            "\"use\": { \"use\": \"part\", \"with\": { \"level\": \"=k + 1\", \"to\": \"&target\" } }, \"always\":",
         );
         std::fs::write(path, pipeline).unwrap();
         project
@@ -193,7 +193,7 @@ fn a_pass_that_no_configuration_has_is_told() {
     project.rejected(&["--set", "k=1234567"], &["`oops`"]);
     used(&of_preset, "permutations-untried-preset").rejected(&[], &["`oops`"]);
 
-    let never = conditional("permutations-never", &number("u32", 16), "\"when\": \"k == 30\",", "22");
+    let never = conditional("permutations-never", &number("u32", 16), "\"when\": \"=k == 30\",", "22");
     let output = never.run("permutations", &[]);
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{said}");
@@ -205,7 +205,7 @@ fn a_pass_that_no_configuration_has_is_told() {
     // The same where there are further configurations that are not gone through.
     let mixed = number("u32", 16)
         .replace("{ \"k\"", "{ \"x\": { \"type\": \"f32\", \"default\": 0, \"unit\": \"1\" }, \"k\"");
-    let never = conditional("permutations-never-too", &mixed, "\"when\": \"k == 30\",", "\"x > 1 ? 1 : 0\"");
+    let never = conditional("permutations-never-too", &mixed, "\"when\": \"=k == 30\",", "\"x > 1 ? 1 : 0\"");
     let output = never.run("permutations", &[]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     assert!(text(&output.stderr).contains("warning[UG0553]"), "{}", text(&output.stderr));
@@ -216,7 +216,7 @@ fn an_axis_has_the_values_that_its_expression_yields_and_no_others() {
     // No k yields 22: the values are tried one by one, or yielded by the expression alone.
     for (max, combinations) in [(40, "41"), (300, "301")] {
         let name = format!("permutations-yielded-{max}");
-        let project = conditional(&name, &number("u32", max), "", "\"k * 2 + 1\"");
+        let project = conditional(&name, &number("u32", max), "", "\"=k * 2 + 1\"");
         let output = project.run("permutations", &[]);
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         let said = text(&output.stdout);
@@ -224,18 +224,18 @@ fn an_axis_has_the_values_that_its_expression_yields_and_no_others() {
             said.contains(&format!("small.fill (fill.wgsl.jinja): {combinations} combinations")),
             "{said}"
         );
-        let project = conditional(&name, &number("u32", max), "", "\"k * 2\"");
+        let project = conditional(&name, &number("u32", max), "", "\"=k * 2\"");
         project.rejected(&[], &["`oops`", "n=22"]);
-        let project = conditional(&name, &number("u32", max), "\"when\": \"k != 11\",", "\"k * 2\"");
+        let project = conditional(&name, &number("u32", max), "\"when\": \"=k != 11\",", "\"=k * 2\"");
         let output = project.run("permutations", &[]);
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     }
     // Beyond, every value of the axis counts, and the diagnostic says so.
-    let project = conditional("permutations-assumed", &number("u32", 5000), "", "\"k * 2 + 1\"");
-    project.rejected(&[], &["`oops`", "n=22", "\"n\" follows \"k * 2 + 1\", which has too many values"]);
+    let project = conditional("permutations-assumed", &number("u32", 5000), "", "\"=k * 2 + 1\"");
+    project.rejected(&[], &["`oops`", "n=22", "\"n\" follows \"=k * 2 + 1\", which has too many values"]);
     // Of a number that is only a size the ends are proven, whatever it follows.
     for max in [300, 5000] {
-        let project = conditional("permutations-size", &number("u32", max), "", "\"k * 2\"");
+        let project = conditional("permutations-size", &number("u32", max), "", "\"=k * 2\"");
         let axes = project.folder.join("fill.axes.json");
         let ends = std::fs::read_to_string(&axes).unwrap().replace("1 } }", "1, \"prove\": \"ends\" } }");
         std::fs::write(&axes, ends).unwrap();

@@ -12,8 +12,8 @@ use umbragraph_test_support::scratch::ScratchFolder;
 const PIPELINE: &str = r#"{
   "format": 1, "name": "small", "profiles": ["webgpu", "vulkan"],
   "features": { "warm": { "type": "bool", "default": false }, "late": { "type": "bool", "default": false } },
-  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
-  "passes": { "fill": { "fullscreen": { "shader": "fill.wgsl.jinja", "color": [{ "to": "target" }] } } }
+  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
+  "passes": { "fill": { "fullscreen": { "shader": "fill.wgsl.jinja", "color": [{ "to": "&target" }] } } }
 }"#;
 const AXES: &str = r#"{ "axes": {
   "warm": { "type": "bool", "default": false },
@@ -206,7 +206,7 @@ fn a_profile_that_cannot_take_a_variant_is_a_diagnostic_of_every_check() {
     let wide = wide
         .replace("), 0.0, 0.0, 1.0);", "), block[0].x, 0.0, 1.0);")
         .replace("}}, 0.0, 0.0, 1.0)", "}}, block[0].x, 0.0, 1.0)");
-    let bound = PIPELINE.replace(r#""color": ["#, r#""bind": { "block": "data" }, "color": ["#).replace(
+    let bound = PIPELINE.replace(r#""color": ["#, r#""bind": { "block": "&data" }, "color": ["#).replace(
         r#""resources": {"#,
         r#""resources": { "data": { "buffer": { "size": 65536, "lifetime": "imported" } }, "#,
     );
@@ -230,7 +230,7 @@ fn misspelt_axes_are_found_wherever_they_stand() {
     let in_template = TEMPLATE.replace("if warm", "if wram");
     Project::new("permutations-slip-1", PIPELINE, AXES, &in_template)
         .rejected(&[], &["UG0502", "wram", "fill.wgsl.jinja:5:"]);
-    let in_pipeline = PIPELINE.replace(r#""color": ["#, r#""axes": { "wram": "warm" }, "color": ["#);
+    let in_pipeline = PIPELINE.replace(r#""color": ["#, r#""axes": { "wram": "=warm" }, "color": ["#);
     Project::new("permutations-slip-2", &in_pipeline, AXES, TEMPLATE)
         .rejected(&[], &["UG0602", "did you mean \"warm\"?", "small.json:5:"]);
     Project::new("permutations-slip-3", PIPELINE, AXES, TEMPLATE)

@@ -96,7 +96,7 @@ impl Assembly {
     ) -> ResourceHandle {
         let mut texture = TextureDeclaration {
             format: FormatCandidates::One("rgba8unorm".to_owned()),
-            size: Expr::from("viewport"),
+            size: Expr::from("=viewport"),
             layers: None,
             mips: None,
             samples: None,

@@ -88,7 +88,7 @@ mod tests {
         let mut assembly = Assembly::new("resized");
         let layered = assembly.texture_with("layered", |texture| {
             texture.lifetime = Lifetime::Persistent;
-            texture.layers = Some(Expr::from("max(1, floor(viewport.width / 100))"));
+            texture.layers = Some(Expr::from("=max(1, floor(viewport.width / 100))"));
         });
         let _ = assembly.pass("fill").writes(layered);
         let (pipeline, sources) = assembly.finish();
@@ -114,7 +114,7 @@ mod tests {
         let mut assembly = Assembly::new("growing");
         let picture = assembly.texture_with("picture", |texture| {
             texture.lifetime = Lifetime::Imported;
-            texture.layers = Some(Expr::from("viewport.width"));
+            texture.layers = Some(Expr::from("=viewport.width"));
         });
         let toggle = assembly.toggle("on");
         let layer = |layer| SubresourceRange::of(Some(0), Some(layer));

@@ -188,7 +188,7 @@ impl<'a> Sizes<'a> {
                 let sides = self.value_of(resource, &texture.size, "/texture/size")?.numbers();
                 let Some([width, height]) = sides.as_deref() else {
                     let message = format!("the size of \"{}\" is not a width and a height", resource.name);
-                    let help = "write [width, height], or \"viewport\"";
+                    let help = "write [width, height], or \"=viewport\"";
                     return self.reject_at(codes::SIZE_LIMIT, resource, "/texture/size", message, help);
                 };
                 let limits = &self.pipeline.profile.limits;

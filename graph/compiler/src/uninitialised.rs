@@ -221,7 +221,7 @@ fn between_rows(
             "\"{name}\" reads {bytes} of \"{resource}\", which \"{by}\" leaves beside its rows of texels"
         );
         let help = format!(
-            "fill the buffer before \"{by}\" ({{ \"clear\": {{ \"buffer\": \"{resource}\" }} }}), choose rows of a multiple of \
+            "fill the buffer before \"{by}\" ({{ \"clear\": {{ \"buffer\": \"&{resource}\" }} }}), choose rows of a multiple of \
              256 bytes that fill it, or let \"{name}\" read less with \"offset\" and \"size\""
         );
         let diagnostic = one.error(codes::NEVER_WRITTEN, message);
@@ -380,11 +380,11 @@ fn diagnostic(pipeline: &Pipeline, reader: PassHandle, one: &Access, pieces: &st
     let message = format!("\"{pass}\" {verb} {of}\"{name}\", which nothing writes before");
     let help = match &resource.kind {
         ResourceKind::Buffer(_) if one.usage == Usage::StorageReadWrite => format!(
-            "fill the buffer first ({{ \"clear\": {{ \"buffer\": \"{name}\" }} }}), bind what is written only, with \"offset\" and \
+            "fill the buffer first ({{ \"clear\": {{ \"buffer\": \"&{name}\" }} }}), bind what is written only, with \"offset\" and \
              \"size\", or say that \"{pass}\" needs nothing of it: \"contents\": \"discard\""
         ),
         ResourceKind::Buffer(_) => format!(
-            "write all that is read, fill the buffer first ({{ \"clear\": {{ \"buffer\": \"{name}\" }} }}), or let \
+            "write all that is read, fill the buffer first ({{ \"clear\": {{ \"buffer\": \"&{name}\" }} }}), or let \
              \"{pass}\" read fewer bytes with \"offset\" and \"size\""
         ),
         _ => format!(

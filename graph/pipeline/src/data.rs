@@ -6,7 +6,7 @@
 //! come from the shader's own reflection. So there is no struct that has to be kept alike on two sides.
 //!
 //! A node can also publish *sizes*: numbers such as the side of an atlas, which the sizes of resources can name
-//! (`"size": ["placement.side", "placement.side"]`). A plan is made for one value of each, at first the initial one. A
+//! (`"size": ["=placement.side", "=placement.side"]`). A plan is made for one value of each, at first the initial one. A
 //! node that wants another says so ([`BlackboardData::want_size`]); the executor tells the host, which plans again when
 //! it likes (`PlanOptions::data_sizes`). Until then the node has to do with what was planned
 //! ([`BlackboardData::planned_size`]).

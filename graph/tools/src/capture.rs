@@ -60,15 +60,15 @@ pub fn document(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Di
         overwritten.push(overwriter(plan, resource, capture).map(|pass| pass.name.clone()));
         let name = free_name(plan, imports.len());
         let format = resource.format.map(umbragraph_pipeline::language::format_name).unwrap_or_default();
-        let side = |side: &str| format!("max(1, floor(captured.{side} / {}))", 1u64 << capture.mip);
+        let side = |side: &str| format!("=max(1, floor(captured.{side} / {}))", 1u64 << capture.mip);
         let texture = json!({
             "format": format,
             "size": [side("width"), side("height")],
-            "layers": "captured.layers",
+            "layers": "=captured.layers",
             "lifetime": "imported"
         });
         let copy =
-            json!({ "from": { "name": "captured", "mip": capture.mip }, "to": { "name": "contents" } });
+            json!({ "from": { "name": "&captured", "mip": capture.mip }, "to": { "name": "&contents" } });
         // As an input of a subgraph a resource of any name stands in expressions, so that the copy is planned again for
         // another size as the resource is.
         let part = json!({
@@ -78,7 +78,10 @@ pub fn document(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Di
         });
         imports.push(format!("{name}.contents"));
         subgraphs.insert(name.clone(), part);
-        passes.insert(name.clone(), json!({ "use": name, "with": { "captured": capture.reference } }));
+        passes.insert(
+            name.clone(),
+            json!({ "use": name, "with": { "captured": format!("&{}", capture.reference) } }),
+        );
     }
     if diagnostics.has_errors() {
         return Err(diagnostics);

@@ -91,7 +91,7 @@ fn node<'a>(
     entry.value.for_each_text(&mut |text| texts.push(text));
     let mut deciding = Vec::new();
     collect(&entry.value, &mut deciding);
-    let axes = templates.axes_of(|template| texts.iter().any(|text| *text == template || text.contains('{')));
+    let axes = templates.axes_of(|template| texts.contains(&template));
     let axes_derived = derived.iter().filter(|entry| axes.contains(entry.key.as_str()));
     axes_derived.for_each(|entry| collect(&entry.value, &mut deciding));
     let depends = |name: &str| axes.contains(name) || deciding.iter().any(|text| has_word(text, name));
@@ -121,14 +121,14 @@ mod tests {
     #[test]
     fn passes_depend_on_what_they_mention_and_on_what_they_refer_to() {
         let text = r#"{
-          "resources": { "wide": { "texture": { "format": "f ? 'a' : 'b'" } }, "narrow": { "texture": { "size": "wide" } } },
-          "subgraphs": { "blur": { "passes": { "x": { "compute": { "shader": "axes.wgsl.jinja", "when": "g" } } } } },
+          "resources": { "wide": { "texture": { "format": "f ? 'a' : 'b'" } }, "narrow": { "texture": { "size": "=wide" } } },
+          "subgraphs": { "blur": { "passes": { "x": { "compute": { "shader": "axes.wgsl.jinja", "when": "=g" } } } } },
           "passes": {
-            "fit": { "cpu": { "to": "sun", "count": "h" } },
-            "draw": { "draw": { "shader": "plain.wgsl.jinja", "bind": { "sun": "sun", "s": { "values": { "x": "i" } } } } },
-            "read": { "draw": { "shader": "plain.wgsl.jinja", "bind": { "image": "narrow" } } },
+            "fit": { "cpu": { "to": "&sun", "count": "=h" } },
+            "draw": { "draw": { "shader": "plain.wgsl.jinja", "bind": { "sun": "&sun", "s": { "values": { "x": "=i" } } } } },
+            "read": { "draw": { "shader": "plain.wgsl.jinja", "bind": { "image": "&narrow" } } },
             "smooth": { "use": "blur", "with": { "a": "j" } },
-            "late": { "after": ["read"], "compute": { "shader": "plain.wgsl.jinja", "when": "k" } } } }"#;
+            "late": { "after": ["read"], "compute": { "shader": "plain.wgsl.jinja", "when": "=k" } } } }"#;
         let (mut sources, mut templates) = (Sources::new(), TemplateSet::new());
         let mut diagnostics = Diagnostics::new();
         for (name, text) in [

@@ -19,8 +19,6 @@ use umbragraph_pipeline::shader::TemplateSet;
 pub(crate) struct Mentioned<'a> {
     pub(crate) words: BTreeSet<&'a str>,
     texts: BTreeSet<&'a str>,
-    /// Whether a text is computed, and could be the name of any template.
-    is_open: bool,
 }
 
 impl<'a> Mentioned<'a> {
@@ -30,7 +28,7 @@ impl<'a> Mentioned<'a> {
             Kind::Array(elements) => elements.iter().for_each(|element| self.read(element)),
             Kind::Object(entries) => {
                 for entry in entries.iter().filter(|entry| entry.key != "description") {
-                    // Keys name the resource with a passthrough, and can be computed.
+                    // Keys name the resource with a passthrough.
                     self.text(&entry.key);
                     self.read(&entry.value);
                 }
@@ -40,14 +38,13 @@ impl<'a> Mentioned<'a> {
     }
 
     fn text(&mut self, text: &'a str) {
-        self.is_open |= text.contains('{');
         self.texts.insert(text);
         self.words.extend(text.split(|c: char| !c.is_alphanumeric() && c != '_'));
     }
 
     /// The names of the axes of the templates that are mentioned.
     fn axes<'t>(&self, templates: &'t TemplateSet) -> BTreeSet<&'t str> {
-        templates.axes_of(|name| self.is_open || self.texts.contains(name))
+        templates.axes_of(|name| self.texts.contains(name))
     }
 }
 
@@ -82,7 +79,6 @@ pub(crate) fn unused(document: &Document, templates: &TemplateSet, diagnostics: 
         let of_its_own: BTreeSet<&str> = of_its_own.map(|entry| entry.key.as_str()).collect();
         all.words.extend(own.words.difference(&of_its_own));
         all.texts.extend(own.texts);
-        all.is_open |= own.is_open;
     }
     for owner in root.entries_of("subgraphs").iter().map(|subgraph| &subgraph.value).chain([root]) {
         unused_groups(root, owner, diagnostics);

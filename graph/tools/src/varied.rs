@@ -74,11 +74,7 @@ impl<'d> Mentions<'d> {
         for entry in entries("subgraphs") {
             collect(&entry.value, None, None, false, &mut list);
         }
-        let axes = templates.axes_of(|template| {
-            let computed = |text: &str| text.contains('{');
-            list.iter()
-                .any(|mention| mention.text == template || (mention.deciding && computed(mention.text)))
-        });
+        let axes = templates.axes_of(|template| list.iter().any(|mention| mention.text == template));
         for entry in entries("derived").iter().filter(|entry| axes.contains(entry.key.as_str())) {
             collect(&entry.value, None, Some(&entry.key), true, &mut list);
         }

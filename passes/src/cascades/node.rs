@@ -10,7 +10,7 @@ use glam::DVec4;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, DataShape, ValueType};
-use umbragraph_pipeline::language::{Expr, Ref, Word};
+use umbragraph_pipeline::language::{AnyExpr, Expr, Ref, Word};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{LiveSettings, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
@@ -70,6 +70,7 @@ pub struct Cascades {
     /// How far the near plane is pulled towards the light: "casters" (also without it) to the bounds of what casts
     /// shadows, a number of metres beyond the slice, or "scene" to the bounds of the scene, with the far plane at their
     /// other end, so that depth stays as it is while the camera moves.
+    #[schemars(with = "Option<AnyExpr>")]
     pub near_pull: Option<Expr>,
     /// How far behind the slice the far plane stands, in metres; 0 without it.
     pub far_extension: Option<Expr>,

@@ -45,7 +45,7 @@ impl Graph {
                 ),
                 false => write!(
                     resources,
-                    r#""{}": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "mips": {}, "layers": {} {lifetime} }} }},"#,
+                    r#""{}": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "mips": {}, "layers": {} {lifetime} }} }},"#,
                     resource.name, resource.mips, resource.layers
                 ),
             };
@@ -58,7 +58,7 @@ impl Graph {
             .collect();
         format!(
             "{{ \"format\": 1, \"name\": \"test\", \"toggles\": {{ {} }},\n\"resources\": {{ {resources}\n\"target\": {{ \
-             \"texture\": {{ \"format\": \"rgba8unorm\", \"size\": \"viewport\", \"layers\": {OBSERVED}, \
+             \"texture\": {{ \"format\": \"rgba8unorm\", \"size\": \"=viewport\", \"layers\": {OBSERVED}, \
              \"lifetime\": \"imported\" }} }} }},\n\"passes\": {{\n{}\n}} }}",
             toggles.join(", "),
             entries.join(",\n")
@@ -130,9 +130,9 @@ impl Graph {
     fn work(&self, pass: &Pass, names: &[String]) -> String {
         let to = pass.writes[0];
         let name = &self.resources[to.resource].name;
-        let texel = |number: u32| format!("[\"{number} / 255\", 0, 0, 0]");
+        let texel = |number: u32| format!("[\"={number} / 255\", 0, 0, 0]");
         let attached = |more: &str| {
-            format!(r#""color": [{{ "to": "{name}", "mip": {}, "layer": {} {more} }}]"#, to.mip, to.at)
+            format!(r#""color": [{{ "to": "&{name}", "mip": {}, "layer": {} {more} }}]"#, to.mip, to.at)
         };
         let fill = |shader: &str, number: u32, more: &str| {
             format!(
@@ -153,7 +153,7 @@ impl Graph {
                 let bound = |at: usize| {
                     let Unit { mip, at: layer, .. } = reads[at].unit;
                     format!(
-                        r#"{{ "texture": {{ "name": "{}", "mip": {mip}, "layer": {layer} }} }}"#,
+                        r#"{{ "texture": {{ "name": "&{}", "mip": {mip}, "layer": {layer} }} }}"#,
                         names[at]
                     )
                 };
@@ -166,9 +166,9 @@ impl Graph {
             }
             Deed::Copy(reads) => {
                 let end = |name: &str, unit: &Unit| match self.resources[unit.resource].is_buffer {
-                    true => format!(r#"{{ "name": "{name}", {} }}"#, bytes(unit, 1)),
+                    true => format!(r#"{{ "name": "&{name}", {} }}"#, bytes(unit, 1)),
                     false => format!(
-                        r#"{{ "name": "{name}", "mip": {}, "layer": {}, "layers": {} }}"#,
+                        r#"{{ "name": "&{name}", "mip": {}, "layer": {}, "layers": {} }}"#,
                         unit.mip,
                         unit.at,
                         reads.len()
@@ -180,11 +180,11 @@ impl Graph {
                     end(name, &to)
                 )
             }
-            Deed::Zero => format!(r#""clear": {{ "buffer": "{name}", {} }}"#, bytes(&to, pass.writes.len())),
+            Deed::Zero => format!(r#""clear": {{ "buffer": "&{name}", {} }}"#, bytes(&to, pass.writes.len())),
             Deed::Bump(number) => format!(
                 r#""compute": {{ "shader": "bump.wgsl.jinja", "workgroups": [1, 1, 1], "bind": {{
                 "settings": {{ "values": {{ "number": {number} }} }},
-                "words": {{ "buffer": {{ "name": "{name}", {} }} }} }} }}"#,
+                "words": {{ "buffer": {{ "name": "&{name}", {} }} }} }} }}"#,
                 bytes(&to, 1)
             ),
         }
@@ -194,16 +194,16 @@ impl Graph {
     fn observer(&self, pass: &Pass, name: &str) -> String {
         let Deed::Copy(reads) = &pass.deed else { return String::new() };
         let Unit { resource, mip, at } = reads[0].unit;
-        let to = format!(r#""color": [{{ "to": "target", "layer": {} }}]"#, pass.writes[0].at);
+        let to = format!(r#""color": [{{ "to": "&target", "layer": {} }}]"#, pass.writes[0].at);
         match self.resources[resource].is_buffer {
             true => format!(
                 r#""fullscreen": {{ "shader": "word.wgsl.jinja", "bind": {{ "words": {{ "buffer": {{
-                "name": "{name}", "offset": {}, "size": {QUARTER} }} }} }}, {to} }}"#,
+                "name": "&{name}", "offset": {}, "size": {QUARTER} }} }} }}, {to} }}"#,
                 at as u32 * QUARTER
             ),
             false => format!(
                 r#""fullscreen": {{ "shader": "enlarge.wgsl.jinja", "bind": {{ "picture": {{ "texture": {{
-                "name": "{name}", "mip": {mip}, "layer": {at} }} }} }}, {to} }}"#
+                "name": "&{name}", "mip": {mip}, "layer": {at} }} }} }}, {to} }}"#
             ),
         }
     }

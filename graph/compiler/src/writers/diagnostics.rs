@@ -89,7 +89,7 @@ pub(super) fn never_written(
         }
         (_, true, _) => "the passes that write it write other mips or layers, or run later".to_owned(),
         (ResourceKind::Buffer(_), false, true) => {
-            format!("fill it before: {{ \"clear\": {{ \"buffer\": \"{}\" }} }}", known.name)
+            format!("fill it before: {{ \"clear\": {{ \"buffer\": \"&{}\" }} }}", known.name)
         }
         (_, false, true) => "give the attachment a \"clear\" value".to_owned(),
         (_, false, false) => {

@@ -1,7 +1,7 @@
 //! Derived values: named expressions over parameters, features and one another.
 //!
 //! ```jsonc
-//! "derived": { "closer": "reverse_z ? 'greater' : 'less'", "taps": "soft ? 16 : 1" }
+//! "derived": { "closer": "=reverse_z ? 'greater' : 'less'", "taps": "=soft ? 16 : 1" }
 //! ```
 //!
 //! A derived value is no choice of anybody's: it follows from what is chosen, and expressions see it by its name as they

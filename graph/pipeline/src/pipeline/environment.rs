@@ -10,7 +10,7 @@
 //! on which names a pipeline happens to have.
 //!
 //! Expressions are closed over their environment when they are parsed: locals become literals, names of resources
-//! become those outside. References may contain `{expressions}`: `"chain@down.{level - 1}"`.
+//! become those outside, and so do references: `"=&chain@down[level - 1]"`.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -280,7 +280,7 @@ impl Environment {
     /// An error of the expression, or one that yields something else.
     pub(super) fn word<'a>(&self, text: &'a str, scope: &dyn Scope) -> Result<Cow<'a, str>, ExpressionError> {
         match Written::of(text) {
-            Written::Plain(text) => self.interpolate(text, scope),
+            Written::Plain(word) => Ok(word.into()),
             _ => match self.evaluate(&Expr::parse_text(text)?, &|_| false, scope)? {
                 Value::Text(word) => Ok(word.into()),
                 other => {
@@ -296,11 +296,6 @@ impl Environment {
     /// # Errors
     /// An error of the expression, or one that yields something else.
     pub(super) fn refer(&self, text: &str, scope: &dyn Scope) -> Result<Reference, ExpressionError> {
-        if let Written::Plain(text) = Written::of(text) {
-            let text = self.interpolate(text, scope)?;
-            let reference = Reference::parse(&text).map_err(|error| error.of(&text, 0..0))?;
-            return Ok(self.reference(&reference));
-        }
         match self.evaluate(&Expr::parse_text(text)?, &|_| false, scope)? {
             Value::Reference(reference) => Ok(reference),
             other => {
@@ -310,56 +305,16 @@ impl Environment {
             }
         }
     }
-
-    /// A reference with its `{expressions}` replaced by what they yield.
-    ///
-    /// # Errors
-    /// A brace that is not closed, an expression with an error, or one that yields no whole number or word.
-    pub(super) fn interpolate<'a>(
-        &self,
-        text: &'a str,
-        scope: &dyn Scope,
-    ) -> Result<Cow<'a, str>, ExpressionError> {
-        if !text.contains('{') {
-            return Ok(text.into());
-        }
-        let mut result = String::with_capacity(text.len());
-        let mut at = 0;
-        while let Some(open) = text[at..].find('{').map(|offset| at + offset) {
-            result.push_str(&text[at..open]);
-            let help = "references take expressions in braces: \"chain@down.{level - 1}\"";
-            let error = |range, message: &str| ExpressionError {
-                help: Some(help.to_owned()),
-                ..ExpressionError::new(ErrorKind::Type, range, message)
-            };
-            let Some(close) = text[open..].find('}').map(|offset| open + offset) else {
-                return Err(error(open..text.len(), "the brace is not closed"));
-            };
-            let shift = |mut error: ExpressionError| {
-                error.range = error.range.start + open + 1..error.range.end + open + 1;
-                error
-            };
-            let expression = expression::parse(&text[open + 1..close]).map_err(shift)?;
-            match self.evaluate(&expression, &|_| false, scope).map_err(shift)? {
-                Value::Number(number) if number.fract() == 0.0 => result.push_str(&number.to_string()),
-                Value::Text(word) => result.push_str(&word),
-                _ => return Err(error(open..close + 1, "a whole number or a word is wanted between braces")),
-            }
-            at = close + 1;
-        }
-        result.push_str(&text[at..]);
-        Ok(result.into())
-    }
 }
 
-/// The place of a resource's name in a text that refers to it; one without a sign begins with it.
+/// The place of a resource's name in a text that refers to it.
 pub(super) fn reference_in(text: &str, name: &str) -> Option<Range<usize>> {
     let is_end = |end: usize| {
         let next = text[end..].chars().next();
         next.is_none_or(|next| !(next.is_alphanumeric() || matches!(next, '_' | '.')))
     };
     let mut found = text.match_indices(name).map(|(at, name)| at..at + name.len());
-    found.find(|range| is_end(range.end) && (range.start == 0 || text[..range.start].ends_with('&')))
+    found.find(|range| is_end(range.end) && text[..range.start].ends_with('&'))
 }
 
 /// The same expression with something else in place of each name.
@@ -503,17 +458,5 @@ mod tests {
         ] {
             assert_eq!(refer(text), Err((kind, range)), "{text}");
         }
-    }
-
-    #[test]
-    fn references_take_expressions_in_braces() {
-        let scope = StaticScope::default();
-        assert_eq!(
-            environment().interpolate("chain@down.{level - 1}", &scope).as_deref(),
-            Ok("chain@down.1")
-        );
-        assert_eq!(environment().interpolate("chain", &scope).as_deref(), Ok("chain"));
-        assert_eq!(environment().interpolate("a{level", &scope).unwrap_err().range, 1..7);
-        assert_eq!(environment().interpolate("a{levle}", &scope).unwrap_err().range, 2..7);
     }
 }

@@ -3,8 +3,8 @@
 //! ```jsonc
 //! "subgraphs": { "blur": { "inputs": { "image": "what is blurred" }, "parameters": { … }, "resources": { … }, "passes": { … } } },
 //! "passes": {
-//!   "soften": { "use": "blur", "with": { "image": "color", "radius": 6 } },
-//!   "down":   { "for_each": { "level": "levels" }, "fullscreen": { … "down@down.{level - 1}" … } }
+//!   "soften": { "use": "blur", "with": { "image": "&color", "radius": 6 } },
+//!   "down":   { "for_each": { "level": "=levels" }, "fullscreen": { … "=&down@down[level - 1]" … } }
 //! }
 //! ```
 //!

@@ -3,8 +3,8 @@
 //! Analyses that ask on which settings a text depends read such a document: wherever a text has the name of a derived
 //! value, it has an expression over parameters and features instead.
 //!
-//! Names are replaced wherever they stand as words, without asking what the text is; so a derived value cannot share its
-//! name with a parameter, a feature, a resource or the data of a pass.
+//! Names are replaced in expressions, wherever they stand as words; so a derived value cannot share its name with a
+//! parameter, a feature or a resource.
 //!
 //! Limits: a text that is longer than an expression can be once it is inlined is none any more, but still mentions the
 //! settings.
@@ -15,7 +15,7 @@ use std::ops::Range;
 
 use super::derived::order;
 use crate::compose::is_path;
-use crate::document::{Document, Kind, Value as Json};
+use crate::document::{Document, Kind, Value as Json, Written};
 
 /// The longest text that is an expression.
 const MAX_BYTES: usize = 4096;
@@ -74,7 +74,10 @@ fn inline_owner(owner: &mut Json, around: &BTreeMap<String, String>) -> BTreeMap
 /// The text of an expression.
 fn written(value: &Json) -> String {
     match &value.kind {
-        Kind::Text(text) => text.strip_prefix('=').unwrap_or(text).to_owned(),
+        Kind::Text(text) => match Written::of(text) {
+            Written::Expression(expression) => expression.to_owned(),
+            _ => text.clone(),
+        },
         Kind::Array(elements) => format!("[{}]", elements.iter().map(written).collect::<Vec<_>>().join(", ")),
         _ => value.to_json().to_string(),
     }
@@ -82,7 +85,11 @@ fn written(value: &Json) -> String {
 
 fn inline_value(value: &mut Json, texts: &BTreeMap<String, String>) {
     match &mut value.kind {
-        Kind::Text(text) => *text = inline_text(text, texts),
+        Kind::Text(text) => {
+            if let Written::Expression(_) = Written::of(text) {
+                *text = inline_text(text, texts);
+            }
+        }
         Kind::Array(elements) => elements.iter_mut().for_each(|element| inline_value(element, texts)),
         Kind::Object(members) => members
             .iter_mut()

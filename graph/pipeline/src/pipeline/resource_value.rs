@@ -9,7 +9,7 @@ use super::load::Shared;
 use super::{Resource, ResourceKind};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::{self, ExpressionError, Value};
-use crate::language::{Expr, FormatCandidates, parse_format};
+use crate::language::{Expr, FormatCandidates, Written, parse_format};
 
 /// The value of an expression at a pointer within a resource.
 ///
@@ -22,8 +22,6 @@ pub(super) fn value(
     at: &str,
 ) -> Result<Value, Option<Box<Diagnostic>>> {
     let value = resource.value.nearest(at);
-    // An equals sign in front is no part of the expression.
-    let shift = usize::from(value.text().is_some_and(|text| text.starts_with('=')));
     let evaluate = || -> Result<Value, ExpressionError> {
         let is_resource = |name: &str| shared.find(name).is_some();
         let expression = expr.parse()?;
@@ -32,7 +30,6 @@ pub(super) fn value(
         expression::evaluate(&expression, &shared.scope)
     };
     evaluate().map_err(|mut error| {
-        error.range = error.range.start + shift..error.range.end + shift;
         resource.environment.widen(&mut error, std::iter::empty());
         expression_diagnostic(&error, value, &[&resource.pointer, at].concat()).map(Box::new)
     })
@@ -43,7 +40,8 @@ pub(super) fn compute_format(shared: &mut Shared, resource: &mut Resource) {
     const AT: &str = "/texture/format";
     let ResourceKind::Texture(texture) = &mut resource.kind else { return };
     let FormatCandidates::One(text) = &mut texture.format else { return };
-    let Some(expression) = text.strip_prefix('=').map(Expr::from) else { return };
+    let Written::Expression(_) = Written::of(text) else { return };
+    let expression = Expr::from(text.as_str());
     let error = match value(shared, resource, &expression, AT) {
         Ok(Value::Text(format)) if parse_format(&format).is_some() => {
             if let ResourceKind::Texture(texture) = &mut resource.kind {

@@ -3,8 +3,8 @@
 //! ```jsonc
 //! "toggles": { "bloom": { "default": true } },
 //! "passes": {
-//!   "glow": { "toggle": "bloom", "passthrough": { "glowing": "color" }, "fullscreen": { … "color" … "to": "glowing" } },
-//!   "show": { "fullscreen": { … "glowing" … } }
+//!   "glow": { "toggle": "bloom", "passthrough": { "glowing": "&color" }, "fullscreen": { … "&color" … "to": "&glowing" } },
+//!   "show": { "fullscreen": { … "&glowing" … } }
 //! }
 //! ```
 //!
@@ -375,8 +375,7 @@ impl PassthroughCheck<'_> {
     /// write.
     fn affected(&self) -> BTreeSet<ResourceHandle> {
         let environment = &self.declaration.environment;
-        let name = environment.interpolate(&self.one.key, &self.shared.scope).ok();
-        let named = name.and_then(|name| self.shared.find(&environment.resource(&name)));
+        let named = self.shared.find(&environment.resource(&self.one.key));
         let accesses = self.members().flat_map(Pass::accesses);
         let written: BTreeSet<ResourceHandle> =
             accesses.filter(|one| one.usage.writes()).map(|one| one.resource).collect();
@@ -436,7 +435,7 @@ impl PassthroughCheck<'_> {
             return Err(self.reject(key, message, help));
         }
         let Some(written) = self.one.value.text() else { return Ok(None) };
-        let Some((resource, _)) = self.resource(&self.one.key, key)? else { return Ok(None) };
+        let Some((resource, _)) = self.resource(&format!("&{}", self.one.key), key)? else { return Ok(None) };
         let Some((fallback, version)) = self.resource(written, self.one.value.span)? else { return Ok(None) };
         let known = &self.shared.resources[resource.index()];
         let other = &self.shared.resources[fallback.index()];

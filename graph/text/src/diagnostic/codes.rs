@@ -77,10 +77,10 @@ crate::codes! {
         "A feature that is on requires one that is off, or excludes one that is on; or it requires or excludes itself, which means nothing or that it can never be on.";
     /// A pass that is not there.
     UNKNOWN_PASS = "UG0207", "unknown pass",
-        "`after`, or the version of a reference (`name@pass`), names a pass that the pipeline does not have, that is switched off, or that does not write the resource.";
+        "`after`, or the version of a reference (`&name@pass`), names a pass that the pipeline does not have, that is switched off, or that does not write the resource.";
     /// A text that is not a reference.
     BAD_REFERENCE = "UG0208", "bad reference",
-        "A reference is the name of a resource, or `name@pass` for the version that a pass wrote.";
+        "A reference is an ampersand and the name of a resource or of published data, `&name`, or `&name@pass` for the version that a pass wrote. After an equals sign stands an expression that yields one: `=soft ? &blurred : &sharp`. Without its sign a string is a word.";
     /// A geometry contract that is not there.
     UNKNOWN_GEOMETRY = "UG0209", "unknown geometry",
         "A pass draws with a contract that \"geometry\" does not declare.";
@@ -121,7 +121,7 @@ crate::codes! {
         "The expression of a derived value names another whose expression, by a detour, names the first. Derived values may stand in any order, but each follows from parameters, features and others that do not follow from it.";
     /// A constraint that does not hold.
     CONSTRAINT = "UG0223", "constraint does not hold",
-        "A pipeline says under `constraints` which values of parameters, features and derived values go together, and what is wrong with others.\n\n```json\n\"constraints\": {\n  \"exponent_of_fp16\": {\n    \"holds\": \"!half_precision || exponent <= 5.54\",\n    \"message\": \"squares of moments overflow fp16 with an exponent above 5.54\"\n  }\n}\n```\n\nWith `\"severity\": \"warning\"` the pipeline can be used all the same. The diagnostic names the values that the condition depends on, and where each was set.";
+        "A pipeline says under `constraints` which values of parameters, features and derived values go together, and what is wrong with others.\n\n```json\n\"constraints\": {\n  \"exponent_of_fp16\": {\n    \"holds\": \"=!half_precision || exponent <= 5.54\",\n    \"message\": \"squares of moments overflow fp16 with an exponent above 5.54\"\n  }\n}\n```\n\nWith `\"severity\": \"warning\"` the pipeline can be used all the same. The diagnostic names the values that the condition depends on, and where each was set.";
     /// A structural parameter that is to change from frame to frame.
     STRUCTURAL_PARAMETER = "UG0230", "structural parameter",
         "A parameter is asked for that cannot change from frame to frame, since sizes, formats, shader variants or overrides, states of pipelines or the graph's shape follow from it: the diagnostic names the first place where they do. `umbragraph plan` and `umbragraph why` say it of every parameter. Plan again with another value; or let only members of blocks, settings of CPU passes, clear values, the stencil reference, the blend constant and counts of dispatches and draws follow from it.";
@@ -138,7 +138,7 @@ crate::codes! {
     PUBLISHED_TWICE = "UG0304", "data is published twice", "Two passes publish blackboard data under one name.";
     /// A text that is no expression.
     EXPRESSION_SYNTAX = "UG0310", "not an expression",
-        "An expression cannot be parsed. Expressions have numbers, names, `+ - * / %`, comparisons, `&& || !`, `a ? b : c`, `[lists]`, `list[index]` and functions.";
+        "A string is no expression, or one that cannot be parsed. An expression is a string after an equals sign, such as `=viewport / 2`; without the sign a string is a word. Expressions have numbers, names, `+ - * / %`, comparisons, `&& || !`, `a ? b : c`, `[lists]`, `list[index]` and functions.";
     /// A name that expressions do not know.
     EXPRESSION_NAME = "UG0311", "unknown name in an expression",
         "Expressions know parameters, features, derived values, the functions of the language and, where sizes are known, resources (`maps`, `maps.width`) and `viewport`.\n\nA subgraph in a file of its own sees its own parameters, inputs and resources, and `viewport`; a parameter, feature or resource of the pipeline is passed to it through `with`.";
@@ -186,7 +186,7 @@ crate::codes! {
         "None of the format candidates of a texture supports every way in which the passes use it: as a depth or color attachment, storage, sampled with filtering, blended. The message says for each candidate why.";
     /// A resource that is read but never written.
     NEVER_WRITTEN = "UG0401", "read but never written",
-        "A pass reads, or loads, a transient resource (or a subresource range of it) that no pass writes before. The memory of transient resources is shared, so it would find what another one left there.\n\nEach mip, layer, aspect and byte that is read counts: of a texture with four mips of which a pass writes two, a shader that samples all of them needs the other two written as well, or a view of the two (`\"source\": { \"texture\": { \"name\": \"chain\", \"mip\": 0 } }`). A pass that both reads and writes (an attachment that it loads, storage that its shader may read, a box of a copy) needs all of it written as well, or says that it needs nothing (`\"contents\": \"discard\"`); storage that is only written keeps what is there, and needs nothing. Of a pass that no output needs, only a read of which nothing at all is written is told.\n\nA persistent resource, or a history, has memory of its own, and holds zeros or its initial value until a pass writes it: of what is read there and no pass ever writes, this is a warning.";
+        "A pass reads, or loads, a transient resource (or a subresource range of it) that no pass writes before. The memory of transient resources is shared, so it would find what another one left there.\n\nEach mip, layer, aspect and byte that is read counts: of a texture with four mips of which a pass writes two, a shader that samples all of them needs the other two written as well, or a view of the two (`\"source\": { \"texture\": { \"name\": \"&chain\", \"mip\": 0 } }`). A pass that both reads and writes (an attachment that it loads, storage that its shader may read, a box of a copy) needs all of it written as well, or says that it needs nothing (`\"contents\": \"discard\"`); storage that is only written keeps what is there, and needs nothing. Of a pass that no output needs, only a read of which nothing at all is written is told.\n\nA persistent resource, or a history, has memory of its own, and holds zeros or its initial value until a pass writes it: of what is read there and no pass ever writes, this is a warning.";
     /// Writers without an order.
     UNORDERED_WRITERS = "UG0402", "unordered writers",
         "Two passes write the same subresource range of a resource, and nothing says which of them goes first: no data flows from one to the other, no `after`, no version. Any choice would be a guess. A single writer that clears, and that nothing says is later, is ordered before those that load without being told; so are several of which no two clear the same.";
@@ -225,7 +225,7 @@ crate::codes! {
         "`frames` and `initial` belong to resources with `\"lifetime\": \"history\"`. `frames` is a whole number from 1 to 8 that is known before the viewport is; `initial` is one number, or red, green, blue and alpha; for depth it is between 0 and 1.";
     /// A read of an earlier frame that is not kept.
     HISTORY_READ = "UG0432", "frame that is not kept",
-        "`color@-2` is what the frame before the last left in `color`. Only a resource with `\"lifetime\": \"history\"` keeps earlier frames, and only as many as its `frames` says (1 without it).";
+        "`&color@-2` is what the frame before the last left in `color`. Only a resource with `\"lifetime\": \"history\"` keeps earlier frames, and only as many as its `frames` says (1 without it).";
     /// A write of an earlier frame.
     HISTORY_WRITE = "UG0433", "write of an earlier frame",
         "A pass writes `color@-1`. What earlier frames left is only read; this frame writes `color`, and the next one reads that as `color@-1`.";

@@ -129,7 +129,7 @@ mod tests {
         assert!(!alike::<ResourceDeclaration>(r#"{ "texture": {}, "buffer": {} }"#));
         assert!(!alike::<ResourceDeclaration>(r#""texture""#));
         assert!(alike::<PassCommon>(
-            r#"{ "after": ["a"], "passthrough": { "a": "b" }, "with": { "n": [true, "x"] } }"#
+            r#"{ "after": ["a"], "passthrough": { "a": "&b" }, "with": { "n": [true, "x"] } }"#
         ));
         assert!(!alike::<PassCommon>(r#"{ "after": "a" }"#));
         assert!(!alike::<PassCommon>(r#"{ "side_effect": 1 }"#));

@@ -16,6 +16,7 @@ mod parse;
 mod pointer;
 mod read;
 pub mod schema;
+mod sign;
 mod syntax;
 mod tokens;
 
@@ -23,6 +24,7 @@ pub use decode::decode_entries;
 pub(crate) use keys::Keys;
 pub use parse::{Parsed, parse};
 pub use pointer::{Pointer, pointer_join};
+pub use sign::{Signs, Written};
 
 use crate::source::Span;
 

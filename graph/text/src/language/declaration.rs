@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Expr, ResourceDeclaration};
+use super::{AnyExpr, Expr, Ref, ResourceDeclaration};
 
 /// A pipeline: passes over named resources, and the parameters and features that choose among their forms.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -357,7 +357,7 @@ pub struct PassCommon {
     pub extends: Option<Names>,
     /// Whether the pass is there at all: an expression over parameters and features.
     pub when: Option<Expr>,
-    /// Repeats the pass: one variable, with a count or a list as an expression, such as { "level": "levels - 1" }. Rounds
+    /// Repeats the pass: one variable, with a count or a list as an expression, such as { "level": "=levels - 1" }. Rounds
     /// are named NAME.0, NAME.1, …
     pub for_each: Option<BTreeMap<String, Expr>>,
     /// Instead of a node kind: the subgraph that stands here, by its name under "subgraphs", or the path of a file that is
@@ -365,6 +365,7 @@ pub struct PassCommon {
     #[serde(rename = "use")]
     pub subgraph: Option<String>,
     /// Inputs and parameters of the subgraph.
+    #[schemars(with = "Option<BTreeMap<String, AnyExpr>>")]
     pub with: Option<BTreeMap<String, Expr>>,
     /// Passes that have to run before this one, where no data says so. The name of a loop or of a use of a subgraph means
     /// all of its passes, and on such a one "after" holds for all of them; one alone is NAME.0 or NAME.PASS.
@@ -377,5 +378,5 @@ pub struct PassCommon {
     pub toggle: Option<String>,
     /// For resources that only passes with this toggle write: what readers see instead in a frame without them.
     #[serde(default)]
-    pub passthrough: BTreeMap<String, String>,
+    pub passthrough: BTreeMap<String, Ref>,
 }

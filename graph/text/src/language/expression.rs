@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use super::Written;
 use crate::expression::{self, Expression, ExpressionError, ExpressionKind, Reference, Value};
 
-/// A JSON value that stands for an expression: a number, a boolean, a string in the expression language, or a list
-/// of expressions.
+/// A JSON value that stands for an expression: a number, a boolean, a string in the expression language after an equals
+/// sign, or a list of expressions. A string without a sign is a word, which few places want.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Expr(pub serde_json::Value);
@@ -50,7 +50,10 @@ impl Expr {
                 let reference = Reference::parse(name).map_err(|error| error.of(name, 0..0))?;
                 Ok(Expression { range: 0..text.len(), kind: ExpressionKind::Reference(reference) })
             }
-            Written::Plain(text) => expression::parse(text),
+            Written::Plain(word) => {
+                let kind = ExpressionKind::Literal(Value::Text(word.to_owned()));
+                Ok(Expression { range: 0..text.len(), kind })
+            }
         }
     }
 }
@@ -74,9 +77,28 @@ impl JsonSchema for Expr {
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
-            "description": "An expression: a number, a boolean, a string such as \"ceil(viewport.width / 16)\" or \"len(far)\", or a list of expressions.",
+            "description": "An expression: a number, a boolean, a string after an equals sign such as \"=ceil(viewport.width / 16)\" or \"=len(far)\", or a list of expressions.",
             "type": ["number", "boolean", "string", "array"],
+            "pattern": "^=",
             "items": { "$ref": "#/$defs/Expression" },
+        })
+    }
+}
+
+/// The schema of an expression where words, and perhaps references, are values too.
+#[derive(Debug)]
+pub struct AnyExpr;
+
+impl JsonSchema for AnyExpr {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "AnyExpression".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "A number, a boolean, a word, a reference such as \"&maps\" where one is wanted, a string after an equals sign that yields one such as \"=len(far)\", or a list of these.",
+            "type": ["number", "boolean", "string", "array"],
+            "items": { "$ref": "#/$defs/AnyExpression" },
         })
     }
 }

@@ -12,9 +12,9 @@ mod format_names;
 mod node_kind;
 mod reference;
 mod resource;
-mod sign;
 mod word;
 
+pub use crate::document::Written;
 pub use crate::expression::{Reference, ReferenceError};
 pub use declaration::{
     ConstraintDeclaration, ConstraintSeverity, ExtensionPointDeclaration, FeatureDeclaration, FeatureType,
@@ -22,7 +22,7 @@ pub use declaration::{
     PipelineDeclaration, PresetDeclaration, Sections, SubgraphDeclaration, ToggleDeclaration,
     VertexFormatName,
 };
-pub use expression::Expr;
+pub use expression::{AnyExpr, Expr};
 pub use files::{ExtensionDeclaration, ParameterFileDeclaration};
 pub use format_names::{format_name, parse_format, unknown_format};
 pub(crate) use node_kind::SETTINGS;
@@ -32,5 +32,4 @@ pub use resource::{
     BufferDeclaration, FormatCandidates, Lifetime, ResourceDeclaration, TextureDeclaration, TextureShape,
     WordValue,
 };
-pub use sign::Written;
 pub use word::Word;

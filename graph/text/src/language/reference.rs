@@ -30,6 +30,7 @@ impl JsonSchema for Ref {
         json_schema!({
             "description": "A reference: \"&maps\", \"&maps@blur\" for the version that a pass wrote, \"&maps@0\" for what was there before the first write, \"&maps@-1\" for the frame before, or after an equals sign an expression that yields one.",
             "type": "string",
+            "pattern": "^[&=]",
         })
     }
 }

@@ -23,8 +23,8 @@ pub struct TextureDeclaration {
     /// A texture format of the WebGPU specification, or an expression that yields one; or several formats, of which the
     /// first that supports every usage is taken.
     pub format: FormatCandidates,
-    /// Width and height in texels (rounded down to whole ones): a list of two, or another size such as "viewport",
-    /// "maps" or "maps / 2".
+    /// Width and height in texels (rounded down to whole ones): a list of two, or another size such as "=viewport",
+    /// "=maps" or "=maps / 2".
     pub size: Expr,
     /// The number of array layers.
     pub layers: Option<Expr>,
@@ -41,7 +41,7 @@ pub struct TextureDeclaration {
     /// frame leaves in it, in memory that it shares with no other, and the passes that write it are kept.
     #[serde(default)]
     pub exposed: bool,
-    /// For a history: how many earlier frames can be read, 1 to 8, as `NAME@-1`, `NAME@-2` and so on; 1 without it.
+    /// For a history: how many earlier frames can be read, 1 to 8, as `&NAME@-1`, `&NAME@-2` and so on; 1 without it.
     pub frames: Option<Expr>,
     /// For a history: what an earlier frame holds before there was one. A number for all channels or for depth, or red,
     /// green, blue and alpha.
@@ -63,7 +63,7 @@ pub struct BufferDeclaration {
     /// frame leaves in it, in memory that it shares with no other, and the passes that write it are kept.
     #[serde(default)]
     pub exposed: bool,
-    /// For a history: how many earlier frames can be read, 1 to 8, as `NAME@-1`, `NAME@-2` and so on; 1 without it.
+    /// For a history: how many earlier frames can be read, 1 to 8, as `&NAME@-1`, `&NAME@-2` and so on; 1 without it.
     pub frames: Option<Expr>,
     /// For a history: the value of each four bytes of an earlier frame before there was one.
     pub initial: Option<WordValue>,
@@ -133,7 +133,7 @@ pub enum Lifetime {
     Transient,
     /// From frame to frame.
     Persistent,
-    /// One for each frame, of which the last few can be read: `NAME@-1` is that of the frame before.
+    /// One for each frame, of which the last few can be read: `&NAME@-1` is that of the frame before.
     History,
     /// The host's own; what is written to it is what the pipeline is for.
     Imported,

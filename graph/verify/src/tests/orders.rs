@@ -104,7 +104,7 @@ fn pipeline(
             let describe = |texture: &mut TextureDeclaration| {
                 texture.mips = Some(Expr::from(3.0));
                 if at % 5 == 4 {
-                    texture.layers = Some(Expr::from("max(1, floor(viewport.width / 64))"));
+                    texture.layers = Some(Expr::from("=max(1, floor(viewport.width / 64))"));
                 }
                 texture.format = FormatCandidates::One(["rgba8unorm", "rgba16float"][at % 2].to_owned());
                 if at % 7 == 6 {
@@ -127,7 +127,7 @@ fn pipeline(
         .enumerate()
         .map(|(at, random)| {
             let (quarter, _) = random.scratch?;
-            let bytes = Expr::from(format!("4 * ceil({quarter} * viewport.width / 64)").as_str());
+            let bytes = Expr::from(format!("=4 * ceil({quarter} * viewport.width / 64)").as_str());
             Some(assembly.sized_buffer(&format!("s{at}"), bytes, Lifetime::Transient))
         })
         .collect();

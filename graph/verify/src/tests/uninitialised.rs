@@ -114,7 +114,7 @@ fn pipeline(
     let resource = match kind {
         Kind::Buffer => assembly.buffer("a", WORDS as u32 * 4, Lifetime::Transient),
         _ => assembly.texture_with("a", |texture| {
-            texture.layers = Some(Expr::from("floor(viewport.width / 16)"));
+            texture.layers = Some(Expr::from("=floor(viewport.width / 16)"));
             texture.mips = (kind != Kind::DepthStencil).then(|| Expr::from(f64::from(MIPS)));
             if kind == Kind::DepthStencil {
                 texture.format = FormatCandidates::One("depth24plus-stencil8".to_owned());

@@ -14,7 +14,7 @@ use super::*;
 use crate::cascades::{Cascades, node};
 
 fn declare(settings: &str, parameters: &str) -> (Option<Pipeline>, Diagnostics, Sources) {
-    let settings = settings.replacen('{', r#"{ "to": "sun_views", "#, 1);
+    let settings = settings.replacen('{', r#"{ "to": "&sun_views", "#, 1);
     let text = format!(
         r#"{{ "format": 1, "name": "test", "parameters": {{ {parameters} }}, "passes": {{ "fit": {{ "cascades": {settings} }} }} }}"#
     );
@@ -109,7 +109,7 @@ fn every_setting_can_be_said() {
     let frame = frame(identity_camera(), DVec3::NEG_Z);
     let data = run(
         r#"{ "light": "sun", "far": 200, "splits": { "scheme": "practical", "count": 3, "near": 0.1, "lambda": 0.7 },
-             "resolution": [1024, 1024, 512], "tiles": [[0, 0], ["512 * 2", 0], [2048, 0]], "map": [3072, 1024],
+             "resolution": [1024, 1024, 512], "tiles": [[0, 0], ["=512 * 2", 0], [2048, 0]], "map": [3072, 1024],
              "reverse": true, "fit": "tight", "snap": "projection", "square_texels": false, "border": 1, "up": [0, 0, 1],
              "near_pull": 100, "far_extension": 5, "clip_to_scene": true, "blend": { "fraction": 0.1, "of": "range" } }"#,
         &frame,
@@ -193,7 +193,7 @@ fn near_pull_and_words_can_be_parameters() {
     let parameters = r#""pull": { "type": "enum", "values": ["casters", "sky"], "default": "casters" },
         "snap_to": { "type": "enum", "values": ["world", "none"], "default": "none" },
         "ends": { "type": "f32[]", "default": [5, 50] }"#;
-    let settings = r#"{ "far": "ends", "resolution": 64, "near_pull": "pull", "snap": "=snap_to" }"#;
+    let settings = r#"{ "far": "=ends", "resolution": 64, "near_pull": "=pull", "snap": "=snap_to" }"#;
     let (pipeline, diagnostics, _) = declare(settings, parameters);
     assert!(pipeline.is_some() && diagnostics.is_empty(), "{diagnostics:?}");
     let (_, diagnostics, _) =
@@ -207,7 +207,7 @@ fn settings_that_make_no_sense_are_found_at_their_place() {
         (r#"{ "far": [10, 5], "resolution": 64 }"#, "UG0610", "/far/1", "5"),
         (r#"{ "far": [0], "resolution": 64 }"#, "UG0610", "/far/0", "0"),
         (r#"{ "far": [100000000, 100000001], "resolution": 64 }"#, "UG0610", "/far/1", "100000001"),
-        (r#"{ "far": "1e300 * [1]", "resolution": 64 }"#, "UG0610", "/far", r#""1e300 * [1]""#),
+        (r#"{ "far": "=1e300 * [1]", "resolution": 64 }"#, "UG0610", "/far", r#""=1e300 * [1]""#),
         (r#"{ "far": [1,2,3,4,5,6,7,8,9], "resolution": 64 }"#, "UG0611", "/far", "[1,2,3,4,5,6,7,8,9]"),
         (r#"{ "far": [], "resolution": 64 }"#, "UG0611", "/far", "[]"),
         (r#"{ "far": [9], "splits": { "count": 0 }, "resolution": 64 }"#, "UG0611", "/splits/count", "0"),

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::{Evaluate, PassBuilder};
 use crate::diagnostic::{Diagnostic, codes, list_of, suggested_name};
-use crate::document;
-use crate::expression::{ExpressionKind, Value};
+use crate::document::{self, Signs, Written};
+use crate::expression::{ExpressionKind, Scope as _, Value};
 use crate::language::Expr;
 use crate::pipeline::Program;
 use crate::pipeline::live::Structural;
@@ -76,16 +76,7 @@ impl PassBuilder<'_> {
                     }
                 },
                 Err(error) => {
-                    // A word, and no name of this pipeline.
-                    let word = expr.parse().ok().and_then(|one| match one.kind {
-                        ExpressionKind::Name(word) if error.unknown.is_some() => Some(AxisValue::Name(word)),
-                        _ => None,
-                    });
-                    let has_words = matches!(axis.kind, AxisKind::Enum(_) | AxisKind::TextureFormat(_));
-                    match word.filter(|_| !has_words) {
-                        Some(word) => self.axis_value_error(template, axis, &word, &at()),
-                        None => self.expression_error(&error, &at()),
-                    }
+                    self.expression_error(&error, &at());
                     fine = false;
                 }
             }
@@ -144,10 +135,19 @@ impl PassBuilder<'_> {
             Some(word) => format!("did you mean \"{word}\"?"),
             None => format!("the values are {}", axis.kind.describe()),
         };
-        let diagnostic = Diagnostic::error(shader::codes::AXIS_VALUE, self.place(pointer), message)
+        let mut diagnostic = Diagnostic::error(shader::codes::AXIS_VALUE, self.place(pointer), message)
             .pointer(self.absolute(pointer))
             .related(axis.span, "the axis is declared here")
             .help(help);
+        // A name of the pipeline without its sign.
+        let written = self.settings.nearest(pointer);
+        let is_name = written.text().is_some_and(|text| {
+            let inside = self.environment.seen(&self.shared.scope);
+            Written::of(text) == Written::Plain(text) && inside.lookup(text).is_some()
+        });
+        if let Some(unsigned) = Signs::Expression.check(written).filter(|_| is_name) {
+            (diagnostic.help, diagnostic.fix) = (unsigned.help, unsigned.fix);
+        }
         self.shared.diagnostics.push(diagnostic);
     }
 

@@ -2,7 +2,7 @@
 
 use super::{Evaluate, PassBuilder};
 use crate::diagnostic::{Diagnostic, codes};
-use crate::language::{Expr, Ref, Reference, Written, parse_format};
+use crate::language::{Expr, Ref, Reference, parse_format};
 use crate::pipeline::{Resource, ResourceKind, SubresourceRange, Version, history};
 use crate::work::{ResourceHandle, Subresource, TextureRegion};
 
@@ -87,9 +87,7 @@ impl PassBuilder<'_> {
 
     /// What a reference names, as it is outside.
     pub(super) fn outside(&mut self, reference: &Ref, pointer: &str) -> Option<Reference> {
-        if let (Written::Expression(_), Ok(expression)) =
-            (Written::of(&reference.0), Expr::parse_text(&reference.0))
-        {
+        if let Ok(expression) = Expr::parse_text(&reference.0) {
             self.fix(&expression, pointer);
         }
         let found = self.environment.refer(&reference.0, &self.shared.scope);

@@ -13,9 +13,9 @@ use std::sync::Arc;
 use super::{Expander, Gap, gap};
 use crate::compose::is_path;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, suggested_name};
-use crate::document::{self, Entry, Kind, Pointer, pointer_join};
+use crate::document::{self, Entry, Kind, Signs, pointer_join};
 use crate::expression::{Expression, Value};
-use crate::language::{Expr, ParameterDeclaration, ParameterType, Written};
+use crate::language::{Expr, ParameterDeclaration, ParameterType};
 use crate::pipeline::environment::{Environment, Given, Input};
 use crate::pipeline::expression_diagnostic::expression_diagnostic;
 use crate::pipeline::instance::Instance;
@@ -29,7 +29,7 @@ impl<'a> Expander<'a, '_> {
         let section = |name: &str| subgraph.value.entries_of(name);
         let with = entry.value.entries_of("with");
         let at = format!("{pointer}/with");
-        self.shared.fix_all(&entry.value, outer, &Pointer::Text(pointer), false);
+        self.shared.fix_order(pass);
         let mut inner = Environment {
             prefix: format!("{name}."),
             is_file: is_path(&subgraph.key),
@@ -90,9 +90,10 @@ impl<'a> Expander<'a, '_> {
             return Err(gap(codes::WRONG_TYPE, given, at, message, "name a resource"));
         };
         let pointer = pointer_join(at, name);
-        if let Written::Expression(_) = Written::of(written) {
-            self.settle(given, &pointer, outer);
+        if let Some(unsigned) = Signs::Reference.check(given) {
+            return Err(Some(Box::new(unsigned.pointer(pointer))));
         }
+        self.settle(given, &pointer, outer);
         let reference = outer.refer(written, &self.shared.scope).map_err(|mut error| {
             outer.widen(&mut error, std::iter::empty());
             expression_diagnostic(&error, given, &pointer).map(Box::new)
@@ -125,15 +126,18 @@ impl<'a> Expander<'a, '_> {
         else {
             return Some(());
         };
-        // A word, or an expression after an equals sign, as wherever a word can stand.
-        let is_word = declaration.parameter_type == ParameterType::Enum;
-        let is_expression = |given: &&document::Value| {
-            !is_word || given.text().is_some_and(|text| !matches!(Written::of(text), Written::Plain(_)))
-        };
-        let expression = given.filter(is_expression);
-        let value = match expression {
+        // Where a number is wanted, a word lacks its sign.
+        if let Some(unsigned) = given
+            .filter(|_| declaration.parameter_type != ParameterType::Enum)
+            .and_then(|given| Signs::Expression.check(given))
+        {
+            let declared = "the parameter is declared here";
+            self.shared.diagnostics.push(unsigned.pointer(pointer).related(parameter.key_span, declared));
+            return None;
+        }
+        let value = match given {
             Some(given) => to_document(&self.evaluate(given, pointer, outer)?, given.span),
-            None => given.or(parameter.value.get("default"))?.clone(),
+            None => parameter.value.get("default")?.clone(),
         };
         let value = match setting::decode_parameter(&parameter.key, &declaration, &value) {
             Ok(value) => value,
@@ -147,7 +151,7 @@ impl<'a> Expander<'a, '_> {
         if !declaration.values.is_empty() {
             inner.words.insert(parameter.key.clone(), declaration.values.clone());
         }
-        if let Some(given) = expression
+        if let Some(given) = given
             && let Ok(expression) = Expr(given.to_json()).parse()
         {
             let expression = outer.close_live(&expression, &|_| false);

@@ -1,7 +1,7 @@
 //! Constraints: which values of parameters, features and derived values go together.
 //!
 //! ```jsonc
-//! "constraints": { "order": { "holds": "near < far", "message": "nothing lies between the planes" } }
+//! "constraints": { "order": { "holds": "=near < far", "message": "nothing lies between the planes" } }
 //! ```
 //!
 //! One that does not hold is a diagnostic of the severity that it says, at its condition, with the parameters and features

@@ -75,7 +75,7 @@ fn declare_resources<'a>(
     shared.resources.reserve(resources.len());
     for instance in resources {
         let kind = declarations.resource(&instance);
-        shared.fix_all(&instance.entry.value, &instance.environment, &Pointer::Text(&instance.pointer), true);
+        shared.fix_all(&instance.entry.value, &instance.environment, &Pointer::Text(&instance.pointer));
         let mut resource = Resource {
             name: instance.name,
             place: instance.entry.key_span,
@@ -104,12 +104,7 @@ impl<'a> Passes<'a> {
             self.gaps.push(gap);
             return;
         }
-        shared.fix_all(
-            &instance.entry.value,
-            &instance.environment,
-            &Pointer::Text(&instance.pointer),
-            false,
-        );
+        shared.fix_order(instance);
         let Some(declared) = declarations.pass(instance) else {
             self.gaps.push(gap);
             return;

@@ -12,6 +12,7 @@ use crate::document::{self, Pointer};
 use crate::expression::{Expression, ExpressionError, ExpressionKind, Scope as _, Value, unknown_name};
 use crate::language::{Expr, GeometryDeclaration};
 use crate::pipeline::environment::Environment;
+use crate::pipeline::instance::Instance;
 use crate::pipeline::live::{Dependence, names};
 use crate::pipeline::{Resource, ResourceKind, StaticScope, Structural};
 use crate::source::{Sources, Span};
@@ -147,13 +148,12 @@ impl Shared {
         }
     }
 
-    /// Makes structural what the expressions in a value follow from: those in braces, or all.
+    /// Makes structural what the expressions in a value follow from.
     pub(in crate::pipeline) fn fix_all(
         &mut self,
         value: &document::Value,
         environment: &Environment,
         pointer: &Pointer<'_>,
-        all: bool,
     ) {
         if self.dependence.is_settled() {
             return;
@@ -161,23 +161,26 @@ impl Shared {
         match &value.kind {
             document::Kind::Text(text) => {
                 let at = || Structural { place: value.span, pointer: pointer.into() };
-                if text.contains('{') {
-                    for inner in text.split('{').skip(1).filter_map(|rest| rest.split('}').next()) {
-                        if let Ok(expression) = self.parse(inner) {
-                            self.fix(&expression, environment, &at);
-                        }
-                    }
-                } else if all && let Ok(expression) = self.parse(text) {
+                if let Ok(expression) = self.parse(text) {
                     self.fix(&expression, environment, &at);
                 }
             }
             document::Kind::Array(list) => list.iter().enumerate().for_each(|(at, item)| {
-                self.fix_all(item, environment, &pointer.element(at), all);
+                self.fix_all(item, environment, &pointer.element(at));
             }),
             document::Kind::Object(entries) => entries.iter().for_each(|entry| {
-                self.fix_all(&entry.value, environment, &pointer.key(&entry.key), all);
+                self.fix_all(&entry.value, environment, &pointer.key(&entry.key));
             }),
             _ => {}
+        }
+    }
+
+    /// Makes structural what the order and the fallbacks of a pass follow from.
+    pub(in crate::pipeline) fn fix_order(&mut self, pass: &Instance<'_>) {
+        for key in ["after", "passthrough"] {
+            if let Some(value) = pass.entry.value.get(key) {
+                self.fix_all(value, &pass.environment, &Pointer::Text(&pass.pointer).key(key));
+            }
         }
     }
 

@@ -3,7 +3,7 @@
 //! The schemas come from `schemars`, that is, from the very types that the tree is decoded into afterwards; so what an
 //! editor is told, what is checked here and what the decoder accepts are one thing. The dialect is the part of JSON
 //! Schema 2020-12 that such schemas use: `type`, `properties`, `required`, `additionalProperties`,
-//! `propertyNames.pattern` (names only), `items`, `prefixItems`, `minItems`, `maxItems`, `enum`, `const`, `minimum`,
+//! `propertyNames.pattern` (names only), `pattern` (signs of strings only), `items`, `prefixItems`, `minItems`, `maxItems`, `enum`, `const`, `minimum`,
 //! `maximum`, `exclusiveMinimum`, `anyOf`, `oneOf`, `allOf`, `$ref` into `$defs`.
 //!
 //! Alternatives (`oneOf`, `anyOf`) give poor messages when every branch reports. Here the value chooses its branch
@@ -20,7 +20,7 @@ pub use rules::Schema;
 
 use serde_json::Value as Json;
 
-use super::{Entry, Kind, Pointer, Value};
+use super::{Entry, Kind, Pointer, Signs, Value, Written};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, list_of, suggested_name};
 use rules::{Additional, Alternatives, Branch, Node, Rules};
 
@@ -73,6 +73,9 @@ impl<'a> Checker<'a, '_> {
         }
         if let Some(words) = &rules.words {
             self.words(value, words, pointer);
+        }
+        if let Some(diagnostic) = rules.signs.and_then(|signs: Signs| signs.check(value)) {
+            self.push(diagnostic, pointer);
         }
         match &value.kind {
             Kind::Number(number) => self.bounds(value, number.as_f64().unwrap_or(0.0), rules, pointer),
@@ -210,7 +213,7 @@ impl<'a> Checker<'a, '_> {
         pointer: &Pointer<'_>,
         depth: usize,
     ) {
-        if alternatives.takes_expressions && value.text().is_some_and(|text| text.starts_with('=')) {
+        if alternatives.takes_expressions && value.text().is_some_and(is_expression) {
             return;
         }
         let typed = || alternatives.branches.iter().filter(|branch| branch.could_be.have(value));
@@ -327,6 +330,10 @@ pub fn unknown_key(entry: &Entry, known: &[&str], beside: &[Entry]) -> Diagnosti
     })
 }
 
+fn is_expression(text: &str) -> bool {
+    matches!(Written::of(text), Written::Expression(_))
+}
+
 /// Whether a text could be the name of something in an expression.
 fn is_name(text: &str) -> bool {
     text.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
@@ -408,7 +415,7 @@ mod tests {
             Vec::<String>::new()
         );
         assert_eq!(
-            diagnostics(r#"{"texture": {"format": "depth32float", "size": "viewport"}}"#),
+            diagnostics(r#"{"texture": {"format": "depth32float", "size": "=viewport"}}"#),
             Vec::<String>::new()
         );
     }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use serde_json::Value as Json;
 
-use super::{Kind, Value};
+use super::{Kind, Signs, Value};
 use crate::diagnostic::list_of;
 
 /// A schema, ready to check documents with; made once, it serves any number of them.
@@ -33,6 +33,8 @@ pub(super) struct Rules {
     pub(super) all_of: Vec<Node>,
     pub(super) types: Option<Wanted>,
     pub(super) words: Option<Vec<Json>>,
+    /// The signs that a text needs.
+    pub(super) signs: Option<Signs>,
     pub(super) minimum: Option<f64>,
     pub(super) maximum: Option<f64>,
     pub(super) above: Option<f64>,
@@ -212,6 +214,7 @@ impl<'a> Maker<'a> {
         rules.types =
             json.get("type").map(|types| Wanted { types: Types::listed(types), names: type_names(types) });
         rules.words = words(json).map(<[Json]>::to_vec);
+        rules.signs = json.get("pattern").and_then(Json::as_str).and_then(Signs::of_pattern);
         (rules.minimum, rules.maximum) = (number("minimum"), number("maximum"));
         rules.above = number("exclusiveMinimum");
         (rules.min_items, rules.max_items) = (count("minItems"), count("maxItems"));
@@ -251,7 +254,10 @@ impl<'a> Maker<'a> {
     fn alternatives(&mut self, branches: &'a [Json]) -> Alternatives {
         let mut flat = Vec::new();
         flatten(branches, self.root, &mut flat, 0);
-        let is_expression = |branch: &&&Json| branch.get("pattern").and_then(Json::as_str) == Some("^=");
+        let is_expression = |branch: &&&Json| {
+            let has = |keyword, value| branch.get(keyword).and_then(Json::as_str) == Some(value);
+            has("pattern", "^=") && has("type", "string")
+        };
         let takes_expressions = flat.iter().any(|branch| is_expression(&branch));
         flat.retain(|branch| !is_expression(&branch));
         let mut names: Vec<String> = Vec::new();

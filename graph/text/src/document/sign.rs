@@ -1,0 +1,120 @@
+//! The first character of a string says what the string is.
+//!
+//! ```jsonc
+//! "size": "=viewport / 2",       // computed
+//! "source": "&maps@blur",        // refers to a resource or to published data
+//! "compare": "less-equal"        // a word, a file or a declared name, as its key says
+//! ```
+//!
+//! This is the one place that knows the signs.
+
+use super::Value;
+use crate::diagnostic::{Diagnostic, codes};
+use crate::expression::{Reference, parse};
+
+/// A string of a document without its sign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Written<'a> {
+    /// An expression, after an equals sign.
+    Expression(&'a str),
+    /// A reference, after an ampersand.
+    Reference(&'a str),
+    /// A word, a file or a declared name.
+    Plain(&'a str),
+}
+
+impl<'a> Written<'a> {
+    /// Reads the sign of a string.
+    pub fn of(text: &'a str) -> Self {
+        match (text.strip_prefix('='), text.strip_prefix('&')) {
+            (Some(expression), _) => Self::Expression(expression),
+            (None, Some(reference)) => Self::Reference(reference),
+            (None, None) => Self::Plain(text),
+        }
+    }
+}
+
+/// The signs that a string needs at a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signs {
+    /// An equals sign.
+    Expression,
+    /// An ampersand, or an equals sign.
+    Reference,
+}
+
+impl Signs {
+    /// The signs that a pattern of a schema asks for.
+    pub fn of_pattern(pattern: &str) -> Option<Self> {
+        match pattern {
+            "^=" => Some(Self::Expression),
+            "^[&=]" => Some(Self::Reference),
+            _ => None,
+        }
+    }
+
+    /// The diagnostic of a string that has none of them; with a fix where the sign is all that it lacks.
+    pub fn check(self, value: &Value) -> Option<Diagnostic> {
+        let text = value.text()?;
+        let (wanted, sign, code) = match (self, Written::of(text)) {
+            (_, Written::Expression(_)) | (Self::Reference, Written::Reference(_)) => return None,
+            (Self::Expression, _) => ("an expression", '=', codes::EXPRESSION_SYNTAX),
+            (Self::Reference, Written::Plain(_)) => ("a reference", '&', codes::BAD_REFERENCE),
+        };
+        let message = match Written::of(text) {
+            Written::Reference(_) => format!("{wanted} is wanted here, this is the reference \"{text}\""),
+            _ => format!("{wanted} is wanted here, this is the word \"{text}\""),
+        };
+        let diagnostic = Diagnostic::error(code, value.span, message);
+        let is_one = match self {
+            Self::Expression => parse(text).is_ok(),
+            Self::Reference => {
+                Reference::parse(text).is_ok_and(|_| !text.contains(|c: char| " '{}()?:/".contains(c)))
+            }
+        };
+        if !is_one {
+            return Some(diagnostic.help(format!("{wanted} begins with \"{sign}\"")));
+        }
+        let diagnostic = diagnostic.help(format!("{wanted} begins with \"{sign}\": write \"{sign}{text}\""));
+        Some(match value.span_within(0..0) {
+            Some(place) => diagnostic.fix(place, sign),
+            None => diagnostic,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::Sources;
+
+    fn checked(signs: Signs, text: &str) -> Option<(String, Option<String>)> {
+        let mut sources = Sources::new();
+        let file = sources.add("t", serde_json::to_string(text).unwrap());
+        let value = crate::document::parse(&sources, file).valid().unwrap().root;
+        let diagnostic = signs.check(&value)?;
+        let fixed = diagnostic.fix.map(|fix| {
+            let mut text = sources.get(file).unwrap().text().to_string();
+            fix.edits.iter().for_each(|edit| text.replace_range(edit.span.range(), &edit.replacement));
+            text
+        });
+        Some((diagnostic.message, fixed))
+    }
+
+    #[test]
+    fn a_string_without_its_sign_is_told_with_a_mend() {
+        let fix = |signs, text| checked(signs, text).unwrap().1;
+        assert_eq!(fix(Signs::Expression, "viewport / 2").as_deref(), Some("\"=viewport / 2\""));
+        assert_eq!(fix(Signs::Reference, "maps@-1").as_deref(), Some("\"&maps@-1\""));
+        assert_eq!(fix(Signs::Expression, "1 +"), None);
+        assert_eq!(fix(Signs::Reference, "maps_{level}"), None);
+        let (message, fix) = checked(Signs::Expression, "&maps").unwrap();
+        assert_eq!(message, "an expression is wanted here, this is the reference \"&maps\"");
+        assert_eq!(fix.as_deref(), Some("\"=&maps\""));
+        for (signs, text) in
+            [(Signs::Expression, "=1"), (Signs::Reference, "&a"), (Signs::Reference, "=a ? &b : &c")]
+        {
+            assert_eq!(checked(signs, text), None);
+        }
+    }
+}
