@@ -111,7 +111,7 @@ fn without_a_far_plane_the_whole_range_ends_where_the_scene_does() {
     let camera = identity_camera().projection(endless).position(DVec3::new(0.0, 0.0, 5.0));
     let behind = Bounds { min: DVec3::splat(6.0), max: DVec3::splat(9.0) };
     let around = frame(camera, DVec3::NEG_Y).scene_bounds;
-    for (bounds, end) in [(around, 65.0), (behind, 0.6), (Bounds::EMPTY, 0.6)] {
+    for (bounds, end) in [(around, 65.0), (behind, 0.6), (Bounds::EMPTY, 1000.0)] {
         let set = settings.fit(&frame(camera, DVec3::new(0.2, -0.9, 0.1)).scene_bounds(bounds));
         let slices: Vec<_> = set.iter().map(|cascade| (cascade.slice.begin, cascade.slice.end)).collect();
         assert_eq!(slices, [(0.3, end); 2]);
