@@ -166,6 +166,7 @@ impl Found {
             },
             Stmt::ForLoop(one) => {
                 self.bind([&one.target]);
+                self.names.bound.insert("loop".to_owned());
                 self.expression(&one.iter);
                 self.expressions(&one.filter_expr);
                 self.statements(&one.body);
