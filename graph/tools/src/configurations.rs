@@ -25,16 +25,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::cover::{Cover, MAX_PAIRED, Rules, picks};
 use crate::dependence;
-use crate::varied::{FEW_VALUES, Mentions, features, parse};
+use crate::varied::{FEW_VALUES, Mentions, features};
 use crate::varied_setting::Varied;
 use crate::witness::{Settings, Witness};
 use umbragraph_pipeline::diagnostic::{AxisValue, Count, Diagnostics, list_of};
 use umbragraph_pipeline::document::{Document, Value};
-use umbragraph_pipeline::expression::{BinaryOperator, Expression, ExpressionKind, UnaryOperator};
+use umbragraph_pipeline::expression::{self, BinaryOperator, Expression, ExpressionKind, UnaryOperator};
+use umbragraph_pipeline::model::Model;
 use umbragraph_pipeline::node::Registry;
-use umbragraph_pipeline::pipeline::{
-    self, LoadOptions, Overrides, Pipeline, Setting, axis_value, inlined, of_preset,
-};
+use umbragraph_pipeline::pipeline::{self, LoadOptions, Overrides, Pipeline, Setting, axis_value, of_preset};
 use umbragraph_pipeline::shader::{ShaderCache, TargetProfile, TemplateSet};
 use umbragraph_pipeline::source::Sources;
 
@@ -124,9 +123,8 @@ impl Configurations {
 
     /// Those that can differ in their shaders or passes.
     pub fn all(document: &Document, templates: &TemplateSet, profile: &TargetProfile) -> Self {
-        let written = document;
-        let document = &*inlined(document);
-        let mentions = Mentions::of(document, templates, profile);
+        let model = &Model::new(document);
+        let mentions = Mentions::of(document, model, templates, profile);
         let mut varied = mentions.varied(MAX_VALUES);
         if product(&varied, &(0..varied.len()).collect()).is_none() {
             varied = mentions.varied(FEW_VALUES);
@@ -134,8 +132,7 @@ impl Configurations {
         let settings = Settings::new(&varied, &mentions.defaults);
         let (mut picks, mut cover) = picks(&settings.rules, MAX_STATES);
         if cover != Cover::All {
-            let groups =
-                dependence::groups(document, varied.iter().map(|each| each.name.as_str()), templates);
+            let groups = dependence::groups(model, varied.iter().map(|each| each.name.as_str()), templates);
             cover = add_states(&settings, groups, &mut picks);
             if cover != Cover::Passes {
                 add_witnesses(&settings, &conditions(&mentions, &settings), &mut picks);
@@ -144,10 +141,10 @@ impl Configurations {
         let is_sampled = matches!(cover, Cover::Pairs | Cover::Some);
         let exact = !is_sampled && varied.iter().all(|each| each.exhaustive);
         let free = if exact { Vec::new() } else { free_axes(&mentions, &settings, is_sampled) };
-        let mut found = Self::of(written, &Overrides::default(), varied, picks, cover);
+        let mut found = Self::of(document, &Overrides::default(), varied, picks, cover);
         found.number.exact &= exact;
         if !exact {
-            found.list.extend(presets(written, &Overrides::default()));
+            found.list.extend(presets(document, &Overrides::default()));
         }
         Self { exact, free, are_all: true, ..found }
     }
@@ -275,15 +272,16 @@ fn presets(document: &Document, base: &Overrides) -> Vec<Configuration> {
 /// Whether the condition at a pointer, of a pass at the top of a document, holds with no values that its settings can have.
 pub(super) fn cannot_hold(
     document: &Document,
-    templates: &TemplateSet,
-    profile: &TargetProfile,
+    model: &Model,
+    (templates, profile): (&TemplateSet, &TargetProfile),
     pointer: &str,
 ) -> bool {
-    let document = &*inlined(document);
-    let mentions = Mentions::of(document, templates, profile);
+    let mentions = Mentions::of(document, model, templates, profile);
     let varied = mentions.varied(MAX_STATES);
     let settings = Settings::new(&varied, &mentions.defaults);
-    let Some(condition) = document.root.nearest(pointer).text().and_then(parse) else { return false };
+    let place = document.root.nearest(pointer).span;
+    let condition = model.texts().iter().find(|text| text.place == place).and_then(|text| model.closed(text));
+    let Some(condition) = condition else { return false };
     settings.named(&condition).into_iter().all(|at| varied[at].exhaustive)
         && settings.witness(&condition, true) == Witness::Nowhere
 }
@@ -303,8 +301,8 @@ fn conditions(mentions: &Mentions<'_>, settings: &Settings<'_>) -> Vec<Expressio
     };
     let mut found = Vec::new();
     for mention in mentions.list.iter().filter(|mention| mention.deciding) {
-        let Some(expression) = parse(mention.text) else { continue };
-        let when = mention.pass.and_then(|pass| condition_of(mentions.document, pass));
+        let Some(expression) = &mention.expression else { continue };
+        let when = mention.pass.and_then(|pass| mentions.condition_of(pass));
         let mut add = |condition: &Expression| {
             if let Some(when) = when.as_ref().filter(|when| *when != condition) {
                 found.push(both(when, condition));
@@ -312,8 +310,8 @@ fn conditions(mentions: &Mentions<'_>, settings: &Settings<'_>) -> Vec<Expressio
             }
             found.push(condition.clone());
         };
-        if is_condition(&expression) {
-            add(&expression);
+        if is_condition(expression) {
+            add(expression);
         }
         expression.visit(&mut |inner| {
             if let ExpressionKind::Conditional(condition, _, _) = &inner.kind
@@ -337,11 +335,6 @@ fn has_form_of_condition(expression: &Expression) -> bool {
     )
 }
 
-/// The condition of a pass of the document.
-fn condition_of(document: &Document, pass: &str) -> Option<Expression> {
-    parse(document.root.get("passes")?.get(pass)?.get("when")?.text()?)
-}
-
 /// The axes of which configurations that are left out can give values.
 fn free_axes(mentions: &Mentions<'_>, settings: &Settings<'_>, sampled: bool) -> Vec<FreeAxis> {
     let varied = mentions.varied(MAX_STATES);
@@ -351,17 +344,17 @@ fn free_axes(mentions: &Mentions<'_>, settings: &Settings<'_>, sampled: bool) ->
     let mut free = Vec::new();
     for mention in &mentions.list {
         let Some(axis) = mention.axis else { continue };
-        let expression = parse(mention.text);
-        let named = expression.as_ref().map(|each| settings.named(each)).unwrap_or_default();
+        let expression = mention.expression.as_ref();
+        let named = expression.map(|each| settings.named(each)).unwrap_or_default();
         let is_tried = !sampled || named.len() <= 1;
         if is_tried && !named.iter().any(open) {
             continue;
         }
-        let condition = mention.pass.and_then(|pass| condition_of(mentions.document, pass));
+        let condition = mention.pass.and_then(|pass| mentions.condition_of(pass));
         free.push(FreeAxis {
             name: axis.to_owned(),
             pass: mention.pass.map(str::to_owned),
-            values: expression.and_then(|each| values_yielded(wide, &each, condition.as_ref())),
+            values: expression.and_then(|each| values_yielded(wide, each, condition.as_ref())),
             reason: format!("\"{}\"", mention.text),
         });
     }
@@ -370,7 +363,7 @@ fn free_axes(mentions: &Mentions<'_>, settings: &Settings<'_>, sampled: bool) ->
         free.push(FreeAxis {
             name: each.name.clone(),
             pass: None,
-            values: parse(&each.name).and_then(|name| values_yielded(wide, &name, None)),
+            values: expression::parse(&each.name).ok().and_then(|name| values_yielded(wide, &name, None)),
             reason: format!("\"{}\"", each.name),
         });
     }

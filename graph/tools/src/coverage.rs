@@ -15,6 +15,7 @@ use umbragraph_compiler::{Plan, PlanOptions};
 use umbragraph_pipeline::compose::as_written;
 use umbragraph_pipeline::diagnostic::{Code, Diagnostic, Diagnostics, Place, Severity};
 use umbragraph_pipeline::document::Document;
+use umbragraph_pipeline::model::Model;
 use umbragraph_pipeline::shader::{AxisValues, ShaderCache};
 use umbragraph_pipeline::source::Sources;
 
@@ -105,8 +106,9 @@ pub fn check_configurations(
         violations.into_iter().map(|(violation, places)| with(violation, &places)).collect();
     // A use that is invalid counts for nothing.
     if found.is_sound() {
-        unused(document, templates, diagnostics);
-        coverage.remarks = Remarks::of(document, &coverage.first);
+        let model = Model::new(document);
+        unused(document, &model, templates, diagnostics);
+        coverage.remarks = Remarks::of(&model, &coverage.first);
     }
     diagnostics.extend(found.diagnostics(configurations));
     coverage

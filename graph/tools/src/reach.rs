@@ -15,6 +15,7 @@ use crate::coverage::Judge;
 use umbragraph_pipeline::compose::as_written;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
 use umbragraph_pipeline::document::Document;
+use umbragraph_pipeline::model::Model;
 use umbragraph_pipeline::pipeline::{Absent, Overrides, Pipeline, Survey, lacking};
 use umbragraph_pipeline::shader::permutations::Count;
 use umbragraph_pipeline::shader::{self, AxisValue, AxisValues, ShaderCache};
@@ -173,10 +174,11 @@ fn unproven<'a>(
 ) -> impl Iterator<Item = Diagnostic> + 'a {
     let features = document.root.entries_of("features");
     // What one profile has no room for, another may have.
+    let model = Model::new(document);
     let is_less = features.iter().any(|entry| lacking(entry, features, options.profile).is_some());
     survey.absent.values().filter_map(move |absent| {
         let Absent { name, decided_by, is_top, pointer } = absent;
-        let never = exact || *is_top && cannot_hold(document, options.templates, options.profile, pointer);
+        let never = exact || *is_top && cannot_hold(document, &model, (options.templates, options.profile), pointer);
         let code = shader::codes::PASS_UNPROVEN;
         let diagnostic = if never {
             let message = format!("no configuration has the pass \"{name}\"");

@@ -1,17 +1,16 @@
 //! What a pipeline has and a plan of it does not use: no defect, but worth a line.
 //!
 //! Culled passes, with the reason; dispatches of fewer invocations than a texture that they write has texels; entry points of the shaders that no pass runs; parameters that nothing of the plan
-//! follows from. The last are found by words, as unused settings are (`unused`), but in what the plan keeps: its passes,
-//! resources and what these name in turn, and the conditions of all passes. So one that only a setting of another scheme
+//! follows from. The last are found by their uses, as unused settings are (`unused`), but in what the plan keeps: its
+//! passes, resources and what these name in turn, and the conditions of all passes. So one that only a setting of another scheme
 //! reads is named; one that is only multiplied by zero is not.
 
 use std::collections::BTreeSet;
 
 use crate::check::CheckReport;
-use crate::unused::Mentioned;
 use crate::why::why_culled;
 use umbragraph_compiler::Plan;
-use umbragraph_pipeline::document::{Document, Entry};
+use umbragraph_pipeline::model::{Declaration, DeclarationKind as Kind, Id, Model, Text};
 use umbragraph_pipeline::pipeline::{Pipeline, Usage};
 use umbragraph_pipeline::shader::Stage;
 use umbragraph_pipeline::work::{Dispatch, Work};
@@ -32,14 +31,14 @@ pub struct Remarks {
 
 impl Remarks {
     /// What the plan of a checked pipeline does not use; nothing where there is no plan.
-    pub(crate) fn of(document: &Document, checked: &CheckReport) -> Self {
+    pub(crate) fn of(model: &Model, checked: &CheckReport) -> Self {
         let (Some(pipeline), Some(plan)) = (&checked.pipeline, &checked.plan) else { return Self::default() };
         let reason = |name: &String| why_culled(plan, name).next().unwrap_or_default();
         Self {
             culled: plan.culled.keys().map(|name| (name.clone(), reason(name))).collect(),
             small_dispatches: small_dispatches(pipeline, plan),
             entry_points: entry_points(pipeline),
-            parameters: parameters(document, pipeline, plan),
+            parameters: parameters(model, pipeline, plan),
         }
     }
 }
@@ -92,45 +91,43 @@ fn entry_points(pipeline: &Pipeline) -> Vec<(String, String)> {
     all.difference(&run).cloned().collect()
 }
 
-fn parameters(document: &Document, pipeline: &Pipeline, plan: &Plan) -> Vec<String> {
-    let root = &document.root;
-    let entries = |section: &str| root.entries_of(section);
+fn parameters(model: &Model, pipeline: &Pipeline, plan: &Plan) -> Vec<String> {
+    let at_the_top =
+        |kind| model.declarations().filter(move |(_, one)| one.kind == kind && one.owner.is_none());
     let kept: BTreeSet<&str> = plan
         .passes
         .iter()
         .filter_map(|planned| pipeline.pass(planned.handle).pointer.strip_prefix("/passes/"))
         .map(|rest| rest.split('/').next().unwrap_or(rest))
         .collect();
-    let mut mentioned = Mentioned::default();
-    let mut axes = BTreeSet::new();
-    for entry in entries("passes") {
-        if kept.contains(entry.key.as_str()) || entry.value.get("use").is_some() {
-            mentioned.read(&entry.value);
-        } else {
-            let conditions = ["when", "for_each"].into_iter().filter_map(|key| entry.value.get(key));
-            conditions.for_each(|condition| mentioned.read(condition));
-        }
+    let mut named: BTreeSet<Id> = BTreeSet::new();
+    for (id, pass) in at_the_top(Kind::Pass) {
+        let is_whole = kept.contains(pass.name.as_str()) || model.node_kind(id).is_none();
+        let decides = |text: &&Text| text.keys.first().is_some_and(|key| key == "when" || key == "for_each");
+        let texts = model.texts_in(id).filter(|text| is_whole || decides(text));
+        named.extend(texts.flat_map(|text| model.named_in(text)));
     }
+    let mut axes = BTreeSet::new();
     for planned in &plan.passes {
         let Some(program) = pipeline.pass(planned.handle).work().program() else { continue };
         for variant in &pipeline.program(program).variants {
             axes.extend(variant.module.axes.keys().chain(variant.module.constants.keys()).cloned());
         }
     }
-    // What is named names others in turn; what nothing names says nothing.
-    for section in ["constraints", "geometry", "subgraphs", "shared_settings"] {
-        root.get(section).into_iter().for_each(|section| mentioned.read(section));
+    let in_all = |id| model.parts_of(id).flat_map(|part| model.uses_in(part)).map(|one| one.declaration);
+    for kind in [Kind::Constraint, Kind::Subgraph] {
+        named.extend(at_the_top(kind).flat_map(|(id, _)| in_all(id)));
     }
-    let mut waiting: Vec<&Entry> =
-        ["resources", "derived", "features"].into_iter().flat_map(entries).collect();
+    // What is named names others in turn; what nothing names says nothing.
+    let mut waiting: Vec<(Id, &Declaration)> =
+        [Kind::Resource, Kind::Derived, Kind::Feature].into_iter().flat_map(at_the_top).collect();
     loop {
         let before = waiting.len();
-        waiting.retain(|entry| {
-            let is_named = mentioned.words.contains(entry.key.as_str())
-                || axes.contains(&entry.key)
-                || plan.resources.contains_key(&entry.key);
+        waiting.retain(|(id, one)| {
+            let is_named =
+                named.contains(id) || axes.contains(&one.name) || plan.resources.contains_key(&one.name);
             if is_named {
-                mentioned.read(&entry.value);
+                named.extend(in_all(*id));
             }
             !is_named
         });
@@ -138,9 +135,9 @@ fn parameters(document: &Document, pipeline: &Pipeline, plan: &Plan) -> Vec<Stri
             break;
         }
     }
-    let declared = entries("parameters").iter().map(|entry| &entry.key);
+    let declared = at_the_top(Kind::Parameter);
     declared
-        .filter(|name| !mentioned.words.contains(name.as_str()) && !axes.contains(*name))
-        .cloned()
+        .filter(|(id, one)| !named.contains(id) && !axes.contains(&one.name))
+        .map(|(_, one)| one.name.clone())
         .collect()
 }

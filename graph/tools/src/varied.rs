@@ -10,12 +10,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::cover::Rules;
 use crate::thresholds::Number;
+use crate::unused::axes_named;
 use crate::varied_setting::Varied;
 use crate::witness::value_of;
 use umbragraph_pipeline::document::{Document, Entry, Kind, Value};
-use umbragraph_pipeline::expression::{self, Expression};
+use umbragraph_pipeline::expression::{self, Expression, ExpressionKind};
 use umbragraph_pipeline::language::{FeatureDeclaration, Order, ParameterDeclaration, ParameterType};
-use umbragraph_pipeline::pipeline::{Overrides, has_word, lacking, off};
+use umbragraph_pipeline::model::{DeclarationKind, Model, Text};
+use umbragraph_pipeline::pipeline::{Overrides, lacking, off};
 use umbragraph_pipeline::shader::{TargetProfile, TemplateSet};
 
 /// The maximum number of lengths of a list.
@@ -24,14 +26,45 @@ pub(super) const FEW_VALUES: usize = 16;
 /// Keys under which a value decides about passes and axes.
 const DECIDING: &[&str] = &["when", "for_each", "axes", "with", "use", "shader"];
 
-/// The place of a text among passes.
-pub(super) struct Mention<'a> {
-    pub(super) text: &'a str,
+/// A string among passes, outside of `bind`.
+pub(super) struct Mention<'m> {
+    /// The string as it is written.
+    pub(super) text: &'m str,
+    /// The expression over settings, if it is one.
+    pub(super) expression: Option<Expression>,
+    /// The settings that it follows from.
+    pub(super) settings: BTreeSet<&'m str>,
     /// The pass of the document in which it stands.
-    pub(super) pass: Option<&'a str>,
-    /// The key of the axis that the text is about.
-    pub(super) axis: Option<&'a str>,
+    pub(super) pass: Option<&'m str>,
+    /// The key of the axis that it is about.
+    pub(super) axis: Option<&'m str>,
     pub(super) deciding: bool,
+}
+
+impl<'m> Mention<'m> {
+    fn of(model: &'m Model, text: &'m Text, pass: Option<&'m str>) -> Self {
+        let axis = text.keys.iter().position(|key| key == "axes").and_then(|at| text.keys.get(at + 1));
+        let settings = model.settings_behind(model.named_in(text)).into_iter();
+        Self {
+            text: &text.text,
+            expression: model.closed(text),
+            settings: settings.map(|id| model.declaration(id).name.as_str()).collect(),
+            pass,
+            axis: axis.map(String::as_str),
+            deciding: DECIDING.iter().any(|key| text.is_under(key)),
+        }
+    }
+
+    /// Whether it takes an element of a list of this name.
+    fn is_indexed(&self, name: &str) -> bool {
+        let mut found = false;
+        let mut look = |inner: &Expression| {
+            found |= matches!(&inner.kind, ExpressionKind::Index(list, _)
+                if matches!(&list.kind, ExpressionKind::Name(list) if list == name));
+        };
+        self.expression.iter().for_each(|expression| expression.visit(&mut look));
+        found
+    }
 }
 
 /// The features of a document, each with the value that `base` gives it or all that it can have, by name.
@@ -54,8 +87,9 @@ pub(super) fn features(document: &Document, base: &Overrides, profile: &TargetPr
 /// What decides about the shaders and passes of a document.
 pub(super) struct Mentions<'d> {
     pub(super) document: &'d Document,
+    pub(super) model: &'d Model,
     profile: &'d TargetProfile,
-    /// The texts of passes and subgraphs, outside of `bind`. A derived value with the name of an axis is what the axis
+    /// The strings of passes and subgraphs, outside of `bind`. A derived value with the name of an axis is what the axis
     /// follows.
     pub(super) list: Vec<Mention<'d>>,
     /// The axes of all templates that they name.
@@ -65,29 +99,52 @@ pub(super) struct Mentions<'d> {
 }
 
 impl<'d> Mentions<'d> {
-    pub(super) fn of(document: &'d Document, templates: &'d TemplateSet, profile: &'d TargetProfile) -> Self {
-        let mut list = Vec::new();
+    pub(super) fn of(
+        document: &'d Document,
+        model: &'d Model,
+        templates: &'d TemplateSet,
+        profile: &'d TargetProfile,
+    ) -> Self {
+        let at_the_top =
+            |kind| model.declarations().filter(move |(_, one)| one.kind == kind && one.owner.is_none());
+        let mut texts: Vec<(&Text, Option<&str>)> = Vec::new();
+        for (id, pass) in at_the_top(DeclarationKind::Pass) {
+            texts.extend(model.texts_in(id).map(|text| (text, Some(pass.name.as_str()))));
+        }
+        for (id, _) in at_the_top(DeclarationKind::Subgraph) {
+            texts.extend(model.texts_in(id).map(|text| (text, None)));
+        }
+        texts.retain(|(text, _)| !text.is_under("bind"));
+        let axes = axes_named(texts.iter().map(|(text, _)| *text), templates);
+        let mut list: Vec<Mention<'d>> =
+            texts.into_iter().map(|(text, pass)| Mention::of(model, text, pass)).collect();
+        for (id, derived) in at_the_top(DeclarationKind::Derived).filter(|(_, one)| axes.contains(&*one.name))
+        {
+            let of_axis = |text| Mention {
+                axis: Some(derived.name.as_str()),
+                deciding: true,
+                ..Mention::of(model, text, None)
+            };
+            list.extend(model.texts_in(id).map(of_axis));
+        }
         let entries = |section: &str| document.root.entries_of(section);
-        for entry in entries("passes") {
-            collect(&entry.value, Some(&entry.key), None, false, &mut list);
-        }
-        for entry in entries("subgraphs") {
-            collect(&entry.value, None, None, false, &mut list);
-        }
-        let axes = templates.axes_of(|template| list.iter().any(|mention| mention.text == template));
-        for entry in entries("derived").iter().filter(|entry| axes.contains(entry.key.as_str())) {
-            collect(&entry.value, None, Some(&entry.key), true, &mut list);
-        }
         let settings = entries("features").iter().chain(entries("parameters"));
         let default = |entry: &Entry| Some((entry.key.clone(), value_of(entry.value.get("default")?)?));
-        Self { document, profile, list, axes, defaults: settings.filter_map(default).collect() }
+        Self { document, model, profile, list, axes, defaults: settings.filter_map(default).collect() }
+    }
+
+    /// The condition of a pass of the document.
+    pub(super) fn condition_of(&self, pass: &str) -> Option<Expression> {
+        let pass = self.model.find(DeclarationKind::Pass, pass)?;
+        let condition = self.model.texts_in(pass).find(|text| text.keys == ["when"])?;
+        self.model.closed(condition)
     }
 
     /// The settings that decide about shaders and passes; a range of over `limit` whole numbers is not gone through.
     pub(super) fn varied(&self, limit: usize) -> Vec<Varied> {
-        let Self { document, profile, list, axes, defaults } = self;
+        let Self { document, profile, list, axes, defaults, .. } = self;
         let is_mentioned =
-            |name: &str| axes.contains(name) || list.iter().any(|mention| has_word(mention.text, name));
+            |name: &str| axes.contains(name) || list.iter().any(|mention| mention.settings.contains(name));
         let mut varied = features(document, &Overrides::default(), profile);
         // What a varied feature requires or excludes, and its group, decide about it, so they vary too.
         let mentioned = (0..varied.len()).filter(|at| is_mentioned(&varied[*at].name)).collect();
@@ -95,10 +152,11 @@ impl<'d> Mentions<'d> {
         let mut at = 0..;
         varied.retain(|_| at.next().is_some_and(|at| wanted.contains(&at)));
         let decides = |name: &str| {
-            axes.contains(name) || list.iter().any(|mention| mention.deciding && has_word(mention.text, name))
+            let deciding = |mention: &Mention<'_>| mention.deciding && mention.settings.contains(name);
+            axes.contains(name) || list.iter().any(deciding)
         };
         let deciding = list.iter().filter(|mention| mention.deciding);
-        let deciding: Vec<Expression> = deciding.filter_map(|mention| parse(mention.text)).collect();
+        let deciding: Vec<Expression> = deciding.filter_map(|mention| mention.expression.clone()).collect();
         for entry in document.root.entries_of("parameters") {
             let Ok(declaration) = entry.value.decode::<ParameterDeclaration>() else {
                 continue;
@@ -107,7 +165,7 @@ impl<'d> Mentions<'d> {
             if !(if is_small { is_mentioned(&entry.key) } else { decides(&entry.key) }) {
                 continue;
             }
-            let is_indexed = list.iter().any(|mention| mention.text.contains(&format!("{}[", entry.key)));
+            let is_indexed = list.iter().any(|mention| mention.is_indexed(&entry.key));
             let number = Number {
                 name: &entry.key,
                 default: defaults.get(&entry.key).and_then(expression::Value::number).unwrap_or_default(),
@@ -124,39 +182,6 @@ impl<'d> Mentions<'d> {
             });
         }
         varied
-    }
-}
-
-/// The expression of a text; an equals sign in front of a computed word is not part of it.
-pub(super) fn parse(text: &str) -> Option<Expression> {
-    expression::parse(text.strip_prefix('=').unwrap_or(text)).ok()
-}
-
-fn collect<'a>(
-    value: &'a Value,
-    pass: Option<&'a str>,
-    axis: Option<&'a str>,
-    deciding: bool,
-    mentions: &mut Vec<Mention<'a>>,
-) {
-    match &value.kind {
-        Kind::Text(text) => mentions.push(Mention { text, pass, axis, deciding }),
-        Kind::Array(elements) => {
-            elements.iter().for_each(|element| collect(element, pass, axis, deciding, mentions));
-        }
-        Kind::Object(entries) => {
-            for entry in entries.iter().filter(|entry| entry.key != "bind") {
-                let deciding = deciding || DECIDING.contains(&entry.key.as_str());
-                if entry.key == "axes" {
-                    for axis in entry.value.entries().unwrap_or_default() {
-                        collect(&axis.value, pass, Some(&axis.key), true, mentions);
-                    }
-                } else {
-                    collect(&entry.value, pass, axis, deciding, mentions);
-                }
-            }
-        }
-        Kind::Null | Kind::Bool(_) | Kind::Number(_) | Kind::Missing => {}
     }
 }
 

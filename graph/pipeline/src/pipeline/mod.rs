@@ -22,7 +22,6 @@ mod expand;
 mod expression_diagnostic;
 mod history;
 mod host_contract;
-mod inlined;
 mod instance;
 mod live;
 mod load;
@@ -51,9 +50,8 @@ pub use derived::Derived;
 pub use environment::{Environment, with_names};
 pub use expression_diagnostic::expression_diagnostic;
 pub use history::History;
-pub use inlined::inlined;
 pub use live::{Constraint, Following, LiveSetting, Structural, is_alike};
-pub use load::{LoadOptions, check_schema, has_word, is_name, is_of, load};
+pub use load::{LoadOptions, check_schema, is_of, load};
 pub use located::Located;
 pub use survey::{Absent, Chosen, EntryPoints, Survey, Wanted};
 

@@ -1,13 +1,15 @@
 //! What the compiler made of a thing, in words.
 
+use std::collections::BTreeSet;
+
 use super::find::{Found, SubgraphUse};
 use super::plan_fact::{PlanFact, fact, said};
 use super::subject::{Kind, Subject};
 use super::{given, reasons};
 use umbragraph_compiler::{KeepReason, Physical, Plan, PlannedPass};
-use umbragraph_pipeline::document::{Entry, Value, pointer_join};
-use umbragraph_pipeline::expression;
+use umbragraph_pipeline::document::{Entry, Value};
 use umbragraph_pipeline::language::{Lifetime, format_name, node_kind};
+use umbragraph_pipeline::model::{DeclarationKind, Id, Model, Text};
 use umbragraph_pipeline::pipeline::{Lacking, Pipeline, ResourceKind, is_of};
 use umbragraph_pipeline::source::Span;
 use umbragraph_pipeline::work::PassHandle;
@@ -154,53 +156,50 @@ fn off(subject: &Subject<'_>, found: &Found<'_>, facts: &mut Vec<PlanFact>) {
         return;
     }
     facts.push(fact("runs", "never: it is switched off in this configuration"));
+    let model = Model::new(&subject.composed.document);
     for (when, of_what) in conditions {
         let bare = |text: &str| text.strip_prefix('=').unwrap_or(text).to_owned();
         let expression = when.text().map_or_else(|| super::origin::json(when), bare);
         facts.push(said(subject, "when", format!("\"when\"{of_what} is {expression}"), when.span));
-        values_in(subject, &expression, "when", facts);
+        let text = model.texts().iter().find(|text| text.place == when.span);
+        values_of(subject, &model, text.into_iter(), "when", facts);
     }
 }
 
-/// The values of what an expression names, each with what gives it.
-fn values_in(subject: &Subject<'_>, expression: &str, about: &'static str, facts: &mut Vec<PlanFact>) {
+/// The values of the settings that strings name, each with what gives it.
+fn values_of<'m>(
+    subject: &Subject<'_>,
+    model: &'m Model,
+    texts: impl Iterator<Item = &'m Text>,
+    about: &'static str,
+    facts: &mut Vec<PlanFact>,
+) {
     let root = &subject.composed.document.root;
-    let sections = [("features", Kind::Feature), ("parameters", Kind::Parameter), ("derived", Kind::Derived)];
-    for name in words(expression) {
-        for (section, kind) in sections {
-            let Some(entry) = root.get(section).and_then(|all| all.entry(name)) else { continue };
-            if kind == Kind::Derived {
-                let pipeline = subject.checked.pipeline.as_deref();
-                let value = pipeline
-                    .and_then(|pipeline| pipeline.derived.get(name))
-                    .map(|one| super::origin::computed(&one.value));
-                let Some(value) = value else { continue };
-                let text = format!("{name} is {value}, by its expression");
-                facts.push(said(subject, about, text, entry.value.span));
-                continue;
-            }
-            let pointer = pointer_join(&format!("/{section}"), name);
-            if let Some(last) = given::given(subject, kind, entry, &pointer).pop() {
-                let text = format!("{name} is {}, by {}", last.value, last.by);
-                facts.push(PlanFact { about, text, at: Some(last.at) });
-            }
+    let mut seen = BTreeSet::new();
+    for id in texts.flat_map(|text| model.named_in(text)).filter(|id| seen.insert(*id)) {
+        let named = model.declaration(id);
+        let name = named.name.as_str();
+        let (section, kind) = match named.kind {
+            DeclarationKind::Feature => ("features", Kind::Feature),
+            DeclarationKind::Parameter => ("parameters", Kind::Parameter),
+            DeclarationKind::Derived => ("derived", Kind::Derived),
+            _ => continue,
+        };
+        let entry = root.get(section).and_then(|all| all.entry(name)).filter(|_| named.owner.is_none());
+        let Some(entry) = entry else { continue };
+        if kind == Kind::Derived {
+            let pipeline = subject.checked.pipeline.as_deref();
+            let value = pipeline
+                .and_then(|pipeline| pipeline.derived.get(name))
+                .map(|one| super::origin::computed(&one.value));
+            let Some(value) = value else { continue };
+            let text = format!("{name} is {value}, by its expression");
+            facts.push(said(subject, about, text, entry.value.span));
+        } else if let Some(last) = given::given(subject, kind, entry, &named.pointer).pop() {
+            let text = format!("{name} is {}, by {}", last.value, last.by);
+            facts.push(PlanFact { about, text, at: Some(last.at) });
         }
     }
-}
-
-/// The names in an expression, each once.
-fn words(text: &str) -> Vec<&str> {
-    let text = text.trim_matches('"');
-    let mut words: Vec<&str> = Vec::new();
-    if expression::parse(text).is_err() {
-        return words;
-    }
-    for word in text.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_') {
-        if !words.contains(&word) {
-            words.push(word);
-        }
-    }
-    words
 }
 
 fn used(subject: &Subject<'_>, uses: &[SubgraphUse<'_>]) -> Vec<PlanFact> {
@@ -316,18 +315,23 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
             entry.value.get("use").and_then(Value::text).is_some_and(|used| used == name)
         }),
         Kind::SharedSettings => {
-            let extends = |entry: &Entry| {
-                let mut found = false;
-                let names = entry.value.get("extends");
-                names.into_iter().for_each(|names| names.for_each_text(&mut |one| found |= one == name));
-                found
-            };
-            users(subject, root, extends)
+            let model = Model::new(&subject.composed.document);
+            let groups = model.declarations().filter(|(_, one)| one.place == found.entry.key_span);
+            let users: BTreeSet<Span> = groups.flat_map(|(id, _)| places_using(&model, id)).collect();
+            self::users(subject, root, |entry| users.contains(&entry.key_span))
         }
         Kind::Derived if found.uses.is_empty() => {
             let mut facts = Vec::new();
-            values_in(subject, &super::origin::json(&found.entry.value), "follows from", &mut facts);
-            facts.extend(mentions(subject, root, name));
+            let model = Model::new(&subject.composed.document);
+            let own = model.find(DeclarationKind::Derived, name);
+            values_of(
+                subject,
+                &model,
+                own.into_iter().flat_map(|id| model.texts_in(id)),
+                "follows from",
+                &mut facts,
+            );
+            facts.extend(mentions(subject, &model, own, name));
             facts
         }
         Kind::Toggle => {
@@ -353,7 +357,13 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
                 said(subject, "unavailable", text, lacking.place)
             });
             let live = change(subject, found.kind, name);
-            lacking.into_iter().chain(live).chain(mentions(subject, root, name)).collect()
+            let model = Model::new(&subject.composed.document);
+            let kind = match found.kind {
+                Kind::Feature => DeclarationKind::Feature,
+                _ => DeclarationKind::Parameter,
+            };
+            let own = model.find(kind, name);
+            lacking.into_iter().chain(live).chain(mentions(subject, &model, own, name)).collect()
         }
         _ => used(subject, &found.uses),
     }
@@ -376,28 +386,21 @@ fn settings(preset: &Value) -> impl Iterator<Item = &Entry> {
     of("parameters").iter().chain(of("features"))
 }
 
-/// Who names a parameter, feature or derived value in an expression, or has a shader with an axis of its name.
-fn mentions(subject: &Subject<'_>, root: &Value, name: &str) -> Vec<PlanFact> {
-    // A pass or a resource of the same name is what a text means that is nothing but the name, save under "when".
-    let is_shared = ["passes", "resources"]
-        .iter()
-        .any(|section| root.get(section).is_some_and(|section| section.entry(name).is_some()));
-    let in_text = |entry: &Entry| {
-        let when = entry.value.get("when").and_then(Value::text);
-        let mut found = when.map(|when| when.strip_prefix('=').unwrap_or(when)) == Some(name);
-        entry.value.for_each_text(&mut |text| {
-            let is_other = is_shared && text == name;
-            let is_other = is_other || text.starts_with('&');
-            found |= !is_other && words(text.strip_prefix('=').unwrap_or(text)).contains(&name);
-        });
-        found
-    };
-    let mut facts = users(subject, root, |entry| in_text(entry) || has_axis(subject, &entry.key, name));
+/// The places of the names of what uses a declaration.
+fn places_using(model: &Model, id: Id) -> impl Iterator<Item = Span> {
+    model.uses_of(id).map(|one| model.declaration(one.within).place)
+}
+
+/// Who names a parameter, feature or derived value, or has a shader with an axis of its name.
+fn mentions(subject: &Subject<'_>, model: &Model, own: Option<Id>, name: &str) -> Vec<PlanFact> {
+    let root = &subject.composed.document.root;
+    let users: BTreeSet<Span> = own.into_iter().flat_map(|id| places_using(model, id)).collect();
+    let is_user = |entry: &Entry| users.contains(&entry.key_span);
+    let mut facts = self::users(subject, root, |entry| is_user(entry) || has_axis(subject, &entry.key, name));
     for (section, what) in [("resources", "the resource"), ("derived", "the derived value")] {
-        let entries = root.entries_of(section);
-        let users = entries.iter().filter(|entry| in_text(entry));
+        let entries = root.entries_of(section).iter().filter(|entry| is_user(entry));
         facts.extend(
-            users.map(|entry| said(subject, "used by", format!("{what} {}", entry.key), entry.key_span)),
+            entries.map(|entry| said(subject, "used by", format!("{what} {}", entry.key), entry.key_span)),
         );
     }
     facts

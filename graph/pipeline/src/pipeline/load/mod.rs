@@ -19,8 +19,8 @@ mod shared;
 mod sound;
 mod versions;
 
+pub use names::is_of;
 pub(super) use names::{VIEWPORT, name_diagnostic, twin_diagnostic};
-pub use names::{has_word, is_name, is_of};
 pub use sections::check_schema;
 pub(super) use shared::{Expected, Shared};
 

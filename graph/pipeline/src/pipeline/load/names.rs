@@ -10,21 +10,13 @@ const RESERVED: &[&str] = &["viewport", "true", "false"];
 /// The members of the viewport in expressions.
 pub(in crate::pipeline) const VIEWPORT: &[&str] = &["viewport", "viewport.width", "viewport.height"];
 
-/// Whether a text has a word, apart from what it is part of.
-pub fn has_word(text: &str, word: &str) -> bool {
-    let boundary = |c: Option<char>| !c.is_some_and(|c| c.is_alphanumeric() || c == '_');
-    text.match_indices(word).any(|(at, _)| {
-        boundary(text[..at].chars().next_back()) && boundary(text[at + word.len()..].chars().next())
-    })
-}
-
 /// Whether a pass is meant by a name: its own, or that of the loop or of the use of a subgraph that it is part of.
 pub fn is_of(pass: &str, name: &str) -> bool {
     pass.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
 /// A name starts with a letter and goes on with letters, digits and underscores.
-pub fn is_name(name: &str) -> bool {
+fn is_name(name: &str) -> bool {
     name.chars().next().is_some_and(|first| first.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
