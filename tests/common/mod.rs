@@ -1,4 +1,5 @@
 //! What the integration tests share.
+
 #![allow(dead_code, missing_docs, unreachable_pub)]
 
 #[cfg(all(feature = "gpu", feature = "gltf"))]

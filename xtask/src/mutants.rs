@@ -1,6 +1,6 @@
 //! `cargo xtask mutants`: faults planted on purpose, and whether a test finds them.
 //!
-//! In the templates of `shaders-templates/` the project's own harness plants them (`tests/mutants/`), which renders the
+//! In the templates of `shaders-templates/` the project's own harness plants them (`tests/random/mutants/`), which renders the
 //! table of reference pictures with planted text and builds nothing again. In Rust, `cargo-mutants` does, over the node
 //! kinds, scenes, and the engine's plan and executor.
 
@@ -12,25 +12,7 @@ const FILES: &[&str] = &["passes/src/**", "scene/src/**", "graph/compiler/src/**
 /// The packages and tests that must find the faults: they compare plans, placements and draws with a simulation, a
 /// number, a picture or a diagnostic. Building and running all tests would take several minutes for each fault.
 const PACKAGES: &str = "umbragraph,umbragraph-compiler,umbragraph-executor,umbragraph-passes,umbragraph-scene,umbragraph-tools,umbragraph-verify";
-const TESTS: &[&str] = &[
-    "broken",
-    "caching",
-    "checker",
-    "device_limits",
-    "engine",
-    "executing",
-    "executor",
-    "golden",
-    "graph",
-    "graph_orders",
-    "lights",
-    "moment_shadows",
-    "nebula",
-    "own_scenes",
-    "penumbrae",
-    "scenes",
-    "webgpu_rules",
-];
+const TESTS: &str = "kind(lib) or test(/^(broken|caching|checker|device_limits|engine|executing|executor|golden|graph|graph_orders|lights|moment_shadows|nebula|own_scenes|penumbrae|webgpu_rules)::/) or binary(scenes)";
 /// Without a driver.
 const FEATURES: &[&str] = &["--features", "umbragraph/noop"];
 
@@ -54,7 +36,7 @@ pub(crate) fn run(options: &Options) -> Result<bool, String> {
 
 fn templates(options: &Options) -> Result<bool, String> {
     let mut command = process::program("cargo");
-    command.args(["test", "--quiet", "--release", "--package", "umbragraph", "--test", "mutants", "--"]);
+    command.args(["test", "--quiet", "--release", "--package", "umbragraph", "--test", "random", "--"]);
     command.args(["nine_of_ten_faults_in_templates_show_in_a_picture", "--ignored", "--nocapture"]);
     command.env("UMBRAGRAPH_REQUIRE_GPU", "1");
     command.envs(options.sample.map(|sample| ("UMBRAGRAPH_MUTANTS_SAMPLE", sample.to_string())));
@@ -75,24 +57,21 @@ fn rust(options: &Options) -> Result<bool, String> {
     let mut selection = vec!["--workspace"];
     selection.extend(FILES.iter().flat_map(|file| ["--file", file]));
     selection.extend(options.within.iter().flat_map(|name| ["--re", name]));
-    let tests: Vec<&str> =
-        ["--lib"].into_iter().chain(TESTS.iter().flat_map(|test| ["--test", test])).collect();
-    // What is found without a fault would be found with each.
-    let nextest = toolchain::has_nextest();
+    if !toolchain::has_nextest() {
+        return Err("the tests are chosen by cargo-nextest; to install it: cargo install --locked cargo-nextest".to_owned());
+    }
+    let tests = ["-E", TESTS];
+    // A failure without a fault would be found with each.
     let mut without = process::program("cargo");
-    without.args(if nextest {
-        &["nextest", "run", "--cargo-profile", "release"][..]
-    } else {
-        &["test", "--release"]
-    });
-    without.args(PACKAGES.split(',').flat_map(|package| ["--package", package])).args(FEATURES).args(&tests);
+    without.args(["nextest", "run", "--cargo-profile", "release"]);
+    without.args(PACKAGES.split(',').flat_map(|package| ["--package", package])).args(FEATURES).args(tests);
     if !process::cargo(&mut without)? {
         return Ok(false);
     }
     let mut command = process::program("cargo");
     command.args(["mutants", "--in-place", "--shuffle", "--baseline", "skip", "--timeout", "900"]);
     // Release builds are incremental.
-    command.args(["--profile", "release", "--test-tool", if nextest { "nextest" } else { "cargo" }]);
+    command.args(["--profile", "release", "--test-tool", "nextest"]);
     command.args(&selection).args(["--test-package", PACKAGES]).args(FEATURES);
     if let Some(sample) = options.sample {
         let listed = process::program("cargo").args(["mutants", "--list"]).args(&selection).output();

@@ -4,6 +4,8 @@ mod accessors;
 mod bad_input;
 mod bad_meshes;
 mod bad_nodes;
+#[cfg(feature = "gpu")]
+mod device;
 mod document;
 mod hostile_input;
 mod loading;

@@ -1,0 +1,17 @@
+//! The command as a user meets it: exit status, diagnostics, and the files it writes.
+
+mod check;
+mod diff;
+mod fmt;
+mod guide;
+mod input;
+mod permutations;
+mod reference;
+mod render;
+mod render_failures;
+mod score;
+mod status;
+mod streams;
+mod swimming;
+mod tune;
+mod why;

@@ -1,0 +1,4 @@
+//! Scenes on a device, drawn through the draw contract as an executor would.
+
+mod drawing;
+mod stand_in;

@@ -1,0 +1,15 @@
+//! What an engine asks of the front door: its meshes as it stores them, its cameras, its textures, its threads.
+
+mod adopter;
+mod cameras;
+
+mod contract;
+mod devices;
+mod exposed;
+mod kinds;
+mod meshes;
+mod parts;
+mod renderer;
+mod steps;
+mod threads;
+mod views;

@@ -1,0 +1,22 @@
+//! Pictures of systems, lessons and filters, held against references, numbers and rays.
+
+#![cfg(all(feature = "gpu", feature = "gltf"))]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod contact;
+mod details;
+mod extended;
+mod golden;
+mod learn;
+mod lights;
+mod moment_shadows;
+mod moments;
+mod nebula;
+mod penumbrae;
+mod second_compiler;
+mod systems_pictures;
+mod truth;
+mod umbra;
+mod visibility_first;

@@ -1,0 +1,244 @@
+//! Random edits of every document of `pipelines/`, half of them broken: a session that lives through all of them answers
+//! each as a fresh start does.
+//!
+//! The fresh side shares nothing with the session but the crates below it: files are composed, loaded and planned anew,
+//! with shader modules of its own that no document can change.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use umbragraph::compiler::PlanOptions;
+use umbragraph::compose::{self, Disk, Files, Roots};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics};
+use umbragraph::node::Registry;
+use umbragraph::pipeline::Overrides;
+use umbragraph::session::{Session, Survey, Target};
+use umbragraph::shader::{ShaderCache, TargetProfile, TemplateSet};
+use umbragraph::source::{FileId, Sources};
+use umbragraph::{Bundled, CheckOptions, DiskStorage, with_templates};
+use umbragraph_test_support::property;
+use umbragraph_test_support::random::Random;
+
+use crate::session::{choice, shown};
+
+/// Edits of each document; the tenth part of them in ordinary tests.
+const EDITS: usize = 300;
+/// Edits of each document after which all its configurations are checked.
+const CHECKS: usize = 10;
+/// Of a document that takes longer to load than others, so much less is tried in ordinary tests.
+const LARGE: usize = 2_000;
+
+/// The files of the workspace, with one text over them.
+struct Edited<'t> {
+    disk: Bundled<Disk>,
+    path: &'t Path,
+    text: &'t str,
+}
+
+impl Files for Edited<'_> {
+    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+        if path == self.path {
+            return Ok(sources.add(path.display().to_string(), self.text));
+        }
+        self.disk.read(path, sources)
+    }
+
+    fn has_scheme(&self, scheme: &str) -> bool {
+        self.disk.has_scheme(scheme)
+    }
+}
+
+/// What a fresh start takes.
+struct Fresh {
+    sources: Sources,
+    templates: Arc<TemplateSet>,
+    registry: Registry,
+    shaders: Arc<ShaderCache>,
+}
+
+impl Fresh {
+    fn new() -> Self {
+        let mut sources = Sources::new();
+        let templates = umbragraph::templates(&mut sources, &mut Diagnostics::new());
+        let shaders = Arc::new(ShaderCache::new(&templates, &TargetProfile::webgpu()));
+        Self { sources, templates, registry: umbragraph::registry(), shaders }
+    }
+
+    /// The diagnostics and the plan.
+    fn plan(&mut self, path: &Path, text: &str) -> (String, Option<String>) {
+        let mut sources = self.sources.clone();
+        let mut diagnostics = Diagnostics::new();
+        let file = sources.add(path.display().to_string(), text);
+        let mut files = Edited { disk: Bundled(Disk(Roots::of(path))), path, text };
+        let composed = compose::compose(file, path, &mut files, &mut sources, &mut diagnostics);
+        let plan = composed.and_then(|composed| {
+            let (profile, plan) = (TargetProfile::webgpu(), PlanOptions::new(640, 480));
+            let options = CheckOptions {
+                registry: &self.registry,
+                templates: &self.templates,
+                profile: &profile,
+                overrides: &Overrides::default(),
+                plan: &plan,
+            };
+            let (document, kept) = (&composed.document, (&self.shaders, None));
+            umbragraph::check_sharing(document, &options, &sources, &mut diagnostics, kept).plan
+        });
+        diagnostics.sort();
+        (shown(&diagnostics, &sources), plan.map(|plan| printed(&plan)))
+    }
+}
+
+fn printed(plan: &umbragraph::Plan) -> String {
+    serde_json::to_string(plan).expect("JSON")
+}
+
+/// An edit, which is syntactically broken half the time.
+fn edit(text: &str, random: &mut Random) -> String {
+    let at = |random: &mut Random| {
+        let mut at = random.below(text.len() + 1);
+        while !text.is_char_boundary(at) {
+            at -= 1;
+        }
+        at
+    };
+    let words = |quote: bool| -> Vec<(usize, usize)> {
+        let pieces: Vec<usize> = text.match_indices('"').map(|(at, _)| at).collect();
+        let pairs = pieces.chunks_exact(2).map(|pair| (pair[0], pair[1] + 1));
+        if quote { pairs.collect() } else { Vec::new() }
+    };
+    let replaced = |from: usize, to: usize, new: &str| format!("{}{new}{}", &text[..from], &text[to..]);
+    match random.below(8) {
+        // Broken, mostly.
+        0 => {
+            let from = at(random);
+            replaced(from, from, random.one_of(&["}", "{", "]", "[", ",", ":", "\"", "\u{1}", "//", "1e999"]))
+        }
+        1 => {
+            let (a, b) = (at(random), at(random));
+            replaced(a.min(b), a.max(b).min(a.min(b) + 40).max(a.min(b)), "")
+        }
+        2 => text[..at(random)].to_owned(),
+        3 => {
+            let marks: Vec<usize> = text.match_indices([',', ':', '}', ']']).map(|(at, _)| at).collect();
+            match marks.get(random.below(marks.len())) {
+                Some(at) => replaced(*at, at + 1, ""),
+                None => text.to_owned(),
+            }
+        }
+        // Another word, number, comment, layout.
+        4 => {
+            let words = words(true);
+            let (Some((from, to)), Some((other, end))) =
+                (words.get(random.below(words.len())), words.get(random.below(words.len())))
+            else {
+                return text.to_owned();
+            };
+            replaced(*from, *to, &text[*other..*end])
+        }
+        5 => {
+            let digits: Vec<usize> =
+                text.char_indices().filter(|(_, one)| one.is_ascii_digit()).map(|(at, _)| at).collect();
+            match digits.get(random.below(digits.len())) {
+                Some(at) => replaced(*at, at + 1, &random.below(10).to_string()),
+                None => text.to_owned(),
+            }
+        }
+        6 => {
+            let lines: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
+            match lines.get(random.below(lines.len())) {
+                Some(at) => {
+                    replaced(*at, *at, random.one_of(&[" // a note", "\n\n", "  ", "\n/* two\nlines */"]))
+                }
+                None => text.to_owned(),
+            }
+        }
+        _ => text.replace(": ", random.one_of(&[":", " : ", ":\n  "])),
+    }
+}
+
+fn documents(folder: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut waiting = vec![PathBuf::from(folder)];
+    while let Some(folder) = waiting.pop() {
+        for path in std::fs::read_dir(&folder).expect("a folder").map(|entry| entry.expect("an entry").path())
+        {
+            if path.is_dir() {
+                waiting.push(path);
+            } else if path.extension().is_some_and(|end| end == "json") {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Edits the documents whose number has this remainder, so that threads share the work.
+fn edits_are_answered_as_by_a_fresh_start(remainder: usize, of: usize) {
+    let mut fresh = Fresh::new();
+    let mut session = Session::new(DiskStorage, umbragraph::registry(), with_templates([]));
+    let mut planned = 0;
+    for (number, path) in documents("pipelines").iter().enumerate().filter(|(at, _)| at % of == remainder) {
+        let text = std::fs::read_to_string(path).expect("a text");
+        let target = Target::new(path);
+        let mut random = Random(property::seed().wrapping_mul(1_000).wrapping_add(number as u64));
+        let edits: Vec<String> = (0..EDITS).map(|_| edit(&text, &mut random)).collect();
+        let out_of = 10 * (1 + text.len() / LARGE) as u64;
+        for edited in property::part(edits, out_of) {
+            session.overlay(path, edited.as_bytes());
+            let (answer, diagnostics) = session.plan(&target, &choice()).expect("nothing cancels");
+            let answer =
+                (shown(&diagnostics, session.sources()), answer.report.plan.map(|plan| printed(&plan)));
+            let expected = fresh.plan(path, &edited);
+            planned += usize::from(expected.1.is_some());
+            assert_eq!(answer, expected, "{}:\n{edited}", path.display());
+        }
+        session.close(path);
+        let (_, diagnostics) = session.plan(&target, &choice()).expect("nothing cancels");
+        assert_eq!(shown(&diagnostics, session.sources()), fresh.plan(path, &text).0, "{}", path.display());
+    }
+    assert!(planned > 0, "no edit left a plan");
+}
+
+#[test]
+fn random_edits_are_answered_as_by_a_fresh_start_in_part_1() {
+    edits_are_answered_as_by_a_fresh_start(0, 3);
+}
+
+#[test]
+fn random_edits_are_answered_as_by_a_fresh_start_in_part_2() {
+    edits_are_answered_as_by_a_fresh_start(1, 3);
+}
+
+#[test]
+fn random_edits_are_answered_as_by_a_fresh_start_in_part_3() {
+    edits_are_answered_as_by_a_fresh_start(2, 3);
+}
+
+#[test]
+fn random_edits_are_checked_as_by_a_fresh_session() {
+    let begin = || Session::new(DiskStorage, umbragraph::registry(), with_templates([]));
+    let mut session = begin();
+    // The large ones take a minute each.
+    let folder = if property::times() > 1 { "pipelines" } else { "pipelines/learn" };
+    let documents = documents(folder).into_iter().enumerate();
+    for (number, path) in property::part(documents, 5) {
+        let text = std::fs::read_to_string(&path).expect("a text");
+        let mut random = Random(property::seed().wrapping_mul(2_000).wrapping_add(number as u64));
+        let edits: Vec<String> = (0..CHECKS).map(|_| edit(&text, &mut random)).collect();
+        for edited in property::part(edits, 10) {
+            let check = |session: &mut Session| {
+                session.overlay(&path, edited.as_bytes());
+                let survey = Survey::new(vec![TargetProfile::webgpu()], PlanOptions::new(640, 480));
+                let mut judges = |_: &TargetProfile| -> Box<dyn FnMut(&Arc<_>) -> Diagnostics> {
+                    Box::new(|_| Diagnostics::new())
+                };
+                let checked = session.check(&Target::new(&path), &survey, &mut judges);
+                let (checked, diagnostics) = checked.expect("nothing cancels");
+                let numbers = checked.map(|one| (one.coverage.variants.len(), one.configurations.list.len()));
+                (shown(&diagnostics, session.sources()), numbers)
+            };
+            assert_eq!(check(&mut session), check(&mut begin()), "{}:\n{edited}", path.display());
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! What did not change is not done again.
+
+use std::sync::Arc;
+
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::session::{Cancelled, Done, Session, Survey, Target};
+use umbragraph::shader::TargetProfile;
+
+use crate::session::{PART, WHOLE, choice, plan, session, two_files};
+
+/// What was done since the last call, but for the counts of templates.
+fn done(session: &mut Session) -> [usize; 5] {
+    let Done { read, parsed, composed, loaded, planned, .. } = session.take_done();
+    [read, parsed, composed, loaded, planned]
+}
+
+#[test]
+fn sessions_can_be_moved_to_a_thread() {
+    fn is_send<T: Send>() {}
+    is_send::<Session>();
+    let mut session = two_files();
+    let answer = std::thread::spawn(move || plan(&mut session, "whole.json")).join().expect("no panic");
+    assert_eq!(answer, "");
+}
+
+#[test]
+fn second_answer_of_nothing_changed_does_nothing() {
+    let mut session = two_files();
+    assert_eq!(plan(&mut session, "whole.json"), "");
+    assert_eq!(done(&mut session), [2, 2, 1, 1, 1]);
+    assert_eq!(plan(&mut session, "whole.json"), "");
+    assert_eq!(session.take_done(), Done::default());
+    session.refresh();
+    assert_eq!(plan(&mut session, "whole.json"), "");
+    assert_eq!(done(&mut session), [2, 0, 0, 0, 0], "files are read, and say the same");
+}
+
+#[test]
+fn second_check_of_nothing_changed_does_nothing() {
+    let mut session = two_files();
+    let survey = Survey::new(vec![TargetProfile::webgpu()], choice().plan);
+    let mut check = || {
+        let mut judges = |_: &TargetProfile| -> Box<dyn FnMut(&Arc<_>) -> Diagnostics> {
+            Box::new(|_| Diagnostics::new())
+        };
+        let (found, diagnostics) =
+            session.check(&Target::new("whole.json"), &survey, &mut judges).expect("nothing cancels");
+        assert!(found.is_some() && !diagnostics.has_errors());
+        session.take_done()
+    };
+    assert!(check().loaded == 1 && check() == Done::default());
+}
+
+#[test]
+fn comments_and_layout_load_nothing_again_and_places_move() {
+    let broken = WHOLE.replace("\"&target\" }]", "\"&tagret\" }]");
+    let mut session = session(&[("whole.json", &broken), ("part.json", PART)]);
+    let before = plan(&mut session, "whole.json");
+    assert!(before.contains("whole.json:4:") && before.contains("tagret"), "{before}");
+    done(&mut session);
+    session.overlay("whole.json", format!("// two\n// lines\n{}", broken.replace(": ", ":")).into_bytes());
+    let after = plan(&mut session, "whole.json");
+    assert!(after.contains("whole.json:6:") && after.contains("tagret"), "{after}");
+    assert_eq!(done(&mut session), [1, 0, 0, 0, 0]);
+    // Back to the text before.
+    session.close("whole.json");
+    assert_eq!(plan(&mut session, "whole.json"), before);
+    assert_eq!(done(&mut session), [1, 0, 0, 0, 0]);
+}
+
+#[test]
+fn edit_of_one_file_parses_that_file_alone() {
+    let mut session = two_files();
+    plan(&mut session, "whole.json");
+    done(&mut session);
+    session.overlay("part.json", PART.replace('4', "8").into_bytes());
+    assert_eq!(plan(&mut session, "whole.json"), "");
+    assert_eq!(done(&mut session), [1, 1, 1, 1, 1]);
+}
+
+#[test]
+fn reasons_name_the_lines_that_comments_moved() {
+    let mut session = two_files();
+    plan(&mut session, "whole.json");
+    session.overlay("whole.json", format!("// one\n{WHOLE}").into_bytes());
+    let place = session.text("<name>", "fill");
+    let things = session.why(&Target::new("whole.json"), &choice(), ("fill", place));
+    let things = things.expect("nothing cancels").expect("a pass of this name");
+    assert_eq!(things[0].declared.line, 5);
+}
+
+#[test]
+fn cancelled_answer_is_none_and_the_next_is_whole() {
+    let mut session = two_files();
+    session.cancel().set();
+    let target = Target::new("whole.json");
+    assert_eq!(session.plan(&target, &choice()).err(), Some(Cancelled));
+    session.cancel().clear();
+    assert_eq!(plan(&mut session, "whole.json"), "");
+}
