@@ -18,8 +18,9 @@
 //! # Ok::<(), umbragraph::Error>(())
 //! ```
 //!
-//! [`Library`], [`Pipeline`], [`Options`], `Renderer`, `Executor` and `Frame` are the front door; what is in modules is for tools, node
-//! kinds and hosts with needs of their own.
+//! [`Library`], [`Pipeline`], [`Options`], `Renderer`, `Executor` and `Frame` are the front door. Modules add to it: [`draw`]
+//! and [`frame`] for a host's meshes, cameras and lights, [`node`] and [`work`] for node kinds of your own. Every type has one
+//! path; the [`prelude`] repeats the common ones. [`low_level`] holds the interiors.
 //!
 //! Features: `gpu` (on by default) adds [`executor`] and re-exports wgpu; `gltf` (on by default) adds [`scene`].
 //! Without them nothing of wgpu-core is built.
@@ -30,18 +31,59 @@ mod front;
 
 pub use bundled::{Bundled, PIPELINES};
 pub use front::{DiskStorage, Library, Options, Pipeline, Setting, with_templates};
-pub use umbragraph_graph::*;
+pub use umbragraph_graph::compiler::Plan;
+pub use umbragraph_graph::{Error, data, diagnostic, draw, frame, glam, node, wgpu_types, work};
 pub use umbragraph_passes as passes;
 pub use umbragraph_passes::registry;
 #[cfg(feature = "gltf")]
 pub use umbragraph_scene as scene;
-pub use umbragraph_session as session;
 
 #[cfg(feature = "gpu")]
-pub use executor::{Executor, Frame, Parameter};
-#[cfg(feature = "gpu")]
 pub use front::Renderer;
-pub use umbragraph_graph::compiler::Plan;
+#[cfg(feature = "gpu")]
+pub use umbragraph_graph::executor::{Executor, Frame, Parameter};
+#[cfg(feature = "gpu")]
+pub use umbragraph_graph::wgpu;
+
+/// Imports of a frame, read-backs, timings and plans prepared on another thread: everything about an [`Executor`] but
+/// itself.
+#[cfg(feature = "gpu")]
+pub mod executor {
+    pub use umbragraph_graph::executor::{
+        DryRun, FrameImports, Given, GpuTime, Import, ImportHandle, Importable, ParameterValue, PassCounts,
+        PlanPreparer, PreparedPlan, Statistics, Texels, imported_texture, read_back, read_bytes,
+    };
+}
+
+/// The interiors, for tools and node kinds of your own. **Unstable**: names here may change with any version.
+///
+/// ```text
+///  text ──parse──▶ Document ──load──▶ TypedPipeline ──build──▶ Graph ──plan──▶ Plan
+/// ```
+///
+/// Each arrow is one function: [`document::parse`](low_level::document::parse),
+/// [`pipeline::load`](low_level::pipeline::load), [`compiler::build`](low_level::compiler::build),
+/// [`compiler::plan`](low_level::compiler::plan). A [`Session`](low_level::session::Session) keeps what each made.
+pub mod low_level {
+    pub use umbragraph_graph::{
+        CheckOptions, CheckReport, Coverage, Examination, Verify, capture, check, check_configurations,
+        check_document, check_sharing, codes, compose, document, edit, expression, language, model, pipeline,
+        read_source, report, shader, source, why,
+    };
+    pub use umbragraph_session as session;
+
+    /// From a typed pipeline to a plan: graph, order, memory.
+    pub mod compiler {
+        pub use umbragraph_graph::compiler::{
+            Assembly, AssemblyPass, CpuPasses, CullReason, Edge, Graph, GraphNode, Hazard, ImportDescriptor,
+            InitialValue, KeepReason, Kept, MemoryOrder, Objective, OrderMethod, OrderReport, PackedBlock,
+            Parameters, Physical, PhysicalBuffer, PhysicalTexture, PlanOptions, PlannedAttachment,
+            PlannedCopy, PlannedHistory, PlannedParameter, PlannedPass, PlannedResource, PlannedSetting,
+            ReaderName, StoreOperation, Switches, TakeOver, TexelOrigin, TexelRows, TextureSize, build, plan,
+            set_aside, surviving_writers,
+        };
+    }
+}
 
 /// Names that most applications use: the front door, frames and lights, the draw contract, and the words of properties and
 /// filters.
@@ -72,8 +114,8 @@ pub mod prelude {
 use std::sync::Arc;
 
 use crate::diagnostic::{Code, Diagnostics};
-use crate::shader::TemplateSet;
-use crate::source::Sources;
+use crate::low_level::shader::{self, TemplateSet};
+use crate::low_level::source::Sources;
 
 /// The templates that come with this crate, registered under `shaders-templates/`.
 pub fn templates(sources: &mut Sources, diagnostics: &mut Diagnostics) -> Arc<TemplateSet> {

@@ -9,10 +9,11 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use umbragraph::compiler::{self, Plan, PlanOptions, build};
+use umbragraph::Plan;
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::pipeline::Pipeline;
-use umbragraph::source::Sources;
+use umbragraph::low_level::compiler::{self, PlanOptions, build};
+use umbragraph::low_level::pipeline::TypedPipeline;
+use umbragraph::low_level::source::Sources;
 use umbragraph_verify::verify;
 
 #[path = "measure.rs"]
@@ -69,12 +70,12 @@ fn main() {
 
 const SIZE: [u32; 2] = [64, 64];
 
-fn built(pipeline: &Arc<Pipeline>) -> compiler::Graph {
+fn built(pipeline: &Arc<TypedPipeline>) -> compiler::Graph {
     build(pipeline, &mut Diagnostics::new()).expect("a graph")
 }
 
 fn plan(
-    pipeline: &Arc<Pipeline>,
+    pipeline: &Arc<TypedPipeline>,
     graph: &compiler::Graph,
     [width, height]: [u32; 2],
     sources: &Sources,
@@ -83,12 +84,12 @@ fn plan(
     compiler::plan(pipeline, graph, &options, sources, &mut Diagnostics::new()).expect("a plan")
 }
 
-fn compile(pipeline: &Arc<Pipeline>, sources: &Sources) -> usize {
+fn compile(pipeline: &Arc<TypedPipeline>, sources: &Sources) -> usize {
     let plan = plan(pipeline, &built(pipeline), SIZE, sources);
     std::hint::black_box(plan.passes.len())
 }
 
-fn min_time(pipeline: &Arc<Pipeline>, sources: &Sources, runs: usize) -> Duration {
+fn min_time(pipeline: &Arc<TypedPipeline>, sources: &Sources, runs: usize) -> Duration {
     let run = || {
         let start = Instant::now();
         assert_eq!(compile(pipeline, sources), pipeline.passes.len(), "nothing is culled");

@@ -15,11 +15,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use umbragraph::compose::{self, Memory};
 use umbragraph::diagnostic::{Diagnostics, render};
-use umbragraph::pipeline::{self, Overrides};
-use umbragraph::shader::{ShaderCache, TargetProfile, TemplateSet};
-use umbragraph::source::Sources;
+use umbragraph::low_level::compose::{self, Memory};
+use umbragraph::low_level::pipeline::{self, Overrides};
+use umbragraph::low_level::shader::{ShaderCache, TargetProfile, TemplateSet};
+use umbragraph::low_level::source::Sources;
 
 #[path = "hopeless.rs"]
 mod hopeless;

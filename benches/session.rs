@@ -7,9 +7,9 @@
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
-use umbragraph::compiler::PlanOptions;
-use umbragraph::session::{Choice, Session, Target};
-use umbragraph::shader::TargetProfile;
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::session::{Choice, Session, Target};
+use umbragraph::low_level::shader::TargetProfile;
 use umbragraph::{DiskStorage, with_templates};
 
 const RUNS: usize = 15;

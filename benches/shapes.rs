@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use umbragraph::compiler::Assembly;
-use umbragraph::pipeline::{Pipeline, SubresourceRange};
-use umbragraph::source::Sources;
+use umbragraph::low_level::compiler::Assembly;
+use umbragraph::low_level::pipeline::{SubresourceRange, TypedPipeline};
+use umbragraph::low_level::source::Sources;
 
 /// A graph by numbers.
 #[derive(Default)]
@@ -44,7 +44,7 @@ pub(crate) const SHAPES: [(&str, Shape); 6] = [
 ];
 
 /// The pipeline of a graph.
-pub(crate) fn pipeline(graph: &Graph) -> (Arc<Pipeline>, Sources) {
+pub(crate) fn pipeline(graph: &Graph) -> (Arc<TypedPipeline>, Sources) {
     let mut assembly = Assembly::new("bench");
     let textures: Vec<_> = graph
         .resources

@@ -18,7 +18,7 @@ use common::gpu::{Host, scene};
 use common::{Outcome, With, check_file, root};
 use naga::back::pipeline_constants::process_overrides;
 use naga::back::spv;
-use umbragraph::shader::ShaderModule;
+use umbragraph::low_level::shader::ShaderModule;
 use umbragraph_test_support::gpu;
 
 /// Mesa's own name for keeping nothing.

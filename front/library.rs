@@ -6,12 +6,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use umbragraph_session::{Session, Target, Template, TemplateText};
 
 use crate::Error;
-use crate::compose::{self, Roots};
 use crate::diagnostic::Diagnostics;
 use crate::draw::HostInterface;
 use crate::front::{DiskStorage, Pipeline, with_templates};
+use crate::low_level::compose::{self, Roots};
+use crate::low_level::shader::{TEMPLATE_ENDS, TargetProfile};
 use crate::node::{Node, NodeKind, Registry};
-use crate::shader::{TEMPLATE_ENDS, TargetProfile};
 
 /// What pipelines are loaded with: node kinds, templates, what the host stores of its meshes, and the target profile.
 ///

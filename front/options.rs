@@ -5,7 +5,7 @@ use std::panic::Location;
 
 use serde_json::Value;
 
-use crate::compiler::{ImportDescriptor, Objective, PlanOptions};
+use crate::low_level::compiler::{ImportDescriptor, Objective, PlanOptions};
 
 /// What a pipeline is planned with: the size of the picture, values of parameters and features, what the host's own
 /// textures are. A name that the pipeline does not have, or a value of a wrong type, is an error of

@@ -6,15 +6,15 @@ use std::sync::Arc;
 use umbragraph_session::{Choice, Loaded};
 
 use crate::Error;
-use crate::compiler::Plan;
-use crate::compose::Composed;
+use crate::Plan;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
-use crate::document::{self, Document};
 use crate::front::Options;
 use crate::front::options::Given;
-use crate::pipeline::{Overrides, Setting, of_preset};
-use crate::shader::TargetProfile;
-use crate::source::{Sources, Span};
+use crate::low_level::compose::Composed;
+use crate::low_level::document::{self, Document};
+use crate::low_level::pipeline::{Override, Overrides, of_preset};
+use crate::low_level::shader::TargetProfile;
+use crate::low_level::source::{Sources, Span};
 
 /// A pipeline as it was loaded, to be planned for sizes, parameters and features. Planning again parses nothing; where
 /// nothing but sizes differs from a plan before, the rest of that is taken over. Clones are the same pipeline.
@@ -94,7 +94,7 @@ impl Pipeline {
             let setting = |Given { name, value, .. }: &Given| {
                 let place = place();
                 let value = document::Value::from_json(value.clone(), place);
-                Setting { name: name.clone(), value, place }
+                Override { name: name.clone(), value, place }
             };
             all.iter().map(setting).collect()
         };

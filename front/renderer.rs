@@ -1,9 +1,9 @@
 //! [`Renderer`]: a pipeline recorded frame by frame, whatever becomes of it.
 
-use crate::compiler::ImportDescriptor;
-use crate::executor::{Executor, Frame, Import};
+use crate::executor::Import;
 use crate::front::{Options, Pipeline};
-use crate::{Error, wgpu};
+use crate::low_level::compiler::ImportDescriptor;
+use crate::{Error, Executor, Frame, wgpu};
 
 /// Records frames of a pipeline, and plans it anew where something is other than in the frame before: the pipeline (as
 /// when its file was loaded again), the options, the format, the size or the usages of the host's textures.

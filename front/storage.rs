@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use umbragraph_session::{Storage, Template, TemplateText};
 
 use crate::Bundled;
-use crate::compose::{Disk, Files as _, Named, Roots, Unreachable, normalize};
 use crate::diagnostic::Diagnostic;
-use crate::source::{FileId, Sources};
+use crate::low_level::compose::{Disk, Files as _, Named, Roots, Unreachable, normalize};
+use crate::low_level::source::{FileId, Sources};
 
 /// The files of a disk, and those that come with this crate.
 #[derive(Clone, Copy, Debug, Default)]

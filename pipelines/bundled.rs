@@ -5,9 +5,9 @@
 
 use std::path::Path;
 
-use crate::compose::Files;
 use crate::diagnostic::{Diagnostic, codes, list_of, suggested_name};
-use crate::source::{FileId, Sources};
+use crate::low_level::compose::Files;
+use crate::low_level::source::{FileId, Sources};
 
 /// What the names of bundled files begin with.
 pub(crate) const SCHEME: &str = "umbragraph:";

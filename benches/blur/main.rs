@@ -14,7 +14,8 @@ use std::time::Instant;
 
 use common::gpu::{empty_frame, executor};
 use common::{With, check_with};
-use umbragraph::executor::{Executor, Frame, read_back};
+use umbragraph::executor::read_back;
+use umbragraph::{Executor, Frame};
 use umbragraph_test_support::gpu::{self, Gpu};
 
 const SIDE: u32 = 1024;

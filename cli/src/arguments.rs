@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
-use umbragraph::compiler::Objective;
 use umbragraph::diagnostic::list_of;
-use umbragraph::report::GraphFormat;
-use umbragraph::shader::TargetLanguage;
+use umbragraph::low_level::compiler::Objective;
+use umbragraph::low_level::report::GraphFormat;
+use umbragraph::low_level::shader::TargetLanguage;
 
 use crate::validator::ExternalValidator;
 

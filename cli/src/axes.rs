@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use umbragraph::shader::{AxisMode, TemplateSet};
+use umbragraph::low_level::shader::{AxisMode, TemplateSet};
 
 /// The axes of these templates for people: values, default, what they are for, and the constraints.
 pub(crate) fn human<'n>(templates: &TemplateSet, names: impl IntoIterator<Item = &'n String>) -> String {

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use umbragraph::diagnostic::counted;
-use umbragraph::pipeline::{Cover, MAX_CONFIGURATIONS};
-use umbragraph::session::Surveyed;
-use umbragraph::shader::permutations::Count;
+use umbragraph::low_level::pipeline::{Cover, MAX_CONFIGURATIONS};
+use umbragraph::low_level::session::Surveyed;
+use umbragraph::low_level::shader::permutations::Count;
 
 use crate::arguments::CheckArguments;
 use crate::mend::mend;

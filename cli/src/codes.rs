@@ -2,7 +2,7 @@
 
 #![allow(unreachable_pub)] // The macro serves libraries.
 
-umbragraph::codes! {
+umbragraph::low_level::codes! {
     /// A file that cannot be written.
     FILE_UNWRITABLE = "UG0004", "file cannot be written",
         "The output could not be written. Nothing is left half: output goes to a temporary file first, which is renamed when it is whole.";

@@ -1,8 +1,8 @@
 //! A graphics device for pictures without a window.
 
 use umbragraph::diagnostic::{Diagnostic, Place, codes, list_of};
-use umbragraph::pipeline::Pipeline;
-use umbragraph::shader::TargetProfile;
+use umbragraph::low_level::pipeline::TypedPipeline;
+use umbragraph::low_level::shader::TargetProfile;
 use wgpu::{Adapter, Backend, Backends, Device, DeviceType, Instance, InstanceDescriptor, Queue};
 
 /// A device and the name of its adapter.
@@ -80,7 +80,7 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
 impl Graphics {
     /// What the profile of a pipeline becomes on the device: what it has less, and what it has more of what the pipeline can
     /// use.
-    pub(crate) fn profile(&self, pipeline: &Pipeline) -> TargetProfile {
+    pub(crate) fn profile(&self, pipeline: &TypedPipeline) -> TargetProfile {
         let features = pipeline.device_features() & self.device.features();
         let profile = pipeline.profile.clone().on_device(&self.device.limits(), self.flags);
         if features.is_empty() { profile } else { profile.with_features(features) }

@@ -6,9 +6,9 @@
 use std::path::Path;
 
 use umbragraph::diagnostic::Diagnostic;
-use umbragraph::read_source;
-use umbragraph::report::{Report, diff};
-use umbragraph::source::Sources;
+use umbragraph::low_level::read_source;
+use umbragraph::low_level::report::{Report, diff};
+use umbragraph::low_level::source::Sources;
 
 use crate::arguments::{Choices, DiffArguments};
 use crate::codes;

@@ -3,11 +3,11 @@
 use std::io::Read as _;
 use std::path::Path;
 
-use umbragraph::compose::read_bytes;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
-use umbragraph::document::{self, format};
-use umbragraph::read_source;
-use umbragraph::source::{FileId, MAX_FILE_BYTES, Sources, Span};
+use umbragraph::low_level::compose::read_bytes;
+use umbragraph::low_level::document::{self, format};
+use umbragraph::low_level::read_source;
+use umbragraph::low_level::source::{FileId, MAX_FILE_BYTES, Sources, Span};
 
 use crate::arguments::FmtArguments;
 use crate::replace::replace;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use umbragraph::diagnostic::{Diagnostic, Place, codes};
-use umbragraph::report::{GraphFormat, Report, diff, draw, page};
+use umbragraph::low_level::report::{GraphFormat, Report, diff, draw, page};
 
 use crate::arguments::{Choices, GraphArguments};
 use crate::observed::observed;

@@ -8,8 +8,8 @@ use std::path::Path;
 
 use similar::TextDiff;
 use umbragraph::diagnostic::Diagnostic;
-use umbragraph::edit::{self, Edit, Edits};
-use umbragraph::source::SourceFile;
+use umbragraph::low_level::edit::{self, Edit, Edits};
+use umbragraph::low_level::source::SourceFile;
 
 use crate::arguments::CheckArguments;
 use crate::replace::{replace, unwritable};

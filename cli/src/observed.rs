@@ -10,7 +10,7 @@ use std::path::Path;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use umbragraph::diagnostic::{Diagnostic, codes};
-use umbragraph::report::Observed;
+use umbragraph::low_level::report::Observed;
 
 /// Reads what was observed.
 ///

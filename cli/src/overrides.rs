@@ -6,9 +6,9 @@
 use std::path::Path;
 
 use umbragraph::diagnostic::{Diagnostic, codes};
-use umbragraph::document::{self, Document, Value};
-use umbragraph::pipeline::{self, Overrides, ParameterFile, Setting};
-use umbragraph::source::{Sources, Span};
+use umbragraph::low_level::document::{self, Document, Value};
+use umbragraph::low_level::pipeline::{self, Override, Overrides, ParameterFile};
+use umbragraph::low_level::source::{Sources, Span};
 
 use crate::arguments::Settings;
 use crate::session::Session;
@@ -28,7 +28,7 @@ impl Session {
             files.into_iter().fold(preset.unwrap_or_default(), |below, file| below.under(file.overrides));
         let mut given = |texts: &[String], without_value, section| {
             let settings = texts.iter().filter_map(|text| self.setting(text, without_value));
-            let settings: Vec<Setting> = settings.collect();
+            let settings: Vec<Override> = settings.collect();
             settings.into_iter().filter_map(|one| self.switched(one, section, document)).collect()
         };
         let parameters = given(&settings.set, None, "parameters");
@@ -37,7 +37,7 @@ impl Session {
     }
 
     /// A setting of the command line with `on` and `off` as the booleans that they are where one is declared.
-    fn switched(&mut self, mut setting: Setting, section: &str, document: &Document) -> Option<Setting> {
+    fn switched(&mut self, mut setting: Override, section: &str, document: &Document) -> Option<Override> {
         let declared = document.root.entries_of(section);
         let entry = declared.iter().find(|entry| entry.key == setting.name);
         let Some(entry) = entry.filter(|one| one.value.get("type").and_then(Value::text) == Some("bool"))
@@ -72,7 +72,7 @@ impl Session {
     }
 
     /// `NAME=VALUE`; the value is JSON, or else a word.
-    fn setting(&mut self, text: &str, without_value: Option<&str>) -> Option<Setting> {
+    fn setting(&mut self, text: &str, without_value: Option<&str>) -> Option<Override> {
         let whole = self.on_command_line(text);
         let (name, value) = match (text.split_once('='), without_value) {
             (Some((name, value)), _) => (name, value),
@@ -94,7 +94,7 @@ impl Session {
             Ok(document) => relocate(document.root, place),
             Err(_) => Value { span: place, kind: document::Kind::Text(value.to_owned()) },
         };
-        Some(Setting { name: name.to_owned(), value, place: whole })
+        Some(Override { name: name.to_owned(), value, place: whole })
     }
 }
 

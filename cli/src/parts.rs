@@ -6,10 +6,10 @@
 use std::path::Path;
 
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::document::schema::Schema;
-use umbragraph::document::{Document, Value};
+use umbragraph::low_level::document::schema::Schema;
+use umbragraph::low_level::document::{Document, Value};
+use umbragraph::low_level::pipeline::{FileKind, schema_of};
 use umbragraph::node::Registry;
-use umbragraph::pipeline::{FileKind, schema_of};
 
 /// The kind of a file by its keys; `None` for a pipeline, and for what could be one.
 pub(crate) fn kind_of(document: &Document) -> Option<FileKind> {

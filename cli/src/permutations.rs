@@ -9,12 +9,12 @@ use std::io::IsTerminal as _;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use umbragraph::compiler::PlanOptions;
 use umbragraph::diagnostic::{Diagnostics, Place};
-use umbragraph::pipeline::{self, Configurations, Overrides};
-use umbragraph::shader::TargetProfile;
-use umbragraph::shader::permutations::{self, Options, Request, Validator};
-use umbragraph::source::FileId;
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::pipeline::{self, Configurations, Overrides};
+use umbragraph::low_level::shader::TargetProfile;
+use umbragraph::low_level::shader::permutations::{self, Options, Request, Validator};
+use umbragraph::low_level::source::FileId;
 
 use crate::arguments::{DiagnosticsFormat, PermutationsArguments};
 use crate::axes;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use umbragraph::session::Surveyed;
+use umbragraph::low_level::session::Surveyed;
 
 /// The maximum number of names in a line.
 const NAMES: usize = 8;

@@ -1,8 +1,8 @@
 //! `umbragraph schema`
 
-use umbragraph::compose::read_bytes;
-use umbragraph::pipeline::{self, FileKind};
-use umbragraph::source::MAX_FILE_BYTES;
+use umbragraph::low_level::compose::read_bytes;
+use umbragraph::low_level::pipeline::{self, FileKind};
+use umbragraph::low_level::source::MAX_FILE_BYTES;
 
 use crate::arguments::{SchemaArguments, SchemaKind};
 use crate::streams::{complain, print_json};
@@ -15,7 +15,7 @@ pub(crate) fn run(arguments: &SchemaArguments) -> bool {
         SchemaKind::Extension => (of(FileKind::Extension), " --of extension"),
         SchemaKind::Parameters => (of(FileKind::Parameters), " --of parameters"),
         SchemaKind::Subgraph => (of(FileKind::Subgraph), " --of subgraph"),
-        SchemaKind::Axes => (umbragraph::shader::axes_schema(), " --of axes"),
+        SchemaKind::Axes => (umbragraph::low_level::shader::axes_schema(), " --of axes"),
     };
     let Ok(text) = serde_json::to_string_pretty(&schema) else { return false };
     let Some(path) = &arguments.check else {

@@ -1,24 +1,28 @@
-//! The commands' session: what arguments ask of [`umbragraph::session`], and its diagnostics printed.
+//! The commands' session: what arguments ask of [`umbragraph::low_level::session`], and its diagnostics printed.
 
 use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use umbragraph::compiler::{Plan, PlanOptions};
-use umbragraph::compose::{self, Roots};
+use umbragraph::DiskStorage;
+use umbragraph::Plan;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
-use umbragraph::document::Document;
 #[cfg(feature = "gpu")]
 use umbragraph::executor::DryRun;
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::compose::{self, Roots};
+use umbragraph::low_level::document::Document;
+use umbragraph::low_level::pipeline::{self, FileKind, Overrides};
+use umbragraph::low_level::session::{
+    Choice, Judges, Loaded, Survey, Surveyed, Target, Template, TemplateText,
+};
+use umbragraph::low_level::shader::{TEMPLATE_ENDS, TargetProfile, TemplateSet};
+use umbragraph::low_level::source::{FileId, Sources, Span};
+use umbragraph::low_level::{CheckOptions, CheckReport};
 use umbragraph::node::Registry;
-use umbragraph::pipeline::{self, FileKind, Overrides};
 #[cfg(feature = "gpu")]
 use umbragraph::scene::Scene;
 use umbragraph::scene::interface;
-use umbragraph::session::{Choice, Judges, Loaded, Survey, Surveyed, Target, Template, TemplateText};
-use umbragraph::shader::{TEMPLATE_ENDS, TargetProfile, TemplateSet};
-use umbragraph::source::{FileId, Sources, Span};
-use umbragraph::{CheckOptions, CheckReport, DiskStorage};
 
 use crate::arguments::{Choices, DiagnosticsFormat, Files};
 #[cfg(feature = "gpu")]
@@ -28,7 +32,7 @@ use crate::streams::{complain, print, print_json};
 
 /// A session over the disk, and the diagnostics of one run of the command.
 pub(crate) struct Session {
-    session: umbragraph::session::Session,
+    session: umbragraph::low_level::session::Session,
     pub(crate) diagnostics: Diagnostics,
     pub(crate) templates: Arc<TemplateSet>,
     /// The files of the folder of templates, where one is given.
@@ -74,7 +78,7 @@ impl Session {
         registry.host(interface::GEOMETRY, interface::any_scene());
         let has_own = own.is_some();
         let templates = umbragraph::with_templates(own.into_iter().flatten());
-        let mut session = umbragraph::session::Session::new(DiskStorage, registry, templates);
+        let mut session = umbragraph::low_level::session::Session::new(DiskStorage, registry, templates);
         session.set_roots(roots);
         diagnostics.extend(session.template_diagnostics());
         let templates = session.templates();

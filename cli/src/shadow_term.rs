@@ -4,7 +4,7 @@
 //! geometry.
 
 use umbragraph::diagnostic::{Diagnostic, Place};
-use umbragraph::document::Value;
+use umbragraph::low_level::document::Value;
 
 use crate::arguments::Choices;
 use crate::codes;

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use std::{fs, io};
 
 use umbragraph::diagnostic::Place;
-use umbragraph::shader::permutations::{Opinion, Validator};
+use umbragraph::low_level::shader::permutations::{Opinion, Validator};
 
 /// The command of an external validator.
 #[derive(Clone, Debug, PartialEq, Eq)]

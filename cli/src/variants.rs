@@ -6,8 +6,8 @@ use std::path::Path;
 
 use serde::Serialize;
 use umbragraph::diagnostic::{Diagnostic, counted};
-use umbragraph::shader::TemplateSet;
-use umbragraph::shader::permutations::{Count, Permutations, TemplateReport};
+use umbragraph::low_level::shader::TemplateSet;
+use umbragraph::low_level::shader::permutations::{Count, Permutations, TemplateReport};
 
 use crate::replace::{replace, unwritable};
 

@@ -1,8 +1,8 @@
 //! `umbragraph wgsl`
 
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
-use umbragraph::pipeline::{Pass, Pipeline, ProgramVariant, is_of};
-use umbragraph::shader::{self, Emitted, ShaderModule, TargetLanguage};
+use umbragraph::low_level::pipeline::{Pass, ProgramVariant, TypedPipeline, is_of};
+use umbragraph::low_level::shader::{self, Emitted, ShaderModule, TargetLanguage};
 use umbragraph::work::ProgramHandle;
 
 use crate::arguments::WgslArguments;
@@ -78,7 +78,7 @@ fn unknown_name(session: &mut Session, what: &str, name: &str, names: &[&str]) {
 
 /// The distinct modules that are wanted. Of a binary there is one only.
 fn modules<'a>(
-    pipeline: &'a Pipeline,
+    pipeline: &'a TypedPipeline,
     program: ProgramHandle,
     arguments: &WgslArguments,
 ) -> Vec<&'a ShaderModule> {

@@ -1,7 +1,7 @@
 //! `umbragraph why`
 
 use serde_json::json;
-use umbragraph::why::{Subject, human, why, why_memory};
+use umbragraph::low_level::why::{Subject, human, why, why_memory};
 
 use crate::arguments::{AnswerFormat, WhyArguments};
 use crate::session::Session;

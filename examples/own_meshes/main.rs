@@ -13,7 +13,8 @@ mod shadows;
 use std::path::{Path, PathBuf};
 
 use dominoes::Dominoes;
-use umbragraph::executor::{Executor, Frame, imported_texture, read_bytes};
+use umbragraph::executor::{imported_texture, read_bytes};
+use umbragraph::{Executor, Frame};
 
 const SIZE: [u32; 2] = [960, 540];
 

@@ -9,7 +9,7 @@ use umbragraph::frame::{Bounds, Camera, FrameInput, Light};
 use umbragraph::{Error, Library, Options, Plan};
 use wgpu::VertexFormat::Float32x3;
 
-use crate::dominoes::{COUNT, Dominoes, STRIDE};
+use super::dominoes::{COUNT, Dominoes, STRIDE};
 
 /// How the meshes are stored: said once, compared with every shader that draws them.
 pub(crate) fn interface() -> HostInterface {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use crate::graph::compiler::PlanOptions;
-use crate::graph::pipeline::{Overrides, Setting};
+use crate::graph::pipeline::{Override, Overrides};
 use crate::graph::shader::TargetProfile;
 
 /// A pipeline: its file, with the extensions that are put into it.
@@ -92,7 +92,7 @@ pub(crate) struct Configuration {
 /// Overrides as a text that is the same where they are, places included.
 pub(crate) fn written(overrides: &Overrides) -> String {
     let mut text = String::new();
-    let mut write = |kind: char, Setting { name, value, place }: &Setting| {
+    let mut write = |kind: char, Override { name, value, place }: &Override| {
         let _ = writeln!(text, "{kind}{name:?}{place:?}{:?}{}", value.span, value.to_json());
     };
     overrides.parameters.iter().for_each(|one| write('p', one));

@@ -3,11 +3,13 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use umbragraph::compiler::{Plan, PlanOptions};
-use umbragraph::executor::{Executor, Frame, imported_texture, read_bytes};
+use umbragraph::Plan;
+use umbragraph::executor::{imported_texture, read_bytes};
 use umbragraph::frame::FrameInput;
+use umbragraph::low_level::compiler::PlanOptions;
 use umbragraph::scene::Scene;
 use umbragraph::scene::gpu::SceneResources;
+use umbragraph::{Executor, Frame};
 use umbragraph_test_support::gpu::Gpu;
 use umbragraph_test_support::image::{Channels, Picture};
 

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use umbragraph::compiler::{CpuPasses, Plan};
+use umbragraph::Plan;
 use umbragraph::data::BlackboardData;
 use umbragraph::frame::{Bounds, Camera, FrameInput, Light, LightKind, Projection};
+use umbragraph::low_level::compiler::CpuPasses;
 use umbragraph::work::{BoundSlot, Work};
 
 /// A camera at eye level under a sun, over ten metres of things on a plain.

@@ -16,15 +16,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use umbragraph::CheckReport;
-use umbragraph::compiler::{Plan, PlanOptions};
-use umbragraph::compose::Roots;
+use umbragraph::Plan;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, render};
-use umbragraph::document::{self, Document};
-use umbragraph::pipeline::{self, Overrides, ParameterFile, Setting};
-use umbragraph::session::{Choice, Session, Storage, Target, Template, TemplateText};
-use umbragraph::shader::{TargetProfile, TemplateSet};
-use umbragraph::source::{FileId, Sources};
+use umbragraph::low_level::CheckReport;
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::compose::Roots;
+use umbragraph::low_level::document::{self, Document};
+use umbragraph::low_level::pipeline::{self, Override, Overrides, ParameterFile};
+use umbragraph::low_level::session::{Choice, Session, Storage, Target, Template, TemplateText};
+use umbragraph::low_level::shader::{TargetProfile, TemplateSet};
+use umbragraph::low_level::source::{FileId, Sources};
 use umbragraph_verify::verify;
 
 /// The folder of the workspace.
@@ -180,7 +181,7 @@ struct Workspace;
 
 impl Storage for Workspace {
     fn read(&mut self, path: &Path, _: Option<&Roots>, sources: &mut Sources) -> Result<FileId, Diagnostic> {
-        umbragraph::read_source(path, sources)
+        umbragraph::low_level::read_source(path, sources)
     }
 }
 
@@ -251,10 +252,10 @@ fn collect(root: &Path, folder: &Path, names: &mut Vec<String>) {
     }
 }
 
-fn setting((name, value): (&str, &str), session: &mut Session) -> Setting {
+fn setting((name, value): (&str, &str), session: &mut Session) -> Override {
     let place = session.text("<test>", value);
     let value = document::parse(session.sources(), place.file).valid().expect("JSON").root;
-    Setting { name: name.to_owned(), place: value.span, value }
+    Override { name: name.to_owned(), place: value.span, value }
 }
 
 /// All files below a folder, sorted.

@@ -1,8 +1,8 @@
 //! Values of parameters in tests.
 
 use serde_json::{Value as Json, json};
-use umbragraph::expression::Value;
-use umbragraph::language::{ParameterDeclaration, ParameterType};
+use umbragraph::low_level::expression::Value;
+use umbragraph::low_level::language::{ParameterDeclaration, ParameterType};
 
 /// Other values that a parameter could have; some may be rejected.
 pub fn others(declaration: &ParameterDeclaration, value: &Value) -> Vec<Json> {

@@ -1,11 +1,11 @@
 //! Cached shadow maps as hosts meet them: casters that come to rest and set out again, and what a record allocates.
 
-use allocation_counter::measure;
 use crate::common::gpu::{executor, import, read, scene};
 use crate::common::{Outcome, With, check_file, root};
+use allocation_counter::measure;
+use umbragraph::Frame;
 use umbragraph::data::View;
 use umbragraph::draw::{DrawPass, DrawSource, HostInterface, PropertySet};
-use umbragraph::executor::Frame;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::work::DrawOrder;
 use umbragraph_test_support::gpu;

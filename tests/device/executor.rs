@@ -2,8 +2,8 @@
 
 use crate::common::gpu::{empty_frame, executor, import, picture, read, render, scene};
 use crate::common::{With, check_file, check_with, root};
-use umbragraph::executor::{Executor, Frame};
 use umbragraph::scene::gpu::SceneResources;
+use umbragraph::{Executor, Frame};
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::random::Random;
 
@@ -409,7 +409,7 @@ fn a_pipeline_that_draws_meshes_wants_a_source_of_them() {
     let Some(gpu) = gpu::device() else { return };
     let outcome = check_file("pipelines/nebula.json", &With::default());
     let plan = std::sync::Arc::new(outcome.plan().clone());
-    let result = umbragraph::executor::Executor::new(&gpu.device, &gpu.queue, plan, None);
+    let result = umbragraph::Executor::new(&gpu.device, &gpu.queue, plan, None);
     let diagnostics = result.err().expect("a rejection");
     assert!(diagnostics.iter().all(|diagnostic| diagnostic.code.id == "UG0608"), "{diagnostics:?}");
 }

@@ -7,11 +7,11 @@ use std::sync::Arc;
 use crate::common::gpu::{executor, import, read, scene};
 use crate::common::settings::others;
 use crate::common::{Outcome, SMALL_MAPS, With, check, check_file, root};
-use umbragraph::compiler::{CpuPasses, Parameters};
-use umbragraph::executor::{Executor, Frame};
-use umbragraph::expression::Value;
 use umbragraph::frame::FrameInput;
+use umbragraph::low_level::compiler::{CpuPasses, Parameters};
+use umbragraph::low_level::expression::Value;
 use umbragraph::scene::gpu::SceneResources;
+use umbragraph::{Executor, Frame};
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::image::Picture;
 use umbragraph_test_support::property;
@@ -70,8 +70,10 @@ impl Drawn<'_> {
     /// The picture of a first frame.
     fn picture(&self, executor: &mut Executor) -> Picture {
         let plan = executor.plan().clone();
-        let imported =
-            plan.resources.iter().filter(|(_, one)| one.physical == umbragraph::compiler::Physical::Imported);
+        let imported = plan
+            .resources
+            .iter()
+            .filter(|(_, one)| one.physical == umbragraph::low_level::compiler::Physical::Imported);
         let textures: BTreeMap<&str, wgpu::Texture> =
             imported.map(|(name, _)| (name.as_str(), import(self.gpu, &plan, name))).collect();
         let imports: Vec<_> = textures.iter().map(|(name, texture)| (*name, texture)).collect();
@@ -251,7 +253,7 @@ fn values_are_rejected_as_at_load_and_the_next_frame_has_those_before() {
     // Values outlive another plan; a handle of another pipeline is an error.
     let plan = outcome
         .checked
-        .plan_again(&umbragraph::compiler::PlanOptions::new(64, 64), &outcome.sources)
+        .plan_again(&umbragraph::low_level::compiler::PlanOptions::new(64, 64), &outcome.sources)
         .unwrap();
     executor.set_plan(std::sync::Arc::new(plan)).unwrap();
     assert_eq!(record(&mut executor), Ok(vec![255, 204, 255, 255]));

@@ -6,7 +6,7 @@ mod hand;
 
 use allocation_counter::measure;
 use hand::ByHand;
-use umbragraph::compiler::CpuPasses;
+use umbragraph::low_level::compiler::CpuPasses;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::{Executor, Frame, Library, Options};
 use umbragraph_test_support::gpu;
@@ -21,7 +21,8 @@ fn steady_frames_of_scenes_allocate_no_more_than_by_hand() {
     let Some(gpu) = gpu::device() else { return };
     let pipeline = Library::new().load("umbragraph:awsm.json").unwrap_or_else(|error| panic!("{error}"));
     for name in ["courtyard", "interior"] {
-        let scene = crate::common::gpu::scene(&crate::common::root().join(format!("examples/scenes/{name}.glb")));
+        let scene =
+            crate::common::gpu::scene(&crate::common::root().join(format!("examples/scenes/{name}.glb")));
         let source = SceneResources::new(&gpu.device, &gpu.queue, &scene, &scene.pose(0.0))
             .expect("a scene that fits");
         let input = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);

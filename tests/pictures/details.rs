@@ -176,8 +176,8 @@ fn a_level_that_is_no_whole_number_is_a_diagnostic() {
     let with = |levels| With { parameters: levels, ..With::default() };
     let outcome = check_file("pipelines/lore.json", &with(&[("caster_detail", "[1, 2, 3, 256]")]));
     assert!(outcome.diagnostics.has_errors(), "{}", outcome.text());
-    let text =
-        crate::common::read("pipelines/lore.json").replace("caster_detail[index]", "caster_detail[index] + 0.5");
+    let text = crate::common::read("pipelines/lore.json")
+        .replace("caster_detail[index]", "caster_detail[index] + 0.5");
     let outcome = crate::common::check_with("pipelines/lore.json", &text, &With::default());
     assert!(outcome.text().contains("levels of detail are whole numbers"), "{}", outcome.text());
 }

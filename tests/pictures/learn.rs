@@ -1,7 +1,7 @@
 //! The teaching pipelines under `pipelines/learn/`: each is valid, and does what it teaches.
 
 use crate::common::{Outcome, With, check_file, root};
-use umbragraph::shader::TargetProfile;
+use umbragraph::low_level::shader::TargetProfile;
 use umbragraph::wgpu_types::{DownlevelFlags, Limits, TextureFormat};
 
 fn lesson(name: &str) -> Outcome {
@@ -170,7 +170,7 @@ fn passes_are_laid_over_the_settings_that_they_share() {
 
 #[test]
 fn what_is_replaced_needs_nothing_before() {
-    use umbragraph::compiler::StoreOperation;
+    use umbragraph::low_level::compiler::StoreOperation;
     let outcome = lesson("22-contents");
     assert_eq!(outcome.order(), ["wave", "above", "draw"]);
     let depth = outcome.plan().passes[2].depth.as_ref().map(|depth| depth.store);
@@ -264,7 +264,7 @@ fn of_several_entry_points_one_is_named() {
     let taken = |entry_points: &str| {
         let outcome = check(entry_points);
         let variant = &outcome.plan().pipeline.programs[0].variants[0];
-        variant.entry_point(umbragraph::shader::Stage::Fragment).unwrap().name.clone()
+        variant.entry_point(umbragraph::low_level::shader::Stage::Fragment).unwrap().name.clone()
     };
     let unnamed = check("");
     assert_eq!(unnamed.codes(), ["UG0609"]);
@@ -333,7 +333,7 @@ fn each_pipeline_has_points_for_extensions() {
 
 #[test]
 fn the_name_of_a_loop_is_the_version_that_its_last_round_writes() {
-    use umbragraph::pipeline::Version;
+    use umbragraph::low_level::pipeline::Version;
     let outcome = lesson("28-bloom");
     let pipeline = &outcome.plan().pipeline;
     let shine = pipeline.pass(pipeline.find_pass("shine").unwrap());
@@ -373,7 +373,7 @@ mod pictures {
     use super::{lesson, names};
     use crate::common::gpu::{empty_frame, executor, import, picture, read, scene};
     use crate::common::{With, check_file, root};
-    use umbragraph::executor::Frame;
+    use umbragraph::Frame;
     use umbragraph::scene::gpu::SceneResources;
     use umbragraph_test_support::gpu;
     use umbragraph_test_support::image::{Channels, Picture};
@@ -551,7 +551,7 @@ fn depth_stencil_and_faces_are_subresources_of_their_own() {
 
 #[test]
 fn copies_join_boxes_mips_and_aspects() {
-    use umbragraph::compiler::PlannedCopy;
+    use umbragraph::low_level::compiler::PlannedCopy;
     let outcome = lesson("20-copies");
     let copies = |name: &str| {
         let pass = outcome.plan().passes.iter().find(|pass| pass.name == name);

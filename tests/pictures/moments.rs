@@ -3,7 +3,8 @@
 
 use crate::common::gpu::{empty_frame, executor, import};
 use crate::common::{With, check_with};
-use umbragraph::executor::{Frame, Texels, read_back};
+use umbragraph::Frame;
+use umbragraph::executor::{Texels, read_back};
 use umbragraph_test_support::gpu::{self, Gpu};
 
 /// The texel formats with the moment modes that pipelines store in them, and their largest exponents.

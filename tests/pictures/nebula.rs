@@ -3,9 +3,9 @@
 use crate::common::gpu::{executor, import, read, render, render_frame, scene};
 use crate::common::host::{floats, published};
 use crate::common::{With, check_file, root};
-use umbragraph::executor::Frame;
-use umbragraph::expression::Value;
+use umbragraph::Frame;
 use umbragraph::frame::FrameInput;
+use umbragraph::low_level::expression::Value;
 use umbragraph::scene::Scene;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph_test_support::gpu;

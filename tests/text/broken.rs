@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::common::{Outcome, With, check_with, root};
 use umbragraph::diagnostic::Diagnostic;
-use umbragraph::{document, edit};
+use umbragraph::low_level::{document, edit};
 use umbragraph_test_support::property;
 
 struct Case {

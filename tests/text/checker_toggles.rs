@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use umbragraph::compiler::{
-    Assembly, CullReason, Plan, PlanOptions, PlannedPass, StoreOperation, build, plan,
-};
+use umbragraph::Plan;
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::pipeline::{Condition, Pipeline, Version};
+use umbragraph::low_level::compiler::{
+    Assembly, CullReason, PlanOptions, PlannedPass, StoreOperation, build, plan,
+};
+use umbragraph::low_level::pipeline::{Condition, TypedPipeline, Version};
 use umbragraph::work::LoadOperation;
 use umbragraph_verify::{ViolationKind, verify};
 
@@ -59,7 +60,7 @@ fn pass<'a>(plan: &'a mut Plan, name: &str) -> &'a mut PlannedPass {
     &mut plan.passes[at]
 }
 
-fn pipeline(plan: &mut Plan) -> &mut Pipeline {
+fn pipeline(plan: &mut Plan) -> &mut TypedPipeline {
     Arc::make_mut(&mut plan.pipeline)
 }
 

@@ -12,10 +12,10 @@ use crate::common::host::{crowded_frame, published, quiet_frame, sunny_frame};
 use crate::common::settings::others;
 use crate::common::{With, check_with, presets, root};
 use serde_json::{Value as Json, json};
-use umbragraph::compiler::Plan;
-use umbragraph::expression::Value;
-use umbragraph::language::{FeatureType, ParameterType};
-use umbragraph::pipeline::Pipeline;
+use umbragraph::Plan;
+use umbragraph::low_level::expression::Value;
+use umbragraph::low_level::language::{FeatureType, ParameterType};
+use umbragraph::low_level::pipeline::TypedPipeline;
 use umbragraph::work::{Draw, Work};
 use umbragraph_test_support::property;
 
@@ -131,7 +131,7 @@ impl Subject<'_> {
         if outcome.diagnostics.has_errors() { None } else { outcome.checked.plan }
     }
 
-    fn contexts(&self, pipeline: &Pipeline) -> Vec<Context> {
+    fn contexts(&self, pipeline: &TypedPipeline) -> Vec<Context> {
         let presets = presets(self.name, self.text);
         let mut contexts = vec![Context::default()];
         contexts.extend(presets.into_iter().map(|name| Context { preset: Some(name), ..Context::default() }));
@@ -190,7 +190,7 @@ impl Subject<'_> {
 }
 
 /// Each feature with each value that it does not have.
-fn feature_values(pipeline: &Pipeline) -> Vec<(String, String)> {
+fn feature_values(pipeline: &TypedPipeline) -> Vec<(String, String)> {
     let mut values = Vec::new();
     for (name, feature) in &pipeline.features {
         match (feature.declaration.feature_type, &feature.value) {

@@ -1,11 +1,11 @@
 //! What the documents for contributors name is there, and what node kinds say of themselves is so.
 
 use crate::common::{With, check_file, root};
-use umbragraph::compose;
 use umbragraph::data::{DataShape, ValueType};
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::pipeline::ResourceKind;
-use umbragraph::source::Sources;
+use umbragraph::low_level::compose;
+use umbragraph::low_level::pipeline::ResourceKind;
+use umbragraph::low_level::source::Sources;
 use umbragraph::work::Work;
 
 /// The texts in backquotes that look like paths: a folder of the root, or a file of it, comes first.
@@ -73,7 +73,7 @@ fn node_kinds_publish_what_they_say() {
 fn written(pipeline: &str, pointer: &str) -> Option<String> {
     let path = root().join(format!("pipelines/{pipeline}.json"));
     let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
-    let file = umbragraph::read_source(&path, &mut sources).ok()?;
+    let file = umbragraph::low_level::read_source(&path, &mut sources).ok()?;
     let mut files = compose::Disk(compose::Roots::of(&path));
     let composed = compose::compose(file, &path, &mut files, &mut sources, &mut diagnostics)?;
     let value = pointer.split('/').skip(1).try_fold(&composed.document.root, |value, key| value.get(key))?;

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use crate::common::{With, check_with, read, root};
 use umbragraph::executor::DryRun;
+use umbragraph::low_level::shader::TargetProfile;
 use umbragraph::scene::interface;
-use umbragraph::shader::TargetProfile;
 use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
 

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use crate::common::root;
 use serde_json::{Value, json};
-use umbragraph::document;
-use umbragraph::pipeline::{FileKind, schema_of};
-use umbragraph::source::Sources;
+use umbragraph::low_level::document;
+use umbragraph::low_level::pipeline::{FileKind, schema_of};
+use umbragraph::low_level::source::Sources;
 
 /// Says nothing of what is valid.
 const SILENT: &[&str] = &["$schema", "$defs", "title", "description", "default", "format"];

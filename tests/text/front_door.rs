@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use umbragraph::expression::Value;
+use umbragraph::low_level::expression::Value;
 use umbragraph::{Error, Library, Options};
 
 const TEXT: &str = r#"{

@@ -1,13 +1,13 @@
 //! What the compiler makes of pipelines: order, culling, hazards, lifetimes, store operations.
 
 use crate::common::{With, check, check_file};
-use umbragraph::compiler::{
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::low_level::compiler::{
     Assembly, CullReason, ImportDescriptor, Physical, PlanOptions, StoreOperation, build,
 };
-use umbragraph::diagnostic::Diagnostics;
-use umbragraph::report::{EdgeKind, Report};
+use umbragraph::low_level::report::{EdgeKind, Report};
+use umbragraph::low_level::why::{why_apart, why_culled, why_kept};
 use umbragraph::wgpu_types::TextureFormat;
-use umbragraph::why::{why_apart, why_culled, why_kept};
 
 const TEXTURE: &str = r#"{ "texture": { "format": "rgba8unorm", "size": "=viewport" } }"#;
 const TARGET: &str =
@@ -479,11 +479,13 @@ fn a_picture_of_every_form_names_every_pass_and_is_the_same_from_run_to_run() {
     let text = pipeline(&["a", "b"], &[fill("p1", "a"), copy("p2", "a", "target"), copy("dead", "a", "b")]);
     let report = |outcome: &crate::common::Outcome| {
         let graph = outcome.checked.graph.as_ref().expect("a graph");
-        umbragraph::report::Report::new(outcome.plan(), graph, &outcome.sources)
+        umbragraph::low_level::report::Report::new(outcome.plan(), graph, &outcome.sources)
     };
     let (first, second) = (check(&text), check(&text));
-    for format in umbragraph::report::GraphFormat::ALL {
-        let draw = |outcome: &crate::common::Outcome| umbragraph::report::draw(&report(outcome), format, None);
+    for format in umbragraph::low_level::report::GraphFormat::ALL {
+        let draw = |outcome: &crate::common::Outcome| {
+            umbragraph::low_level::report::draw(&report(outcome), format, None)
+        };
         let drawn = draw(&first);
         assert_eq!(drawn, draw(&second), "{}", format.name());
         for name in ["p1", "p2", "dead"] {
@@ -498,13 +500,15 @@ fn names_cannot_break_out_of_pictures() {
         .replace("\"name\": \"test\"", r#""name": "</script><b>&\"""#);
     let outcome = check(&text);
     let graph = outcome.checked.graph.as_ref().expect("a graph");
-    let report = umbragraph::report::Report::new(outcome.plan(), graph, &outcome.sources);
-    for format in [umbragraph::report::GraphFormat::Svg, umbragraph::report::GraphFormat::Html] {
-        let drawn = umbragraph::report::draw(&report, format, None);
+    let report = umbragraph::low_level::report::Report::new(outcome.plan(), graph, &outcome.sources);
+    for format in
+        [umbragraph::low_level::report::GraphFormat::Svg, umbragraph::low_level::report::GraphFormat::Html]
+    {
+        let drawn = umbragraph::low_level::report::draw(&report, format, None);
         assert!(!drawn.contains("<b>"), "{}", format.name());
     }
     assert!(
-        umbragraph::report::draw(&report, umbragraph::report::GraphFormat::Dot, None)
+        umbragraph::low_level::report::draw(&report, umbragraph::low_level::report::GraphFormat::Dot, None)
             .contains(r#"digraph "</script><b>&\"""#)
     );
 }
@@ -514,14 +518,14 @@ fn the_difference_of_two_plans_is_said_in_words() {
     let report = |text: &str| {
         let outcome = check(text);
         let graph = outcome.checked.graph.as_ref().expect("a graph");
-        umbragraph::report::Report::new(outcome.plan(), graph, &outcome.sources)
+        umbragraph::low_level::report::Report::new(outcome.plan(), graph, &outcome.sources)
     };
     let before = report(&pipeline(&["a"], &[fill("p1", "a"), copy("p2", "a", "target")]));
     let after =
         report(&pipeline(&["a", "b"], &[fill("p1", "a"), copy("more", "a", "b"), copy("p2", "b", "target")]));
-    assert!(umbragraph::report::diff(&before, &before).is_empty());
+    assert!(umbragraph::low_level::report::diff(&before, &before).is_empty());
     assert_eq!(
-        umbragraph::report::diff(&before, &after),
+        umbragraph::low_level::report::diff(&before, &after),
         [
             "the pass more (fullscreen) is new",
             "the pass p2 reads b now",

@@ -1,14 +1,15 @@
 //! Orders for an objective, aliasing by class, subresources and imports, on graphs made in code.
 
-use umbragraph::compiler::{
-    Assembly, ImportDescriptor, Objective, OrderMethod, Physical, Plan, PlanOptions, StoreOperation,
-    TextureSize, build, plan,
-};
+use umbragraph::Plan;
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::language::{Expr, FormatCandidates, Lifetime};
-use umbragraph::pipeline::{Aspect, IndexRange, SubresourceRange, Usage, Version};
+use umbragraph::low_level::compiler::{
+    Assembly, ImportDescriptor, Objective, OrderMethod, Physical, PlanOptions, StoreOperation, TextureSize,
+    build, plan,
+};
+use umbragraph::low_level::language::{Expr, FormatCandidates, Lifetime};
+use umbragraph::low_level::pipeline::{Aspect, IndexRange, SubresourceRange, Usage, Version};
+use umbragraph::low_level::why::why_apart;
 use umbragraph::wgpu_types::{TextureFormat, TextureUsages};
-use umbragraph::why::why_apart;
 use umbragraph::work::LoadOperation;
 use umbragraph_verify::verify;
 
@@ -228,7 +229,7 @@ fn three_lifetimes_of_which_two_overlap_need_two_textures() {
 }
 
 /// Two textures with disjoint lifetimes, the second described by the caller.
-fn two(describe: impl FnOnce(&mut umbragraph::language::TextureDeclaration)) -> usize {
+fn two(describe: impl FnOnce(&mut umbragraph::low_level::language::TextureDeclaration)) -> usize {
     let mut assembly = Assembly::new("two");
     let a = assembly.texture("a");
     let b = assembly.texture_with("b", describe);

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::common::{With, check_file};
-use umbragraph::report::{GraphFormat, Report, diff, draw};
+use umbragraph::low_level::report::{GraphFormat, Report, diff, draw};
 
 fn browser() -> Option<PathBuf> {
     let names = ["chromium", "chromium-browser", "google-chrome"];

@@ -1,9 +1,10 @@
 //! What toggles mean for graphs and plans: what stays alive, what is stored, what shares memory, what is rejected.
 
-use umbragraph::compiler::{Assembly, KeepReason, Plan, PlanOptions, StoreOperation, build, plan};
+use umbragraph::Plan;
 use umbragraph::diagnostic::{Diagnostics, codes};
-use umbragraph::language::{Expr, Lifetime, TextureDeclaration};
-use umbragraph::pipeline::{Condition, IndexRange, SubresourceRange, Usage, Version};
+use umbragraph::low_level::compiler::{Assembly, KeepReason, PlanOptions, StoreOperation, build, plan};
+use umbragraph::low_level::language::{Expr, Lifetime, TextureDeclaration};
+use umbragraph::low_level::pipeline::{Condition, IndexRange, SubresourceRange, Usage, Version};
 use umbragraph::work::{LoadOperation, ResourceHandle};
 use umbragraph_verify::{ViolationKind, verify};
 
@@ -40,7 +41,7 @@ fn names(plan: &Plan) -> Vec<&str> {
     plan.passes.iter().map(|pass| pass.name.as_str()).collect()
 }
 
-fn pass<'a>(plan: &'a Plan, name: &str) -> &'a umbragraph::compiler::PlannedPass {
+fn pass<'a>(plan: &'a Plan, name: &str) -> &'a umbragraph::low_level::compiler::PlannedPass {
     plan.passes.iter().find(|pass| pass.name == name).unwrap_or_else(|| panic!("no {name}"))
 }
 
@@ -311,7 +312,7 @@ fn a_conditional_writer_never_aliases() {
     let plan = build(true);
     assert_eq!(plan.textures.len(), 3);
     assert!(plan.resources["c"].conditional && !plan.resources["a"].conditional);
-    let why = umbragraph::why::why_apart(&plan, "a", "c");
+    let why = umbragraph::low_level::why::why_apart(&plan, "a", "c");
     assert!(why.iter().any(|reason| reason.contains("toggle")), "{why:?}");
 }
 

@@ -7,9 +7,9 @@ mod texts;
 use std::path::Path;
 
 use crate::common::{Outcome, With, check, check_with, root};
-use umbragraph::compose::{self, Memory};
 use umbragraph::diagnostic::{Diagnostics, Place, codes};
-use umbragraph::source::Sources;
+use umbragraph::low_level::compose::{self, Memory};
+use umbragraph::low_level::source::Sources;
 use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
 
@@ -56,7 +56,7 @@ fn bytes_that_are_no_text_are_a_diagnostic_at_the_first_of_them() {
     let path = std::env::temp_dir().join(format!("umbragraph-not-utf8-{}.json", std::process::id()));
     for (bytes, at) in [(&b"{ \"a\": \"\xff\" }"[..], 8), (b"\xff\xfe{\0}\0", 0), (b"{}\xe2\x82", 2)] {
         std::fs::write(&path, bytes).unwrap();
-        let diagnostic = umbragraph::read_source(&path, &mut Sources::new()).unwrap_err();
+        let diagnostic = umbragraph::low_level::read_source(&path, &mut Sources::new()).unwrap_err();
         assert_eq!(diagnostic.code.id, "UG0002");
         let Place::Span(span) = diagnostic.place else { panic!("{diagnostic:?}") };
         assert_eq!(span.start, at);

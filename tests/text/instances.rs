@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use umbragraph::data::{BlackboardData, DataShape, ValueType};
 use umbragraph::diagnostic::{Diagnostics, render};
-use umbragraph::document;
-use umbragraph::language::Ref;
+use umbragraph::low_level::document;
+use umbragraph::low_level::language::Ref;
+use umbragraph::low_level::pipeline::{self, Overrides, PassBuilder, Produced};
+use umbragraph::low_level::shader::{ShaderCache, TargetProfile};
+use umbragraph::low_level::source::Sources;
 use umbragraph::node::Node;
-use umbragraph::pipeline::{self, Overrides, PassBuilder, Produced};
-use umbragraph::shader::{ShaderCache, TargetProfile};
-use umbragraph::source::Sources;
 use umbragraph::work::{CpuContext, CpuNode, CpuWork, Work};
 
 /// How often [`Counted`] is decoded and declared.

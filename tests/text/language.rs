@@ -2,10 +2,10 @@
 
 use crate::common::check;
 use std::path::Path;
-use umbragraph::compose::{self, Memory};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, render};
-use umbragraph::document;
-use umbragraph::source::{FileId, Sources};
+use umbragraph::low_level::compose::{self, Memory};
+use umbragraph::low_level::document;
+use umbragraph::low_level::source::{FileId, Sources};
 use umbragraph::wgpu_types::TextureFormat;
 
 const SHOW: &str = r#""shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "shadow_term" }"#;
@@ -396,14 +396,15 @@ fn check_files(files: &[(&str, &str)]) -> crate::common::Outcome {
     let file = sources.add(name, text);
     let composed =
         compose::compose(file, Path::new(name), &mut memory, &mut sources, &mut diagnostics).unwrap();
-    let options = umbragraph::CheckOptions {
+    let options = umbragraph::low_level::CheckOptions {
         registry: &umbragraph::registry(),
         templates: &templates,
-        profile: &umbragraph::shader::TargetProfile::webgpu(),
-        overrides: &umbragraph::pipeline::Overrides::default(),
-        plan: &umbragraph::compiler::PlanOptions::new(640, 480),
+        profile: &umbragraph::low_level::shader::TargetProfile::webgpu(),
+        overrides: &umbragraph::low_level::pipeline::Overrides::default(),
+        plan: &umbragraph::low_level::compiler::PlanOptions::new(640, 480),
     };
-    let checked = umbragraph::check_document(&composed.document, &options, &sources, &mut diagnostics);
+    let checked =
+        umbragraph::low_level::check_document(&composed.document, &options, &sources, &mut diagnostics);
     crate::common::Outcome { sources, diagnostics, checked }
 }
 

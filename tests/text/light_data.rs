@@ -7,8 +7,8 @@ use std::sync::Arc;
 use crate::common::host::{crowded_frame, floats, published, quiet_frame, sunny_frame};
 use crate::common::{Outcome, With};
 use glam::{DVec3, DVec4};
-use umbragraph::compiler::CpuPasses;
 use umbragraph::frame::{Light, LightKind};
+use umbragraph::low_level::compiler::CpuPasses;
 
 const TEXT: &str = r#"{
     "format": 1, "name": "lights",

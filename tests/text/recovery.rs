@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::common::root;
-use umbragraph::document::{self, Kind, Parsed, Value};
-use umbragraph::model::{DeclarationKind, Model};
-use umbragraph::source::Sources;
+use umbragraph::low_level::document::{self, Kind, Parsed, Value};
+use umbragraph::low_level::model::{DeclarationKind, Model};
+use umbragraph::low_level::source::Sources;
 
 /// All documents below `pipelines/`, by their paths.
 fn pipelines() -> Vec<(PathBuf, String)> {

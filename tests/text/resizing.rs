@@ -1,9 +1,9 @@
 //! A plan for another size is the plan made from scratch for that size, in every pipeline of the workspace.
 
 use crate::common::{With, check_file, root};
-use umbragraph::compiler::{Objective, PlanOptions, plan};
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::pipeline::ResourceKind;
+use umbragraph::low_level::compiler::{Objective, PlanOptions, plan};
+use umbragraph::low_level::pipeline::ResourceKind;
 use umbragraph_verify::verify;
 
 #[test]

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::common::host::{floats, packed, published, sunny_frame};
 use crate::common::{Outcome, With, check_file, check_with, root};
-use umbragraph::shader::TypeLayout;
+use umbragraph::low_level::shader::TypeLayout;
 use umbragraph::work::{Draw, DrawOrder, Work};
 
 const MANTIS: &str = "pipelines/mantis.json";

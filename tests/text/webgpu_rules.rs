@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use crate::common::{Outcome, With, check_with};
 use umbragraph::executor::DryRun;
-use umbragraph::shader::TargetProfile;
+use umbragraph::low_level::shader::TargetProfile;
 
 const FILL: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
 @fragment fn fill(covered: Covered) -> @location(0) vec4<f32> { return vec4<f32>(covered.uv, 0.0, 1.0); }

@@ -58,7 +58,10 @@ fn rust(options: &Options) -> Result<bool, String> {
     selection.extend(FILES.iter().flat_map(|file| ["--file", file]));
     selection.extend(options.within.iter().flat_map(|name| ["--re", name]));
     if !toolchain::has_nextest() {
-        return Err("the tests are chosen by cargo-nextest; to install it: cargo install --locked cargo-nextest".to_owned());
+        return Err(
+            "the tests are chosen by cargo-nextest; to install it: cargo install --locked cargo-nextest"
+                .to_owned(),
+        );
     }
     let tests = ["-E", TESTS];
     // A failure without a fault would be found with each.

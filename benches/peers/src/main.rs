@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use myth_render::graph::core::{
     ExecuteContext, FrameArena, GraphStorage, PassNode, RenderGraph, TextureDesc, TransientPool,
 };
-use umbragraph::compiler::{PlanOptions, build, plan};
+use umbragraph::low_level::compiler::{PlanOptions, build, plan};
 use umbragraph::diagnostic::Diagnostics;
 
 #[path = "../../shapes.rs"]

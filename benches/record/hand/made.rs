@@ -4,9 +4,9 @@
 use std::sync::Arc;
 
 use umbragraph::Plan;
-use umbragraph::compiler::{CpuPasses, Physical, StoreOperation};
 use umbragraph::data::{BlackboardData, View};
 use umbragraph::draw::{DOUBLE_SIDED, DrawSource};
+use umbragraph::low_level::compiler::{CpuPasses, Physical, StoreOperation};
 use umbragraph::work::{Draw, LoadOperation, ResourceHandle, SlotSource, Work};
 use umbragraph_test_support::gpu::Gpu;
 

@@ -7,10 +7,10 @@
 mod made;
 mod objects;
 
-use umbragraph::compiler::CpuPasses;
 use umbragraph::data::{BlackboardData, View};
 use umbragraph::draw::{DrawPass, DrawSource, PropertySet};
 use umbragraph::frame::FrameInput;
+use umbragraph::low_level::compiler::CpuPasses;
 use umbragraph::work::{BlockLayout, DrawOrder};
 
 pub(crate) struct ByHand {

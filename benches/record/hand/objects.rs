@@ -2,8 +2,8 @@
 
 use umbragraph::Plan;
 use umbragraph::draw::{HostInterface, PropertySet};
-use umbragraph::pipeline::{Aspect, Program, ProgramVariant, ResourceKind};
-use umbragraph::shader::Stage;
+use umbragraph::low_level::pipeline::{Aspect, Program, ProgramVariant, ResourceKind};
+use umbragraph::low_level::shader::Stage;
 use umbragraph::work::{
     BoundSlot, Draw, Filter, RenderWork, ResourceHandle, Sampler, SlotSource, TextureView,
 };
@@ -71,7 +71,7 @@ pub(super) fn view(texture: &wgpu::Texture, view: TextureView) -> wgpu::TextureV
     let layers = view
         .layer
         .map(|run| run.count)
-        .or((view.shape == umbragraph::language::TextureShape::D2).then_some(1));
+        .or((view.shape == umbragraph::low_level::language::TextureShape::D2).then_some(1));
     texture.create_view(&wgpu::TextureViewDescriptor {
         dimension: Some(view.shape.into()),
         format: view.format,

@@ -1,6 +1,6 @@
 //! The functions of expressions.
 
-use umbragraph::expression::FUNCTIONS;
+use umbragraph::low_level::expression::FUNCTIONS;
 
 use super::{Entry, Page};
 

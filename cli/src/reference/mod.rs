@@ -13,7 +13,7 @@ use std::path::Path;
 
 use umbragraph::diagnostic::render::human_all;
 use umbragraph::diagnostic::suggested_name;
-use umbragraph::source::Sources;
+use umbragraph::low_level::source::Sources;
 
 use crate::arguments::ReferenceArguments;
 use crate::replace::replace;

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value as Json};
 use umbragraph::data::DataShape;
+use umbragraph::low_level::pipeline::{FileKind, schema_of_composed};
 use umbragraph::node::Registry;
-use umbragraph::pipeline::{FileKind, schema_of_composed};
 
 use super::markdown::{sentence, table};
 use super::{Entry, Page};
@@ -138,7 +138,7 @@ impl Settings {
 
 /// The file beside a template.
 fn axes() -> Entry {
-    let schema = umbragraph::shader::axes_schema();
+    let schema = umbragraph::low_level::shader::axes_schema();
     let mut file = schema.clone();
     // Both have tables of their own.
     file["properties"]["axes"]["additionalProperties"] = Json::Null;

@@ -1,8 +1,8 @@
 //! The shader templates: what each says of itself, its axes, and the bindings that it takes.
 
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::shader::{Axes, AxisMode};
-use umbragraph::source::Sources;
+use umbragraph::low_level::shader::{Axes, AxisMode};
+use umbragraph::low_level::source::Sources;
 
 use super::markdown::table;
 use super::{Entry, Page};

@@ -159,8 +159,8 @@ fn read(path: &Path) -> Result<Vec<Key>, Diagnostic> {
         Diagnostic::in_file(codes::CAMERA_PATH, &name, at, message)
             .help("a path is { \"keys\": [ { \"time\": seconds, \"position\": [x, y, z], \"target\": [x, y, z] }, … ] }; there are orbit, walk and random, too")
     };
-    let mut sources = umbragraph::source::Sources::new();
-    let file = umbragraph::read_source(path, &mut sources)?;
+    let mut sources = umbragraph::low_level::source::Sources::new();
+    let file = umbragraph::low_level::read_source(path, &mut sources)?;
     let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_default();
     let keys: Keys = serde_json::from_str(&text).map_err(|error| {
         wrong(&format!("{}:{}", error.line(), error.column()), format!("this is no camera path: {error}"))

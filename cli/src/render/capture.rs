@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use umbragraph::capture::{self, Capture, CaptureDocument};
-use umbragraph::compiler::Plan;
+use umbragraph::Plan;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use umbragraph::executor::Texels;
-use umbragraph::language::TextureShape;
+use umbragraph::low_level::capture::{self, Capture, CaptureDocument};
+use umbragraph::low_level::language::TextureShape;
 
 use super::files::{self, Compression, Format};
 use super::layout::{Content, sheet};

@@ -11,14 +11,16 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-use umbragraph::CheckReport;
-use umbragraph::compiler::{Plan, PlanOptions};
+use umbragraph::Plan;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
-use umbragraph::executor::{Executor, Frame, Texels, read_back, read_bytes};
+use umbragraph::executor::{Texels, read_back, read_bytes};
 use umbragraph::frame::FrameInput;
+use umbragraph::low_level::CheckReport;
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::source::Sources;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::scene::{Pose, Scene};
-use umbragraph::source::Sources;
+use umbragraph::{Executor, Frame};
 
 use self::camera::CameraPath;
 use self::files::{Animation, Compression, Format};

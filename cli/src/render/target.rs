@@ -1,9 +1,9 @@
 //! The host's textures of a plan: the picture, and what captures are copied to.
 
-use umbragraph::compiler::Plan;
+use umbragraph::Plan;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph::executor::imported_texture;
-use umbragraph::language::Lifetime;
+use umbragraph::low_level::language::Lifetime;
 
 use crate::device::Graphics;
 

@@ -11,8 +11,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde_json::json;
+use umbragraph::Executor;
 use umbragraph::diagnostic::Diagnostic;
-use umbragraph::executor::Executor;
 
 use crate::replace::replace;
 

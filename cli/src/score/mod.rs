@@ -151,8 +151,8 @@ fn read_limits(path: &Path) -> Result<Limits, Diagnostic> {
         Diagnostic::in_file(codes::SCORE_LIMITS, &name, "", message)
             .help(format!("write an object with names and numbers; there are {names}"))
     };
-    let mut sources = umbragraph::source::Sources::new();
-    let file = umbragraph::read_source(path, &mut sources)?;
+    let mut sources = umbragraph::low_level::source::Sources::new();
+    let file = umbragraph::low_level::read_source(path, &mut sources)?;
     let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_default();
     let values: BTreeMap<String, f64> = serde_json::from_str(&text)
         .map_err(|error| wrong(format!("these are no limits of scores: {error}")))?;

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::document::{self, Document};
-use umbragraph::source::Sources;
+use umbragraph::low_level::document::{self, Document};
+use umbragraph::low_level::source::Sources;
 
 use super::table::{Found, value};
 use crate::arguments::TuneArguments;

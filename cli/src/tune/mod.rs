@@ -24,7 +24,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use cmaes::{CMAESOptions, DVector};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place};
-use umbragraph::expression::Value;
+use umbragraph::low_level::expression::Value;
 use umbragraph_score::Rays;
 
 use self::space::Tuned;

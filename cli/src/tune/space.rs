@@ -12,10 +12,10 @@
 
 use crate::codes;
 use umbragraph::diagnostic::{Diagnostic, list_of};
-use umbragraph::expression::Value;
-use umbragraph::language::{Order, ParameterDeclaration, ParameterType};
-use umbragraph::pipeline::Pipeline;
-use umbragraph::source::Span;
+use umbragraph::low_level::expression::Value;
+use umbragraph::low_level::language::{Order, ParameterDeclaration, ParameterType};
+use umbragraph::low_level::pipeline::TypedPipeline;
+use umbragraph::low_level::source::Span;
 
 /// A name of `--over`, and a narrower range.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,7 +74,7 @@ impl Tuned {
     ///
     /// # Errors
     /// No parameter; one that has no order or no range.
-    pub(crate) fn of(over: &Over, pipeline: &Pipeline, place: Span) -> Result<Self, Diagnostic> {
+    pub(crate) fn of(over: &Over, pipeline: &TypedPipeline, place: Span) -> Result<Self, Diagnostic> {
         let error = |message: String| Diagnostic::error(codes::TUNE, place, message);
         let name = &over.name;
         let Some(parameter) = pipeline.parameters.get(name) else {

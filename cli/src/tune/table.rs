@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use serde_json::json;
-use umbragraph::expression::Value;
+use umbragraph::low_level::expression::Value;
 
 use super::trial::{Cost, loss};
 use super::{Tried, best};

@@ -6,13 +6,13 @@
 
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
-use umbragraph::CheckReport;
+use umbragraph::Executor;
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::executor::Executor;
-use umbragraph::expression::Value;
 use umbragraph::frame::FrameInput;
-use umbragraph::pipeline::Pipeline;
-use umbragraph::shader::{Stage, texture_reads};
+use umbragraph::low_level::CheckReport;
+use umbragraph::low_level::expression::Value;
+use umbragraph::low_level::pipeline::TypedPipeline;
+use umbragraph::low_level::shader::{Stage, texture_reads};
 use umbragraph::work::Work;
 use umbragraph_score::Scores;
 
@@ -177,7 +177,7 @@ fn drawn_texels(executor: &Executor) -> u64 {
 }
 
 /// The most texture reads of the fragments of a pass that writes colors.
-pub(crate) fn taps(pipeline: &Pipeline) -> u64 {
+pub(crate) fn taps(pipeline: &TypedPipeline) -> u64 {
     let passes = pipeline.passes.iter().filter_map(|pass| match pass.work() {
         Work::Render(render) if !render.color.is_empty() => Some(pipeline.program(render.draw.bound().0)),
         _ => None,

@@ -5,8 +5,8 @@ use std::ops::RangeInclusive;
 
 use eframe::egui;
 use umbragraph::Plan;
-use umbragraph::expression::Value;
-use umbragraph::language::ParameterType;
+use umbragraph::low_level::expression::Value;
+use umbragraph::low_level::language::ParameterType;
 
 /// The width of a slider's rail, in points.
 pub(crate) const RAIL: f32 = 220.0;
@@ -24,7 +24,7 @@ pub(crate) struct Control {
 /// The live parameters of a plan.
 pub(crate) fn controls(plan: &Plan) -> Vec<Control> {
     let live = plan.pipeline.parameters.iter().filter(|(_, parameter)| parameter.structural.is_none());
-    let control = |(name, parameter): (&String, &umbragraph::pipeline::Parameter)| {
+    let control = |(name, parameter): (&String, &umbragraph::low_level::pipeline::ValuedParameter)| {
         let declaration = &parameter.declaration;
         let whole = [ParameterType::U32, ParameterType::I32, ParameterType::U32List];
         Control {

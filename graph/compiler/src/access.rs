@@ -14,7 +14,7 @@ use smallvec::SmallVec;
 
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_pipeline::pipeline::{
-    Access, Aspect, Located as _, Pipeline, ResourceKind, SubresourceRange, Version,
+    Access, Aspect, Located as _, ResourceKind, SubresourceRange, TypedPipeline, Version,
 };
 use umbragraph_pipeline::work::{PassHandle, Work};
 
@@ -33,7 +33,7 @@ pub(super) struct PassAccess<'a> {
 
 /// The accesses of each resource, in the order of the passes. Diagnostics: a pass that reads what it writes.
 pub(super) fn accesses<'a>(
-    pipeline: &'a Pipeline,
+    pipeline: &'a TypedPipeline,
     diagnostics: &mut Diagnostics,
 ) -> Vec<Vec<PassAccess<'a>>> {
     let mut accesses: Vec<Vec<PassAccess<'a>>> = vec![Vec::new(); pipeline.resources.len()];
@@ -81,11 +81,11 @@ pub(super) fn accesses<'a>(
 }
 
 /// Whether an access is that of a shader, or of a draw, to a buffer.
-fn is_scoped(pipeline: &Pipeline, pass: PassHandle, access: &Access) -> bool {
+fn is_scoped(pipeline: &TypedPipeline, pass: PassHandle, access: &Access) -> bool {
     matches!(pipeline.pass(pass).work(), Work::Render(_) | Work::Compute(_)) && is_buffer(pipeline, access)
 }
 
-fn is_buffer(pipeline: &Pipeline, access: &Access) -> bool {
+fn is_buffer(pipeline: &TypedPipeline, access: &Access) -> bool {
     matches!(pipeline.resource(access.resource).kind, ResourceKind::Buffer(_))
 }
 
@@ -197,7 +197,7 @@ impl Writers {
     }
 }
 
-fn feedback(pipeline: &Pipeline, pass: PassHandle, first: &Access, second: &Access) -> Diagnostic {
+fn feedback(pipeline: &TypedPipeline, pass: PassHandle, first: &Access, second: &Access) -> Diagnostic {
     let name = &pipeline.resource(second.resource).name;
     let message = format!(
         "the pass \"{}\" uses \"{name}\" as {} and as {} at once",

@@ -11,8 +11,8 @@ use umbragraph_pipeline::language::{
     BufferDeclaration, Expr, FormatCandidates, Lifetime, TextureDeclaration,
 };
 use umbragraph_pipeline::pipeline::{
-    Access, Condition, History, Pass, Passthrough, Pipeline, Program, Resource, ResourceKind,
-    SubresourceRange, Toggle, Usage, Version,
+    Access, Condition, History, Pass, Passthrough, Program, Resource, ResourceKind, SubresourceRange, Toggle,
+    TypedPipeline, Usage, Version,
 };
 use umbragraph_pipeline::shader::TargetProfile;
 use umbragraph_pipeline::source::{Sources, Span};
@@ -24,7 +24,7 @@ use umbragraph_pipeline::work::{
 /// A pipeline in the making.
 #[derive(Debug)]
 pub struct Assembly {
-    pipeline: Pipeline,
+    pipeline: TypedPipeline,
     /// For each pass what it does, and what it uses besides.
     works: Vec<(Work, Vec<Access>)>,
     sources: Sources,
@@ -52,7 +52,7 @@ impl Assembly {
             variants: Vec::new(),
             bindings: Vec::new(),
         };
-        let pipeline = Pipeline {
+        let pipeline = TypedPipeline {
             name: name.to_owned(),
             profile: TargetProfile::webgpu(),
             parameters: Default::default(),
@@ -227,7 +227,7 @@ impl Assembly {
     }
 
     /// The pipeline, and the sources that its places belong to.
-    pub fn finish(mut self) -> (Arc<Pipeline>, Sources) {
+    pub fn finish(mut self) -> (Arc<TypedPipeline>, Sources) {
         for (pass, (work, others)) in self.pipeline.passes.iter_mut().zip(self.works) {
             pass.set_work(work, others, &self.pipeline.resources);
             // Attachments with a passthrough have a diagnostic when they are read from a text; here nobody makes them.

@@ -6,13 +6,13 @@ use super::graph::Graph;
 use super::history;
 use super::writers::Builder;
 use umbragraph_pipeline::diagnostic::Diagnostics;
-use umbragraph_pipeline::pipeline::Pipeline;
+use umbragraph_pipeline::pipeline::TypedPipeline;
 
 /// Builds the graph of a pipeline.
 ///
 /// Diagnostics: reads of what nothing writes or of what is discarded, unordered writers, cycles, a pass that reads and
 /// writes one subresource range in a way that no device allows. The result is `None` after errors that leave no order.
-pub fn build(pipeline: &Pipeline, diagnostics: &mut Diagnostics) -> Option<Graph> {
+pub fn build(pipeline: &TypedPipeline, diagnostics: &mut Diagnostics) -> Option<Graph> {
     history::check_use(pipeline, diagnostics);
     let accesses = accesses(pipeline, diagnostics);
     let mut builder = Builder::new(pipeline, &accesses);

@@ -3,7 +3,7 @@
 //! Seen from a reader in a frame in which it runs, another pass runs always, never, or [sometimes](Runs).
 
 use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
-use umbragraph_pipeline::pipeline::{Access, Condition, Located as _, Pass, Pipeline};
+use umbragraph_pipeline::pipeline::{Access, Condition, Located as _, Pass, TypedPipeline};
 use umbragraph_pipeline::source::Span;
 use umbragraph_pipeline::work::PassHandle;
 
@@ -36,7 +36,7 @@ pub(super) fn runs(pass: &Pass, known: &[Condition]) -> Runs {
 
 /// The diagnostic of a read for which nothing is left where a condition does not hold.
 pub(super) fn taken_away(
-    pipeline: &Pipeline,
+    pipeline: &TypedPipeline,
     reader: PassHandle,
     one: &Access,
     writer: PassHandle,

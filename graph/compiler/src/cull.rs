@@ -18,7 +18,7 @@ use super::discards;
 use super::graph::Graph;
 use super::visible::{Effort, View, Write};
 use umbragraph_pipeline::language::Lifetime;
-use umbragraph_pipeline::pipeline::{Access, Pipeline, SubresourceRange};
+use umbragraph_pipeline::pipeline::{Access, SubresourceRange, TypedPipeline};
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle, Work};
 
 /// Why a pass is kept: by handles, or by names ([`Kept`]).
@@ -54,7 +54,7 @@ pub struct ReaderName {
 
 impl KeepReason {
     /// The same by names.
-    pub(super) fn named(self, pipeline: &Pipeline) -> Kept {
+    pub(super) fn named(self, pipeline: &TypedPipeline) -> Kept {
         let name = |handle| pipeline.resource(handle).name.clone();
         let reader = |(pass, of)| ReaderName { pass: pipeline.pass(pass).name.clone(), resource: name(of) };
         match self {
@@ -81,7 +81,7 @@ pub enum CullReason {
 }
 
 /// For each pass why it is kept, or `None` if it is not.
-pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>> {
+pub(super) fn keep(pipeline: &TypedPipeline, graph: &Graph) -> Vec<Option<KeepReason>> {
     let mut kept: Vec<Option<KeepReason>> = vec![None; pipeline.passes.len()];
     for resource in pipeline.resource_handles().filter(|resource| {
         matches!(pipeline.resource(*resource).lifetime(), Lifetime::Persistent | Lifetime::Imported)
@@ -140,12 +140,16 @@ pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>
 /// The passes of whose writes something is left at the end of the frame: those that no later attachment with a clear
 /// or discard covers whole. Storage that does not say that it replaces everything, and copies, may leave texels as they
 /// were, so they never count as covering. Nothing is left of what an attachment discards.
-pub fn surviving_writers(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> Vec<PassHandle> {
+pub fn surviving_writers(
+    pipeline: &TypedPipeline,
+    graph: &Graph,
+    resource: ResourceHandle,
+) -> Vec<PassHandle> {
     survivors(pipeline, graph, resource).0
 }
 
 /// The passes of whose writes something is left, and whether there may be fewer of them.
-fn survivors(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> (Vec<PassHandle>, bool) {
+fn survivors(pipeline: &TypedPipeline, graph: &Graph, resource: ResourceHandle) -> (Vec<PassHandle>, bool) {
     let discards = |range: SubresourceRange, writer: PassHandle| match pipeline.pass(writer).work() {
         Work::Render(render) => discards::discards(render, resource, range),
         _ => false,
@@ -187,13 +191,13 @@ fn survivors(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> (V
 }
 
 /// Whether a resource is declared without layers, so that every attachment of it is the same one.
-pub(super) fn single_layer(pipeline: &Pipeline, resource: ResourceHandle) -> bool {
+pub(super) fn single_layer(pipeline: &TypedPipeline, resource: ResourceHandle) -> bool {
     pipeline.resource(resource).texture().is_some_and(|texture| texture.layers.is_none())
 }
 
 /// Why a pass is culled.
 pub(super) fn cull_reason(
-    pipeline: &Pipeline,
+    pipeline: &TypedPipeline,
     graph: &Graph,
     kept: &[Option<KeepReason>],
     pass: PassHandle,
@@ -218,7 +222,7 @@ pub(super) fn cull_reason(
 
 /// The other culled passes that read, some frames later, the histories that a pass writes. To those that are kept
 /// nothing is left of what it writes.
-fn readers_later(pipeline: &Pipeline, kept: &[Option<KeepReason>], pass: PassHandle) -> Vec<PassHandle> {
+fn readers_later(pipeline: &TypedPipeline, kept: &[Option<KeepReason>], pass: PassHandle) -> Vec<PassHandle> {
     let history = |one: &Access| pipeline.resource(one.resource).history;
     let writes = pipeline.pass(pass).accesses().iter().filter(|one| one.usage.writes());
     let written: BTreeSet<ResourceHandle> = writes.filter_map(|one| Some(history(one)?.of)).collect();

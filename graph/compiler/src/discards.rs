@@ -14,11 +14,11 @@ use super::graph::Graph;
 use super::visible::{Effort, View, Write};
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_pipeline::language::Lifetime;
-use umbragraph_pipeline::pipeline::{Access, Aspect, Located as _, Pipeline, SubresourceRange};
+use umbragraph_pipeline::pipeline::{Access, Aspect, Located as _, SubresourceRange, TypedPipeline};
 use umbragraph_pipeline::work::{AttachmentTarget, PassHandle, RenderWork, ResourceHandle, Work};
 
 /// Finds the readers of what passes discard.
-pub(super) fn check(pipeline: &Pipeline, graph: &Graph, diagnostics: &mut Diagnostics) {
+pub(super) fn check(pipeline: &TypedPipeline, graph: &Graph, diagnostics: &mut Diagnostics) {
     let mut discarded = Vec::new();
     for handle in pipeline.pass_handles() {
         let pass = pipeline.pass(handle);
@@ -61,7 +61,7 @@ pub(super) fn discards(render: &RenderWork, resource: ResourceHandle, range: Sub
 }
 
 struct Check<'a> {
-    pipeline: &'a Pipeline,
+    pipeline: &'a TypedPipeline,
     graph: &'a Graph,
     /// The pass that discards.
     handle: PassHandle,

@@ -13,7 +13,7 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, codes, list_of};
 use umbragraph_pipeline::language::{
     TextureDeclaration, TextureShape, format_name, parse_format, unknown_format,
 };
-use umbragraph_pipeline::pipeline::{Access, Aspect, Pipeline, Program, Resource, Usage};
+use umbragraph_pipeline::pipeline::{Access, Aspect, Program, Resource, TypedPipeline, Usage};
 use umbragraph_pipeline::work::{
     BoundSlot, ColorAttachment, PassHandle, ResourceHandle, SlotSource, TextureView, TransferEnd, Work,
 };
@@ -43,13 +43,13 @@ impl FormatRequirements<'_> {
 }
 
 /// The slots of a pass and the program that they belong to.
-pub(super) fn slots(pipeline: &Pipeline, pass: PassHandle) -> Option<(&Program, &[BoundSlot])> {
+pub(super) fn slots(pipeline: &TypedPipeline, pass: PassHandle) -> Option<(&Program, &[BoundSlot])> {
     let (program, slots) = pipeline.pass(pass).work().bound()?;
     Some((pipeline.program(program), slots))
 }
 
 /// The requirements of the live passes on every texture, by its handle. Each access and each binding is visited once.
-pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<FormatRequirements<'a>> {
+pub(super) fn wants<'a>(pipeline: &'a TypedPipeline, passes: &[PassHandle]) -> Vec<FormatRequirements<'a>> {
     let mut wants: Vec<FormatRequirements<'a>> =
         pipeline.resources.iter().map(|_| FormatRequirements::default()).collect();
     for pass in passes {
@@ -125,7 +125,7 @@ fn copied(work: &Work) -> Vec<(ResourceHandle, ResourceHandle)> {
 /// # Errors
 /// One diagnostic that says of each candidate why not.
 pub(super) fn choose(
-    pipeline: &Pipeline,
+    pipeline: &TypedPipeline,
     resource: &Resource,
     texture: &TextureDeclaration,
     wants: &FormatRequirements<'_>,
@@ -189,7 +189,7 @@ pub(super) fn choose(
 
 /// The first common formats that support all usages.
 fn could_be(
-    pipeline: &Pipeline,
+    pipeline: &TypedPipeline,
     wants: &FormatRequirements<'_>,
     size: TextureSize,
     volume: bool,
@@ -216,7 +216,7 @@ fn could_be(
 
 /// Whether a texture could be in a format that fits.
 pub(super) fn could_be_like(
-    pipeline: &Pipeline,
+    pipeline: &TypedPipeline,
     texture: &TextureDeclaration,
     wants: &FormatRequirements<'_>,
     size: TextureSize,
@@ -251,7 +251,7 @@ fn misread(have: Option<TextureSampleType>, want: TextureSampleType) -> (&'stati
 
 /// Why a format does not do, or `None` if it does.
 fn rejection(
-    pipeline: &Pipeline,
+    pipeline: &TypedPipeline,
     format: TextureFormat,
     wants: &FormatRequirements<'_>,
     size: TextureSize,

@@ -15,7 +15,7 @@ use umbragraph_pipeline::data::Component;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_pipeline::expression::Value;
 use umbragraph_pipeline::language::WordValue;
-use umbragraph_pipeline::pipeline::{Pass, Pipeline, ResourceKind};
+use umbragraph_pipeline::pipeline::{Pass, ResourceKind, TypedPipeline};
 use umbragraph_pipeline::work::ResourceHandle;
 
 /// A history that live passes use.
@@ -131,7 +131,7 @@ fn initial(
 }
 
 /// Warns of histories that nothing writes, or that nothing reads frames back.
-pub(super) fn check_use(pipeline: &Pipeline, diagnostics: &mut Diagnostics) {
+pub(super) fn check_use(pipeline: &TypedPipeline, diagnostics: &mut Diagnostics) {
     let (mut written, mut read_back) = (HashSet::new(), HashSet::new());
     for one in pipeline.passes.iter().flat_map(Pass::accesses) {
         let Some(history) = pipeline.resource(one.resource).history else { continue };

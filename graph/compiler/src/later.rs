@@ -12,7 +12,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::access::{PassAccess, Writers};
 use super::ready::{positions, sorted};
-use umbragraph_pipeline::pipeline::{Access, Pass, Pipeline, SubresourceRange, Version};
+use umbragraph_pipeline::pipeline::{Access, Pass, SubresourceRange, TypedPipeline, Version};
 use umbragraph_pipeline::work::PassHandle;
 
 /// The writers of a resource that a reader does not see, by rank.
@@ -58,7 +58,7 @@ pub(super) struct Stated {
 }
 
 impl Stated {
-    pub(super) fn new(pipeline: &Pipeline) -> Self {
+    pub(super) fn new(pipeline: &TypedPipeline) -> Self {
         let named = |one: &Access| matches!(one.version, Version::WrittenBy(_));
         let has_versions = pipeline.passes.iter().flat_map(Pass::accesses).any(named);
         if !has_versions && pipeline.passes.iter().all(|pass| pass.after.is_empty()) {

@@ -10,7 +10,7 @@
 use std::collections::HashSet;
 
 use super::resolved_resources::ResolvedResources;
-use umbragraph_pipeline::pipeline::{Access, Aspect, Condition, Pipeline};
+use umbragraph_pipeline::pipeline::{Access, Aspect, Condition, TypedPipeline};
 use umbragraph_pipeline::work::{AttachmentTarget, Draw, LoadOperation, PassHandle, ResourceHandle, Work};
 
 /// What has to be equal: the attachments and their aspects, and the toggle.
@@ -34,13 +34,13 @@ pub(super) fn key(resolved: &ResolvedResources<'_>, pass: PassHandle) -> Option<
 }
 
 /// Whether nothing of the attachments is cleared or discarded at the start.
-pub(super) fn loads_all(pipeline: &Pipeline, pass: PassHandle) -> bool {
+pub(super) fn loads_all(pipeline: &TypedPipeline, pass: PassHandle) -> bool {
     let Work::Render(render) = pipeline.pass(pass).work() else { return false };
     render.attachments().all(|one| one.load == LoadOperation::Load)
 }
 
 /// The accesses that are no attachments.
-fn others(pipeline: &Pipeline, pass: PassHandle) -> impl Iterator<Item = &Access> {
+fn others(pipeline: &TypedPipeline, pass: PassHandle) -> impl Iterator<Item = &Access> {
     pipeline.pass(pass).accesses().iter().filter(|one| !one.usage.is_attachment())
 }
 

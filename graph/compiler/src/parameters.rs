@@ -21,7 +21,9 @@ use super::planned::Plan;
 use super::values::PackedBlock;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use umbragraph_pipeline::expression::{self, Expression, Scope as _, Value};
-use umbragraph_pipeline::pipeline::{Constraint, Following, LiveSettings, Pipeline, StaticScope, rejected};
+use umbragraph_pipeline::pipeline::{
+    Constraint, Following, LiveSettings, StaticScope, TypedPipeline, rejected,
+};
 use umbragraph_pipeline::source::Span;
 use umbragraph_pipeline::work::Deferred;
 
@@ -238,7 +240,7 @@ impl Parameters {
     }
 
     /// Evaluates what follows from parameters, and holds it to ranges and constraints.
-    fn follow(&mut self, pipeline: &Pipeline) -> Result<(), Diagnostic> {
+    fn follow(&mut self, pipeline: &TypedPipeline) -> Result<(), Diagnostic> {
         for Following { name, expression, declaration, place } in &pipeline.following {
             let mut value = Value::Bool(false);
             evaluate(&self.scope, expression, *place, "", &mut value)?;

@@ -26,7 +26,7 @@ use super::toggles;
 use super::uninitialised;
 use super::{history, subresources};
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes};
-use umbragraph_pipeline::pipeline::Pipeline;
+use umbragraph_pipeline::pipeline::TypedPipeline;
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::PassHandle;
 
@@ -36,7 +36,7 @@ use umbragraph_pipeline::work::PassHandle;
 /// shader's outputs, impossible dispatches, values that do not fit their block, imports used beyond their usage.
 /// `None` after an error.
 pub fn plan(
-    pipeline: &Arc<Pipeline>,
+    pipeline: &Arc<TypedPipeline>,
     graph: &Graph,
     options: &PlanOptions,
     sources: &Sources,
@@ -138,7 +138,7 @@ pub(super) fn check(
     uninitialised::check(resolved, graph, is_live, diagnostics);
 }
 
-fn no_output(pipeline: &Pipeline) -> Diagnostic {
+fn no_output(pipeline: &TypedPipeline) -> Diagnostic {
     let place = pipeline.passes[0].place;
     let message = format!("nothing comes out of \"{}\": every pass is culled", pipeline.name);
     Diagnostic::error(codes::NO_OUTPUT, place, message).pointer("/passes").help(
@@ -147,7 +147,7 @@ fn no_output(pipeline: &Pipeline) -> Diagnostic {
 }
 
 /// The filters of draws of the host's meshes, by geometry.
-fn filters(pipeline: &Pipeline, passes: &[PlannedPass]) -> BTreeMap<String, BTreeSet<String>> {
+fn filters(pipeline: &TypedPipeline, passes: &[PlannedPass]) -> BTreeMap<String, BTreeSet<String>> {
     let mut filters: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for scene in passes.iter().filter_map(|planned| pipeline.pass(planned.handle).work().scene()) {
         filters.entry(scene.geometry.clone()).or_default().insert(scene.filter.clone());

@@ -16,7 +16,7 @@ use super::resolved_resources::ResolvedResource;
 use super::texture_size::TextureSize;
 use super::values::PackedBlock;
 use umbragraph_pipeline::language::Lifetime;
-use umbragraph_pipeline::pipeline::Pipeline;
+use umbragraph_pipeline::pipeline::TypedPipeline;
 use umbragraph_pipeline::work::{AttachmentTarget, LoadOperation, PassHandle, ResourceHandle};
 
 /// Everything about a frame that is known before it.
@@ -66,7 +66,7 @@ pub struct Plan {
     pub order: OrderReport,
     /// The pipeline.
     #[serde(skip)]
-    pub pipeline: Arc<Pipeline>,
+    pub pipeline: Arc<TypedPipeline>,
     /// The portion of a plan that planning for another size reuses.
     #[serde(skip)]
     pub(super) fixed: Arc<Fixed>,

@@ -7,12 +7,12 @@ use super::planned::{PlannedAttachment, PlannedPass};
 use super::resolved_resources::ResolvedResources;
 use super::target_constants;
 use umbragraph_pipeline::diagnostic::Diagnostic;
-use umbragraph_pipeline::pipeline::{Access, Aspect, Condition, Pipeline};
+use umbragraph_pipeline::pipeline::{Access, Aspect, Condition, TypedPipeline};
 use umbragraph_pipeline::work::{PassHandle, Work};
 
 /// Plans the live passes of one order.
 pub(super) struct Planner<'a> {
-    pub(super) pipeline: &'a Pipeline,
+    pub(super) pipeline: &'a TypedPipeline,
     pub(super) resolved: &'a ResolvedResources<'a>,
     /// For each resource its live accesses with their position in the order, ascending.
     pub(super) users: Vec<Vec<(usize, &'a Access)>>,

@@ -21,7 +21,7 @@ use super::texture_rules;
 use super::texture_size::TextureSize;
 use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
 use umbragraph_pipeline::language::{Lifetime, TextureShape};
-use umbragraph_pipeline::pipeline::{Located as _, Pipeline, Resource, ResourceKind};
+use umbragraph_pipeline::pipeline::{Located as _, Resource, ResourceKind, TypedPipeline};
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle, Work};
 
@@ -79,7 +79,7 @@ impl ResolvedResource {
 
 /// The resolved properties of every resource.
 pub(super) struct ResolvedResources<'a> {
-    pub(super) pipeline: &'a Pipeline,
+    pub(super) pipeline: &'a TypedPipeline,
     pub(super) sizes: Sizes<'a>,
     /// By handle; `None` for what no live pass uses.
     pub(super) list: Vec<Option<ResolvedResource>>,
@@ -90,7 +90,7 @@ pub(super) struct ResolvedResources<'a> {
 impl<'a> ResolvedResources<'a> {
     /// Finds out about the resources that the live passes use.
     pub(super) fn new(
-        pipeline: &'a Pipeline,
+        pipeline: &'a TypedPipeline,
         options: &'a PlanOptions,
         sources: &'a Sources,
         live: &[PassHandle],
@@ -205,7 +205,7 @@ impl<'a> ResolvedResources<'a> {
     /// The same resources in other sizes; `None` where more than sizes changes: a size is not possible any more, or the
     /// number of samples, which formats depend on, or whether there are layers, which render passes depend on.
     pub(super) fn resized(
-        pipeline: &'a Pipeline,
+        pipeline: &'a TypedPipeline,
         options: &'a PlanOptions,
         sources: &'a Sources,
         before: &[Option<ResolvedResource>],
@@ -239,7 +239,7 @@ impl<'a> ResolvedResources<'a> {
     }
 
     /// Nothing known yet.
-    fn empty(pipeline: &'a Pipeline, options: &'a PlanOptions, sources: &'a Sources) -> Self {
+    fn empty(pipeline: &'a TypedPipeline, options: &'a PlanOptions, sources: &'a Sources) -> Self {
         Self {
             pipeline,
             sizes: sizes(pipeline, options, sources),
@@ -294,7 +294,11 @@ impl<'a> ResolvedResources<'a> {
 }
 
 /// The sizes of resources, none of which is known yet.
-pub(super) fn sizes<'a>(pipeline: &'a Pipeline, options: &'a PlanOptions, sources: &'a Sources) -> Sizes<'a> {
+pub(super) fn sizes<'a>(
+    pipeline: &'a TypedPipeline,
+    options: &'a PlanOptions,
+    sources: &'a Sources,
+) -> Sizes<'a> {
     let imported =
         pipeline.resources.iter().map(|one| told(options, one).map(|import| import.size)).collect();
     Sizes::new(pipeline, sources, options.viewport, imported, &options.data_sizes)
@@ -307,7 +311,7 @@ fn told<'a>(options: &'a PlanOptions, resource: &Resource) -> Option<&'a ImportD
 
 /// Numbers the classes of resources.
 struct CompatibilityClasses<'a> {
-    pipeline: &'a Pipeline,
+    pipeline: &'a TypedPipeline,
     /// The key of a compatibility class; for a resource that cannot alias, its handle.
     known: FxHashMap<(Descriptor, Option<ResourceHandle>), usize>,
     conditional: &'a [bool],
@@ -315,7 +319,7 @@ struct CompatibilityClasses<'a> {
 }
 
 impl<'a> CompatibilityClasses<'a> {
-    fn new(pipeline: &'a Pipeline, conditional: &'a [bool], aliasing: bool) -> Self {
+    fn new(pipeline: &'a TypedPipeline, conditional: &'a [bool], aliasing: bool) -> Self {
         Self { pipeline, known: FxHashMap::default(), conditional, aliasing }
     }
 
@@ -360,7 +364,11 @@ fn texture_bytes(texture: &TextureProperties) -> u64 {
 }
 
 /// Whether a pass moves what it keeps in a texture, which takes a copy.
-fn scrolls(pipeline: &Pipeline, texture: ResourceHandle, wants: &format::FormatRequirements<'_>) -> bool {
+fn scrolls(
+    pipeline: &TypedPipeline,
+    texture: ResourceHandle,
+    wants: &format::FormatRequirements<'_>,
+) -> bool {
     wants.accesses.iter().any(|(pass, _)| {
         let work = pipeline.pass(*pass).work();
         let redraw = work.scene().and_then(|scene| scene.redraw.as_ref());

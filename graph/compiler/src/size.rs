@@ -16,7 +16,9 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_pipeline::document;
 use umbragraph_pipeline::expression::{self, ExpressionError, Scope, Value};
 use umbragraph_pipeline::language::{Expr, TextureShape};
-use umbragraph_pipeline::pipeline::{Pipeline, Resource, ResourceKind, StaticScope, expression_diagnostic};
+use umbragraph_pipeline::pipeline::{
+    Resource, ResourceKind, StaticScope, TypedPipeline, expression_diagnostic,
+};
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::{Deferred, ResourceHandle};
 
@@ -41,7 +43,7 @@ enum State {
 
 /// Evaluates sizes and other deferred expressions for one viewport.
 pub(super) struct Sizes<'a> {
-    pipeline: &'a Pipeline,
+    pipeline: &'a TypedPipeline,
     sources: &'a Sources,
     viewport: [u32; 2],
     scope: StaticScope,
@@ -61,7 +63,7 @@ pub(super) struct Sizes<'a> {
 
 impl<'a> Sizes<'a> {
     pub(super) fn new(
-        pipeline: &'a Pipeline,
+        pipeline: &'a TypedPipeline,
         sources: &'a Sources,
         viewport: [u32; 2],
         imported: Vec<Option<TextureSize>>,
@@ -166,7 +168,7 @@ impl<'a> Sizes<'a> {
     }
 
     fn evaluate_size(&self, handle: ResourceHandle) -> Option<Size> {
-        let pipeline: &'a Pipeline = self.pipeline;
+        let pipeline: &'a TypedPipeline = self.pipeline;
         let resource = pipeline.resource(handle);
         match &resource.kind {
             ResourceKind::Data(_) => Some(Size::Blackboard),
@@ -300,7 +302,7 @@ impl<'a> Sizes<'a> {
 
     /// The handles by name; of two resources of one name, which is a diagnostic elsewhere, the first.
     fn by_name(&self) -> HashMap<&'a str, ResourceHandle> {
-        let pipeline: &'a Pipeline = self.pipeline;
+        let pipeline: &'a TypedPipeline = self.pipeline;
         let mut names = HashMap::with_capacity(pipeline.resources.len());
         for handle in pipeline.resource_handles() {
             names.entry(pipeline.resource(handle).name.as_str()).or_insert(handle);
@@ -322,7 +324,7 @@ impl<'a> Sizes<'a> {
 }
 
 /// Live parameters, and what follows from them.
-fn live(pipeline: &Pipeline) -> HashSet<&str> {
+fn live(pipeline: &TypedPipeline) -> HashSet<&str> {
     let parameters = pipeline.parameters.iter().filter(|(_, parameter)| parameter.structural.is_none());
     let mut live: HashSet<&str> = parameters.map(|(name, _)| name.as_str()).collect();
     for following in &pipeline.following {

@@ -13,13 +13,13 @@ use super::resolved_resources::sizes;
 use super::size::{Size, Sizes};
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph_pipeline::language::TextureShape;
-use umbragraph_pipeline::pipeline::{Access, History, Located as _, Pass, Pipeline, SubresourceRange};
+use umbragraph_pipeline::pipeline::{Access, History, Located as _, Pass, SubresourceRange, TypedPipeline};
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::PassHandle;
 
 /// Takes the passes that use what is not there out of a pipeline.
 pub fn set_aside(
-    pipeline: &mut Pipeline,
+    pipeline: &mut TypedPipeline,
     options: &PlanOptions,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
@@ -58,7 +58,7 @@ pub fn set_aside(
 }
 
 /// The accesses of what is not there, also by passes that are culled.
-pub(super) fn beyond(pipeline: &Pipeline, sizes: &Sizes<'_>) -> Vec<(PassHandle, Diagnostic)> {
+pub(super) fn beyond(pipeline: &TypedPipeline, sizes: &Sizes<'_>) -> Vec<(PassHandle, Diagnostic)> {
     let mut found = Vec::new();
     for (handle, pass) in pipeline.pass_handles().zip(&pipeline.passes) {
         for one in pass.accesses().iter().filter(|one| one.range != SubresourceRange::WHOLE) {
@@ -70,7 +70,7 @@ pub(super) fn beyond(pipeline: &Pipeline, sizes: &Sizes<'_>) -> Vec<(PassHandle,
     found
 }
 
-fn bytes_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Access) -> Option<Diagnostic> {
+fn bytes_beyond(pipeline: &TypedPipeline, sizes: &Sizes<'_>, one: &Access) -> Option<Diagnostic> {
     let run = one.range.bytes?;
     let Size::Buffer(bytes) = sizes.of(one.resource)? else { return None };
     if run.end() <= bytes {
@@ -83,7 +83,7 @@ fn bytes_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Access) -> Option<
     Some(diagnostic.help("choose \"offset\" and \"size\" within the buffer, or make it larger"))
 }
 
-fn subresources_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Access) -> Vec<Diagnostic> {
+fn subresources_beyond(pipeline: &TypedPipeline, sizes: &Sizes<'_>, one: &Access) -> Vec<Diagnostic> {
     let resource = pipeline.resource(one.resource);
     let (Some(texture), Some(size)) = (resource.texture(), sizes.texture(one.resource)) else {
         return Vec::new();

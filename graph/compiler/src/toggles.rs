@@ -17,12 +17,12 @@ use super::visible::{Effort, View, Write};
 use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
 use umbragraph_pipeline::language::{Lifetime, TextureShape};
 use umbragraph_pipeline::pipeline::{
-    Access, Located as _, Pass, Passthrough, Pipeline, SubresourceRange, Usage,
+    Access, Located as _, Pass, Passthrough, SubresourceRange, TypedPipeline, Usage,
 };
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
 /// The passthroughs of what a pass writes, by names; a version as it is written in a reference.
-pub(super) fn passthrough_names(pipeline: &Pipeline, pass: &Pass) -> BTreeMap<String, String> {
+pub(super) fn passthrough_names(pipeline: &TypedPipeline, pass: &Pass) -> BTreeMap<String, String> {
     let name = |handle: ResourceHandle| pipeline.resource(handle).name.clone();
     let written = pass.accesses().iter().filter(|one| one.usage.writes());
     let passthroughs =
@@ -41,7 +41,7 @@ pub(super) fn passthrough_names(pipeline: &Pipeline, pass: &Pass) -> BTreeMap<St
 
 /// For each resource whether some subresource range of it is first written by a pass that can be off.
 pub(super) fn conditional(
-    pipeline: &Pipeline,
+    pipeline: &TypedPipeline,
     graph: &Graph,
     is_live: &dyn Fn(PassHandle) -> bool,
 ) -> Vec<bool> {
@@ -59,7 +59,7 @@ pub(super) fn conditional(
 
 /// The live writes of a resource by passes that can be off, with nothing below that always is there.
 fn uncovered<'a>(
-    pipeline: &'a Pipeline,
+    pipeline: &'a TypedPipeline,
     graph: &'a Graph,
     resource: ResourceHandle,
     is_live: &'a dyn Fn(PassHandle) -> bool,
@@ -182,7 +182,7 @@ pub(super) fn check_passthroughs(
 }
 
 fn misfit(
-    pipeline: &Pipeline,
+    pipeline: &TypedPipeline,
     resource: ResourceHandle,
     passthrough: &Passthrough,
     error: &str,

@@ -29,7 +29,7 @@ use super::runs::{Runs, between, joined};
 use super::visible::{Effort, View, Write};
 use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
 use umbragraph_pipeline::language::Lifetime;
-use umbragraph_pipeline::pipeline::{Access, Condition, Located as _, Pipeline, ResourceKind, Usage};
+use umbragraph_pipeline::pipeline::{Access, Condition, Located as _, ResourceKind, TypedPipeline, Usage};
 use umbragraph_pipeline::work::PassHandle;
 
 /// The maximum number of mips, ranges of layers or of bytes that a diagnostic names.
@@ -372,7 +372,7 @@ fn listed(mut words: Vec<String>) -> String {
     }
 }
 
-fn diagnostic(pipeline: &Pipeline, reader: PassHandle, one: &Access, pieces: &str) -> Diagnostic {
+fn diagnostic(pipeline: &TypedPipeline, reader: PassHandle, one: &Access, pieces: &str) -> Diagnostic {
     let resource = pipeline.resource(one.resource);
     let (pass, name) = (&pipeline.pass(reader).name, &resource.name);
     let of = if pieces.is_empty() { String::new() } else { format!("{pieces} of ") };

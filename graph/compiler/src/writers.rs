@@ -30,7 +30,7 @@ use super::partial_read::PartialRead;
 use super::ready::{positions, sorted};
 use diagnostics::unordered_writers;
 use umbragraph_pipeline::diagnostic::Diagnostics;
-use umbragraph_pipeline::pipeline::{Condition, Pipeline, Version};
+use umbragraph_pipeline::pipeline::{Condition, TypedPipeline, Version};
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
 /// The reason why one pass comes before another.
@@ -42,7 +42,7 @@ enum Via {
 
 /// A graph in the making.
 pub(super) struct Builder<'a> {
-    pipeline: &'a Pipeline,
+    pipeline: &'a TypedPipeline,
     accesses: &'a [Vec<PassAccess<'a>>],
     /// Successors of each pass, and why.
     next: Vec<SmallVec<[(PassHandle, Via); 4]>>,
@@ -64,7 +64,7 @@ pub(super) struct Builder<'a> {
 
 impl<'a> Builder<'a> {
     /// A graph with the explicit edges only.
-    pub(super) fn new(pipeline: &'a Pipeline, accesses: &'a [Vec<PassAccess<'a>>]) -> Self {
+    pub(super) fn new(pipeline: &'a TypedPipeline, accesses: &'a [Vec<PassAccess<'a>>]) -> Self {
         let count = pipeline.passes.len();
         let mut builder = Self {
             pipeline,
@@ -320,7 +320,7 @@ fn never_together(a: Option<Condition>, b: Option<Condition>) -> bool {
 
 /// The writers of a resource by the name of their pass; of several writes of one pass the last in the given order.
 fn named_writers<'a>(
-    pipeline: &'a Pipeline,
+    pipeline: &'a TypedPipeline,
     list: &[PassAccess<'_>],
     order: impl IntoIterator<Item = usize>,
 ) -> HashMap<&'a str, usize> {

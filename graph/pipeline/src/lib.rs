@@ -1,6 +1,6 @@
 //! The pipeline room of umbragraph: what node kinds are written against.
 //!
-//! A [`pipeline::Pipeline`] is one typed configuration of a document, made by [`pipeline::load`]; its passes are declared
+//! A [`pipeline::TypedPipeline`] is one typed configuration of a document, made by [`pipeline::load`]; its passes are declared
 //! by node kinds ([`node`]), each with its [`work`]. [`data`], [`frame`] and [`draw`] are what host and passes exchange at
 //! each frame. The rooms below are re-exported: this crate is all that a crate of node kinds needs.
 

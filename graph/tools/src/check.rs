@@ -7,7 +7,7 @@ use umbragraph_pipeline::compose;
 use umbragraph_pipeline::diagnostic::Diagnostics;
 use umbragraph_pipeline::document::{self, Document};
 use umbragraph_pipeline::node::Registry;
-use umbragraph_pipeline::pipeline::{self, LoadOptions, Overrides, Pipeline};
+use umbragraph_pipeline::pipeline::{self, LoadOptions, Overrides, TypedPipeline};
 use umbragraph_pipeline::shader::{ShaderCache, TargetProfile, TemplateSet};
 use umbragraph_pipeline::source::{FileId, Sources};
 
@@ -16,7 +16,7 @@ use umbragraph_pipeline::source::{FileId, Sources};
 #[non_exhaustive]
 pub struct CheckReport {
     /// The pipeline.
-    pub pipeline: Option<Arc<Pipeline>>,
+    pub pipeline: Option<Arc<TypedPipeline>>,
     /// The graph.
     pub graph: Option<Arc<Graph>>,
     /// The plan.
@@ -105,7 +105,7 @@ pub fn check_sharing(
 
 /// Takes a pipeline to a plan, without what the device of the options lacks.
 pub(crate) fn compiled(
-    mut pipeline: Pipeline,
+    mut pipeline: TypedPipeline,
     options: &PlanOptions,
     sources: &Sources,
     diagnostics: &mut Diagnostics,

@@ -33,7 +33,9 @@ use umbragraph_pipeline::document::{Document, Value};
 use umbragraph_pipeline::expression::{self, BinaryOperator, Expression, ExpressionKind, UnaryOperator};
 use umbragraph_pipeline::model::Model;
 use umbragraph_pipeline::node::Registry;
-use umbragraph_pipeline::pipeline::{self, LoadOptions, Overrides, Pipeline, Setting, axis_value, of_preset};
+use umbragraph_pipeline::pipeline::{
+    self, LoadOptions, Override, Overrides, TypedPipeline, axis_value, of_preset,
+};
 use umbragraph_pipeline::shader::{ShaderCache, TargetProfile, TemplateSet};
 use umbragraph_pipeline::source::Sources;
 
@@ -163,7 +165,7 @@ impl Configurations {
         document: &Document,
         loading: Loading<'_>,
         sources: &Sources,
-        mut each: impl FnMut(usize, &Overrides, Pipeline, Diagnostics),
+        mut each: impl FnMut(usize, &Overrides, TypedPipeline, Diagnostics),
     ) -> Result<(), Diagnostics> {
         let Loading { registry, shaders, is_surveyed, cancelled } = loading;
         let schema = pipeline::check_schema(document, registry);
@@ -457,7 +459,7 @@ fn overrides(varied: &[Varied], pick: &[usize]) -> Overrides {
     let mut overrides = Overrides::default();
     for (each, at) in varied.iter().zip(pick).filter(|(_, at)| **at > 0) {
         let Some(value) = each.values.get(*at) else { continue };
-        let setting = Setting { name: each.name.clone(), value: value.clone(), place: value.span };
+        let setting = Override { name: each.name.clone(), value: value.clone(), place: value.span };
         match each.feature {
             Some(_) => overrides.features.push(setting),
             None => overrides.parameters.push(setting),

@@ -16,7 +16,7 @@ use umbragraph_pipeline::compose::as_written;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
 use umbragraph_pipeline::document::Document;
 use umbragraph_pipeline::model::Model;
-use umbragraph_pipeline::pipeline::{Absent, Overrides, Pipeline, Survey, lacking};
+use umbragraph_pipeline::pipeline::{Absent, Overrides, Survey, TypedPipeline, lacking};
 use umbragraph_pipeline::shader::permutations::Count;
 use umbragraph_pipeline::shader::{self, AxisValue, AxisValues, ShaderCache};
 use umbragraph_pipeline::source::{Sources, Span};
@@ -144,7 +144,12 @@ struct Realized<'j> {
 }
 
 impl Realized<'_> {
-    fn judge(&mut self, pipeline: Pipeline, options: &CheckOptions<'_>, sources: &Sources) -> Diagnostics {
+    fn judge(
+        &mut self,
+        pipeline: TypedPipeline,
+        options: &CheckOptions<'_>,
+        sources: &Sources,
+    ) -> Diagnostics {
         let mut is_new = false;
         for pass in &pipeline.passes {
             let mut hasher = DefaultHasher::new();

@@ -11,7 +11,7 @@ use crate::check::CheckReport;
 use crate::why::why_culled;
 use umbragraph_compiler::Plan;
 use umbragraph_pipeline::model::{Declaration, DeclarationKind as Kind, Id, Model, Text};
-use umbragraph_pipeline::pipeline::{Pipeline, Usage};
+use umbragraph_pipeline::pipeline::{TypedPipeline, Usage};
 use umbragraph_pipeline::shader::Stage;
 use umbragraph_pipeline::work::{Dispatch, Work};
 
@@ -45,7 +45,7 @@ impl Remarks {
 
 /// Dispatches that leave out texels of what they write, if each invocation writes one: as one with `over` does, whose
 /// number of workgroups follows from the texture.
-fn small_dispatches(pipeline: &Pipeline, plan: &Plan) -> Vec<(String, [u32; 2], String, [u32; 2])> {
+fn small_dispatches(pipeline: &TypedPipeline, plan: &Plan) -> Vec<(String, [u32; 2], String, [u32; 2])> {
     let mut found = Vec::new();
     for planned in &plan.passes {
         let Work::Compute(work) = pipeline.pass(planned.handle).work() else { continue };
@@ -71,7 +71,7 @@ fn small_dispatches(pipeline: &Pipeline, plan: &Plan) -> Vec<(String, [u32; 2], 
     found
 }
 
-fn entry_points(pipeline: &Pipeline) -> Vec<(String, String)> {
+fn entry_points(pipeline: &TypedPipeline) -> Vec<(String, String)> {
     let (mut run, mut all) = (BTreeSet::new(), BTreeSet::new());
     for pass in &pipeline.passes {
         let stages: &[Stage] = match pass.work() {
@@ -91,7 +91,7 @@ fn entry_points(pipeline: &Pipeline) -> Vec<(String, String)> {
     all.difference(&run).cloned().collect()
 }
 
-fn parameters(model: &Model, pipeline: &Pipeline, plan: &Plan) -> Vec<String> {
+fn parameters(model: &Model, pipeline: &TypedPipeline, plan: &Plan) -> Vec<String> {
     let at_the_top =
         |kind| model.declarations().filter(move |(_, one)| one.kind == kind && one.owner.is_none());
     let kept: BTreeSet<&str> = plan

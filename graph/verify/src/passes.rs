@@ -8,7 +8,7 @@ use crate::schedule::Schedule;
 use crate::violation::{ViolationKind as Kind, Violations};
 use umbragraph_compiler::{CullReason, KeepReason, Kept, Plan};
 use umbragraph_pipeline::language::Lifetime;
-use umbragraph_pipeline::pipeline::{Access, History, Pass, Pipeline, SubresourceRange};
+use umbragraph_pipeline::pipeline::{Access, History, Pass, SubresourceRange, TypedPipeline};
 use umbragraph_pipeline::work::{Dispatch, PassHandle, ResourceHandle, Work};
 
 /// Up to so many writers of subresource ranges, or with toggles, a plan has to say for certain who reads them.
@@ -193,7 +193,7 @@ fn reason_holds(plan: &Plan, schedule: &Schedule, flow: &Flow, pass: PassHandle,
 }
 
 fn says(plan: &Plan, reason: KeepReason, words: &Kept) -> bool {
-    let Pipeline { resources, passes, .. } = &*plan.pipeline;
+    let TypedPipeline { resources, passes, .. } = &*plan.pipeline;
     let is_of = |handle: ResourceHandle, name: &String| {
         resources.get(handle.index()).is_some_and(|resource| resource.name == *name)
     };

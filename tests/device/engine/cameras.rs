@@ -5,7 +5,6 @@ use umbragraph::{Executor, Frame, Options};
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::image::Picture;
 
-use super::common;
 use super::meshes::{Meshes, frame, plan};
 
 const SIZE: [u32; 2] = [160, 90];

@@ -9,7 +9,6 @@ use umbragraph::{Error, Executor, Frame, Library, Options, Plan};
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::image::Picture;
 
-use super::common;
 use super::meshes::{Meshes, frame, plan};
 
 const SIZE: [u32; 2] = [64, 36];

@@ -4,7 +4,6 @@ use umbragraph::executor::read_back;
 use umbragraph::{Executor, Frame, Library, Options};
 use umbragraph_test_support::gpu;
 
-use super::common;
 use super::meshes::{Meshes, frame, plan};
 
 const SIZE: [u32; 2] = [64, 36];

@@ -4,16 +4,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use umbragraph::data::{BlackboardData, DataShape, ValueType};
-use umbragraph::document::Value;
 use umbragraph::frame::{Camera, FrameInput};
-use umbragraph::language::Ref;
+use umbragraph::low_level::document::Value;
+use umbragraph::low_level::language::Ref;
+use umbragraph::low_level::pipeline::{PassBuilder, Produced};
 use umbragraph::node::{NodeKind, Settings};
-use umbragraph::pipeline::{PassBuilder, Produced};
 use umbragraph::work::{CpuContext, CpuNode, CpuWork, Work};
 use umbragraph::{Executor, Frame, Library, Options};
 use umbragraph_test_support::gpu;
-
-use super::common;
 
 /// Publishes what the host sets.
 struct Gauge {
@@ -102,6 +100,8 @@ struct Gauge { level: f32 }
             .record(&mut encoder, &Frame::new(&input).imports(&[("target", &target)]))
             .unwrap_or_else(|error| panic!("{error}"));
         gpu.queue.submit([encoder.finish()]);
-        assert!(crate::common::gpu::read(&gpu, &target).rgba_pixels().all(|pixel| pixel == [wanted, 0, 0, 255]));
+        assert!(
+            crate::common::gpu::read(&gpu, &target).rgba_pixels().all(|pixel| pixel == [wanted, 0, 0, 255])
+        );
     }
 }

@@ -9,8 +9,6 @@ use umbragraph_test_support::gpu;
 use wgpu::VertexFormat::{Float32x2, Float32x4};
 use wgpu::util::DeviceExt;
 
-use super::common;
-
 const SIZE: u32 = 64;
 
 const SHADER: &str = "struct View { clip_from_world: mat4x4<f32> }

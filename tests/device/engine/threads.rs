@@ -6,7 +6,6 @@ use umbragraph::executor::{PlanPreparer, PreparedPlan};
 use umbragraph::{Executor, Frame, Options};
 use umbragraph_test_support::gpu;
 
-use super::common;
 use super::meshes::{Meshes, frame, plan};
 
 const SIZE: [u32; 2] = [64, 36];

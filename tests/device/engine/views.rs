@@ -5,7 +5,6 @@ use umbragraph::frame::{Camera, Light, LightKind};
 use umbragraph::{Executor, Frame, Options};
 use umbragraph_test_support::gpu;
 
-use super::common;
 use super::meshes::{Meshes, frame, plan};
 
 const SIZE: [u32; 2] = [96, 54];

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use allocation_counter::measure;
-use umbragraph::executor::Frame;
+use umbragraph::Frame;
 
 use crate::common::gpu::import_on;
 use crate::executing::devices::device;
@@ -43,7 +43,7 @@ fn a_steady_record_allocates_what_the_same_calls_by_hand_allocate() {
         TARGETS.map(pass).join(", ")
     );
     let plan = plan_of_text(text, SIDE);
-    let made = umbragraph::executor::Executor::new(&device, &queue, plan.clone(), None);
+    let made = umbragraph::Executor::new(&device, &queue, plan.clone(), None);
     let mut executor = made.expect("an executor");
     let red = executor.parameter::<f32>("red").expect("a live parameter");
     let tint = executor.parameter::<[f32; 2]>("tint").expect("a live parameter");

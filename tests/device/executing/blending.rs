@@ -119,7 +119,7 @@ fn a_second_color_is_a_factor_where_the_device_has_the_feature() {
     let plan = plan.unwrap_or_else(|diagnostics| panic!("{diagnostics}"));
     let Some(gpu) = gpu::device() else { return };
     if !gpu.device.features().contains(dual) {
-        let rejected = umbragraph::executor::Executor::new(&gpu.device, &gpu.queue, plan, None);
+        let rejected = umbragraph::Executor::new(&gpu.device, &gpu.queue, plan, None);
         assert!(rejected.is_err());
         return;
     }

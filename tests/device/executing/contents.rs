@@ -154,7 +154,7 @@ fn attachments_load_or_discard_as_is_said() {
 
 #[test]
 fn what_is_discarded_is_not_stored_and_no_output() {
-    use umbragraph::compiler::StoreOperation;
+    use umbragraph::low_level::compiler::StoreOperation;
     let Some(gpu) = gpu::device() else { return };
     let depth = r#""depth": { "texture": { "format": "depth32float", "size": "=viewport", "lifetime": "persistent" } }"#;
     let masked = |store: &str| {
@@ -168,7 +168,8 @@ fn what_is_discarded_is_not_stored_and_no_output() {
     {
         let plan = plan(&format!("{}, {depth}", target(1)), &masked(store));
         assert_eq!(plan.passes[1].depth.as_ref().map(|depth| depth.store), Some(planned));
-        let squares = Squares::new(&gpu.device, &gpu.queue, &[square(crate::executing::squares::RED)], &[[1.0; 4]]);
+        let squares =
+            Squares::new(&gpu.device, &gpu.queue, &[square(crate::executing::squares::RED)], &[[1.0; 4]]);
         let mut executor = executor(&gpu, &plan, Some(&squares));
         let picture = import(&gpu, &plan, "target");
         for _ in 0..2 {
@@ -185,7 +186,8 @@ fn what_is_discarded_is_not_stored_and_no_output() {
         );
         let twice = draw(1, &to).replace("square.wgsl.jinja", "square_twice.wgsl.jinja");
         let plan = plan(&format!("{}, {flat}", target(1)), &twice);
-        let squares = Squares::new(&gpu.device, &gpu.queue, &[square(crate::executing::squares::RED)], &[[1.0; 4]]);
+        let squares =
+            Squares::new(&gpu.device, &gpu.queue, &[square(crate::executing::squares::RED)], &[[1.0; 4]]);
         let mut executor = executor(&gpu, &plan, Some(&squares));
         let picture = import(&gpu, &plan, "target");
         show(&gpu, &mut executor, Some(&squares), &picture, &frame(&["0"]));

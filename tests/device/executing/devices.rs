@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use umbragraph::compiler::Plan;
-use umbragraph::executor::{Executor, Frame};
+use umbragraph::Plan;
+use umbragraph::{Executor, Frame};
 
 use crate::executing::stage::{fill, plan, said, target};
 use crate::executing::views::frame;

@@ -1,7 +1,7 @@
 //! Hosts whose meshes change, or are not what the pipelines were built for.
 
+use umbragraph::Executor;
 use umbragraph::draw::{DrawSource, HostResourceKind};
-use umbragraph::executor::Executor;
 use umbragraph_test_support::gpu;
 
 use crate::common::gpu::import;

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use umbragraph::compiler::Plan;
-use umbragraph::executor::{Executor, ParameterValue};
+use umbragraph::Executor;
+use umbragraph::Plan;
+use umbragraph::executor::ParameterValue;
 use umbragraph_test_support::gpu::{self, Gpu};
 
 use crate::common::gpu::import;

@@ -112,7 +112,13 @@ fn a_live_count_beyond_the_buffers_is_rejected_and_the_frame_after_it_is_drawn()
         let many = executor.parameter::<u32>("many").expect("a live parameter");
         let mut play = |many_now: u32| {
             executor.set(many, many_now).expect("within the parameter's own range");
-            crate::executing::stage::play(&gpu, &mut executor, None, &target, &crate::executing::views::frame(&[]))
+            crate::executing::stage::play(
+                &gpu,
+                &mut executor,
+                None,
+                &target,
+                &crate::executing::views::frame(&[]),
+            )
         };
         assert!(play(most).is_ok(), "{draw}");
         for beyond in [most + 1, u32::MAX] {
@@ -128,7 +134,14 @@ fn a_live_count_beyond_the_buffers_is_rejected_and_the_frame_after_it_is_drawn()
         let outcome = ribbon(&draw.replace(r#""=many""#, "3"));
         let mut fixed = crate::common::gpu::executor(&gpu, outcome.plan(), None);
         assert!(
-            crate::executing::stage::play(&gpu, &mut fixed, None, &target, &crate::executing::views::frame(&[])).is_ok(),
+            crate::executing::stage::play(
+                &gpu,
+                &mut fixed,
+                None,
+                &target,
+                &crate::executing::views::frame(&[])
+            )
+            .is_ok(),
             "{draw}"
         );
         assert_eq!(three, crate::executing::stage::texels(&gpu, &target, 0), "{draw}");

@@ -139,9 +139,8 @@ fn errors_of_the_device_name_passes_and_resources_as_the_pipeline_does() {
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let (input, imports) = (frame(&["0"]), [("target", &target)]);
-    let record = umbragraph::executor::Frame::new(&input)
-        .draws(&squares as &dyn umbragraph::draw::DrawSource)
-        .imports(&imports);
+    let record =
+        umbragraph::Frame::new(&input).draws(&squares as &dyn umbragraph::draw::DrawSource).imports(&imports);
     let _ = executor.record(&mut encoder, &record);
     let _ = encoder.finish();
     let error = pollster::block_on(scope.pop()).expect("an error of the device").to_string();

@@ -165,6 +165,7 @@ fn ranges_that_are_cleared_apart_are_cleared_before_what_adds_to_all_of_them() {
         r#"{{ "format": 1, "name": "test", "resources": {{ {}, {image} }}, "passes": {{ {passes} }} }}"#,
         target(2)
     );
-    let said = crate::executing::stage::try_plan_of_text(text, crate::executing::stage::SIDE).expect_err("a diagnostic");
+    let said = crate::executing::stage::try_plan_of_text(text, crate::executing::stage::SIDE)
+        .expect_err("a diagnostic");
     assert!(said.contains("UG0402") && said.contains(r#""clear0" and "again""#), "{said}");
 }

@@ -1,7 +1,7 @@
 //! Chains of passthroughs: whatever the toggles of their links, the first that is there is seen, and the checker agrees.
 
-use umbragraph::compiler::PlanOptions;
-use umbragraph::executor::Frame;
+use umbragraph::Frame;
+use umbragraph::low_level::compiler::PlanOptions;
 use umbragraph::wgpu;
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::property;

@@ -1,6 +1,6 @@
 //! Plans that replace one another.
 
-use umbragraph::compiler::Plan;
+use umbragraph::Plan;
 use umbragraph_test_support::gpu;
 
 use crate::common::gpu::import;
@@ -116,8 +116,8 @@ fn a_plan_that_the_device_rejects_leaves_the_one_before() {
     let mut executor = executor(&gpu, &good, None);
     let mut plan = (*good).clone();
     let beyond = gpu.device.limits().max_texture_dimension_2d + 1;
-    let size = umbragraph::compiler::TextureSize::new(beyond, 1);
-    plan.textures.push(umbragraph::compiler::PhysicalTexture {
+    let size = umbragraph::low_level::compiler::TextureSize::new(beyond, 1);
+    plan.textures.push(umbragraph::low_level::compiler::PhysicalTexture {
         label: "wide".into(),
         format: wgpu::TextureFormat::Rgba8Unorm,
         size,
@@ -129,7 +129,7 @@ fn a_plan_that_the_device_rejects_leaves_the_one_before() {
     let diagnostics = executor.set_plan(plan.clone().into()).expect_err("a diagnostic");
     assert_eq!(said(&diagnostics)[0].0, "UG0804");
     // The device itself, where nothing beforehand tells: three samples.
-    plan.textures[0].size = umbragraph::compiler::TextureSize { width: 4, samples: 3, ..size };
+    plan.textures[0].size = umbragraph::low_level::compiler::TextureSize { width: 4, samples: 3, ..size };
     let diagnostics = executor.set_plan(plan.into()).expect_err("a diagnostic");
     assert_eq!(said(&diagnostics)[0].0, "UG0803");
     let target = import(&gpu, &good, "target");

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use umbragraph::compiler::Plan;
-use umbragraph::executor::{Executor, PassCounts};
+use umbragraph::Executor;
+use umbragraph::Plan;
+use umbragraph::executor::PassCounts;
 use umbragraph::frame::Bounds;
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::random::Random;

@@ -16,8 +16,9 @@ mod text;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use umbragraph::compiler::{Plan, PlanOptions};
-use umbragraph::executor::Frame;
+use umbragraph::Frame;
+use umbragraph::Plan;
+use umbragraph::low_level::compiler::PlanOptions;
 use umbragraph::wgpu;
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::property;

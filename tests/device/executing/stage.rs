@@ -2,16 +2,17 @@
 
 use std::sync::Arc;
 
-use umbragraph::compiler::{Plan, PlanOptions};
+use umbragraph::Plan;
 use umbragraph::diagnostic::{Diagnostics, render};
 use umbragraph::draw::DrawSource;
-use umbragraph::executor::{Executor, Frame, read_bytes};
+use umbragraph::executor::read_bytes;
 use umbragraph::frame::FrameInput;
-use umbragraph::pipeline::Overrides;
-use umbragraph::shader::TargetProfile;
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::pipeline::Overrides;
+use umbragraph::low_level::shader::TargetProfile;
+use umbragraph::{Executor, Frame};
 use umbragraph_test_support::gpu::Gpu;
 
-use crate::common;
 use crate::executing::squares::{DEPTH_TEMPLATE, GEOMETRY, Squares, TEMPLATE};
 use crate::executing::state::Count;
 use crate::executing::views::Views;
@@ -288,14 +289,14 @@ pub(crate) fn try_plan_with(text: String, side: u32, features: wgpu::Features) -
     let mut registry = umbragraph::registry();
     registry.register::<Views>().register::<Count>();
     let file = sources.add("test.json", text);
-    let options = umbragraph::CheckOptions {
+    let options = umbragraph::low_level::CheckOptions {
         registry: &registry,
         templates: &templates,
         profile: &TargetProfile::webgpu().with_features(features),
         overrides: &Overrides::default(),
         plan: &PlanOptions::new(side, side),
     };
-    let checked = umbragraph::check(file, &options, &sources, &mut diagnostics);
+    let checked = umbragraph::low_level::check(file, &options, &sources, &mut diagnostics);
     match checked.plan {
         Some(plan) if !diagnostics.has_errors() => Ok(plan),
         _ => Err(render::human_all(&diagnostics, &sources)),

@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph::compiler::{CpuPasses, PhysicalTexture, Plan, TextureSize};
+use umbragraph::Executor;
+use umbragraph::Plan;
 use umbragraph::data::{BlackboardData, DataShape, ValueType};
 use umbragraph::diagnostic::{Diagnostic, Place, codes};
-use umbragraph::executor::Executor;
-use umbragraph::language::{Expr, Ref};
+use umbragraph::low_level::compiler::{CpuPasses, PhysicalTexture, TextureSize};
+use umbragraph::low_level::language::{Expr, Ref};
+use umbragraph::low_level::pipeline::{Evaluate, PassBuilder, Produced};
 use umbragraph::node::Node;
-use umbragraph::pipeline::{Evaluate, PassBuilder, Produced};
 use umbragraph::work::{CpuContext, CpuNode, CpuWork, Work};
 use umbragraph_test_support::gpu::{self, Gpu};
 

@@ -1,6 +1,6 @@
 //! What is created when, and what is measured.
 
-use umbragraph::executor::{Executor, Frame};
+use umbragraph::{Executor, Frame};
 use umbragraph_test_support::gpu;
 
 use crate::common::gpu::{import, import_on};

@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
-use umbragraph::compiler::Plan;
-use umbragraph::executor::{Executor, Frame};
+use umbragraph::Plan;
+use umbragraph::{Executor, Frame};
 use umbragraph_test_support::gpu::{self, Gpu};
 
 use crate::common::gpu::import;

@@ -5,9 +5,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph::data::{BlackboardData, DataShape, ValueType, View};
 use umbragraph::frame::{FrameInput, Light, LightKind};
-use umbragraph::language::Ref;
+use umbragraph::low_level::language::Ref;
+use umbragraph::low_level::pipeline::{PassBuilder, Produced};
 use umbragraph::node::Node;
-use umbragraph::pipeline::{PassBuilder, Produced};
 use umbragraph::work::{CpuContext, CpuNode, CpuWork, Work};
 
 use crate::common::gpu::empty_frame;

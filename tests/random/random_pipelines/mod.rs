@@ -15,14 +15,16 @@ use crate::common::gpu::{empty_frame, executor};
 use crate::common::{Outcome, read};
 use grammar::{Drawn, pipeline};
 use simulation::simulate;
-use umbragraph::CheckOptions;
-use umbragraph::compiler::{Plan, PlanOptions};
+use umbragraph::Frame;
+use umbragraph::Plan;
 use umbragraph::diagnostic::{Diagnostics, Severity};
-use umbragraph::executor::{DryRun, Frame, imported_texture, read_back};
-use umbragraph::pipeline::{Overrides, Pipeline};
-use umbragraph::shader::permutations::{self, Request};
-use umbragraph::shader::{TargetProfile, TemplateSet};
-use umbragraph::source::Sources;
+use umbragraph::executor::{DryRun, imported_texture, read_back};
+use umbragraph::low_level::CheckOptions;
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::pipeline::{Overrides, TypedPipeline};
+use umbragraph::low_level::shader::permutations::{self, Request};
+use umbragraph::low_level::shader::{TargetProfile, TemplateSet};
+use umbragraph::low_level::source::Sources;
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
@@ -52,7 +54,7 @@ fn check(drawn: &Drawn) -> Outcome {
         overrides: &Overrides::default(),
         plan: &PlanOptions::new(64, 64),
     };
-    let checked = umbragraph::check(file, &options, &sources, &mut diagnostics);
+    let checked = umbragraph::low_level::check(file, &options, &sources, &mut diagnostics);
     let programs = checked.pipeline.iter().flat_map(|pipeline| &pipeline.programs);
     let variants = programs.flat_map(|program| program.variants.iter().map(move |one| (program, one)));
     let requests: Vec<Request> = variants
@@ -92,7 +94,8 @@ fn what_wgpu_rejects_of_random_pipelines_check_rejects() {
         rejected += usize::from(!is_sound);
         codes.iter().for_each(|code| *said_of.entry(code).or_default() += 1);
         let text = outcome.text();
-        let is_whole = |pipeline: &Arc<Pipeline>| pipeline.gaps.is_empty() && pipeline.rejected.is_empty();
+        let is_whole =
+            |pipeline: &Arc<TypedPipeline>| pipeline.gaps.is_empty() && pipeline.rejected.is_empty();
         let pipeline = outcome.checked.pipeline.filter(is_whole);
         let Some(plan) = outcome.checked.plan.filter(|_| pipeline.is_some()) else { continue };
         let said = pollster::block_on(dry_run.run(&plan));

@@ -1,8 +1,9 @@
 //! Violations planted in planned copies.
 
-use umbragraph::compiler::{Assembly, Plan, PlannedCopy, TexelOrigin, TexelRows};
-use umbragraph::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
-use umbragraph::pipeline::{Aspect, IndexRange, SubresourceRange, Usage, Version};
+use umbragraph::Plan;
+use umbragraph::low_level::compiler::{Assembly, PlannedCopy, TexelOrigin, TexelRows};
+use umbragraph::low_level::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
+use umbragraph::low_level::pipeline::{Aspect, IndexRange, SubresourceRange, Usage, Version};
 use umbragraph::work::{BufferRegion, TextureRegion, TransferEnd};
 use umbragraph_verify::{ViolationKind, verify};
 

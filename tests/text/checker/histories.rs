@@ -1,6 +1,7 @@
 //! Violations planted in the histories of a plan.
 
-use umbragraph::compiler::{CullReason, KeepReason, Physical, Plan, StoreOperation};
+use umbragraph::Plan;
+use umbragraph::low_level::compiler::{CullReason, KeepReason, Physical, StoreOperation};
 use umbragraph::wgpu_types::{TextureFormat, TextureUsages};
 use umbragraph_verify::ViolationKind;
 
@@ -62,7 +63,7 @@ fn copies_of_different_formats_are_caught() {
 fn an_initial_value_of_another_kind_is_caught() {
     caught(ViolationKind::HistoryWrong, |plan| {
         plan.histories.get_mut("past").expect("planned").initial =
-            umbragraph::compiler::InitialValue::Depth(1.0);
+            umbragraph::low_level::compiler::InitialValue::Depth(1.0);
     });
 }
 

@@ -5,13 +5,14 @@ mod histories;
 
 use std::sync::Arc;
 
-use umbragraph::compiler::{
-    Assembly, CullReason, ImportDescriptor, KeepReason, Objective, Physical, Plan, PlanOptions, PlannedPass,
+use umbragraph::Plan;
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::low_level::compiler::{
+    Assembly, CullReason, ImportDescriptor, KeepReason, Objective, Physical, PlanOptions, PlannedPass,
     StoreOperation, build, plan,
 };
-use umbragraph::diagnostic::Diagnostics;
-use umbragraph::language::{Expr, FormatCandidates, Lifetime};
-use umbragraph::pipeline::{Pipeline, SubresourceRange, Usage, Version};
+use umbragraph::low_level::language::{Expr, FormatCandidates, Lifetime};
+use umbragraph::low_level::pipeline::{SubresourceRange, TypedPipeline, Usage, Version};
 use umbragraph::wgpu_types::{TextureFormat, TextureUsages};
 use umbragraph::work::{LoadOperation, Work};
 use umbragraph_verify::{Violation, ViolationKind, verify};
@@ -108,7 +109,7 @@ fn shift(plan: &mut Plan, name: &str, to: &str) {
     plan.passes.insert(to, moved);
 }
 
-fn pipeline(plan: &mut Plan) -> &mut Pipeline {
+fn pipeline(plan: &mut Plan) -> &mut TypedPipeline {
     Arc::make_mut(&mut plan.pipeline)
 }
 
@@ -202,7 +203,7 @@ fn a_false_reason_for_keeping_is_caught() {
 #[test]
 fn a_reason_in_words_that_differs_from_the_reason_is_caught() {
     caught(ViolationKind::WrongReason, |plan| {
-        pass(plan, "blur1").kept = umbragraph::compiler::Kept::SideEffect;
+        pass(plan, "blur1").kept = umbragraph::low_level::compiler::Kept::SideEffect;
     });
 }
 

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use umbragraph::compose::Roots;
 use umbragraph::diagnostic::Diagnostic;
-use umbragraph::session::{Session, Storage};
-use umbragraph::source::{FileId, Sources};
+use umbragraph::low_level::compose::Roots;
+use umbragraph::low_level::session::{Session, Storage};
+use umbragraph::low_level::source::{FileId, Sources};
 use umbragraph::{DiskStorage, with_templates};
 use umbragraph_test_support::scratch::ScratchFolder;
 

@@ -7,15 +7,16 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use umbragraph::compiler::PlanOptions;
-use umbragraph::compose::{self, Disk, Files, Roots};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics};
+use umbragraph::low_level::CheckOptions;
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::compose::{self, Disk, Files, Roots};
+use umbragraph::low_level::pipeline::Overrides;
+use umbragraph::low_level::session::{Session, Survey, Target};
+use umbragraph::low_level::shader::{ShaderCache, TargetProfile, TemplateSet};
+use umbragraph::low_level::source::{FileId, Sources};
 use umbragraph::node::Registry;
-use umbragraph::pipeline::Overrides;
-use umbragraph::session::{Session, Survey, Target};
-use umbragraph::shader::{ShaderCache, TargetProfile, TemplateSet};
-use umbragraph::source::{FileId, Sources};
-use umbragraph::{Bundled, CheckOptions, DiskStorage, with_templates};
+use umbragraph::{Bundled, DiskStorage, with_templates};
 use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
 
@@ -81,7 +82,7 @@ impl Fresh {
                 plan: &plan,
             };
             let (document, kept) = (&composed.document, (&self.shaders, None));
-            umbragraph::check_sharing(document, &options, &sources, &mut diagnostics, kept).plan
+            umbragraph::low_level::check_sharing(document, &options, &sources, &mut diagnostics, kept).plan
         });
         diagnostics.sort();
         (shown(&diagnostics, &sources), plan.map(|plan| printed(&plan)))

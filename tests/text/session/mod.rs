@@ -7,19 +7,19 @@ mod reuse;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use umbragraph::compiler::PlanOptions;
-use umbragraph::compose::{Memory, Roots};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, render};
-use umbragraph::session::{Choice, Session, Storage, Target};
-use umbragraph::shader::TargetProfile;
-use umbragraph::source::{FileId, Sources};
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::compose::{Memory, Roots};
+use umbragraph::low_level::session::{Choice, Session, Storage, Target};
+use umbragraph::low_level::shader::TargetProfile;
+use umbragraph::low_level::source::{FileId, Sources};
 
 /// Files in memory.
 struct InMemory(Memory);
 
 impl Storage for InMemory {
     fn read(&mut self, path: &Path, _: Option<&Roots>, sources: &mut Sources) -> Result<FileId, Diagnostic> {
-        umbragraph::compose::Files::read(&mut self.0, path, sources)
+        umbragraph::low_level::compose::Files::read(&mut self.0, path, sources)
     }
 }
 

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::session::{Cancelled, Done, Session, Survey, Target};
-use umbragraph::shader::TargetProfile;
+use umbragraph::low_level::session::{Cancelled, Done, Session, Survey, Target};
+use umbragraph::low_level::shader::TargetProfile;
 
 use crate::session::{PART, WHOLE, choice, plan, session, two_files};
 

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::size::Sizes;
 use crate::values::Packing;
 use umbragraph_pipeline::expression::{Expression, ExpressionKind, Scope as _};
-use umbragraph_pipeline::pipeline::{LiveSetting, Pipeline, with_names};
+use umbragraph_pipeline::pipeline::{LiveSetting, TypedPipeline, with_names};
 
 /// A parameter in a plan: live, or structural.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -39,7 +39,9 @@ pub(in super::super) enum Bound {
 }
 
 /// The parameters of a pipeline, as its plan has them.
-pub(in super::super) fn planned(pipeline: &Pipeline) -> std::collections::BTreeMap<String, PlannedParameter> {
+pub(in super::super) fn planned(
+    pipeline: &TypedPipeline,
+) -> std::collections::BTreeMap<String, PlannedParameter> {
     let of = |structural: &Option<umbragraph_pipeline::pipeline::Structural>| PlannedParameter {
         live: structural.is_none(),
         structural_at: structural.as_ref().map(|structural| structural.pointer.clone()),

@@ -5,7 +5,7 @@ use crate::access::PassAccess;
 use crate::cycle;
 use crate::graph::Hazard;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, codes};
-use umbragraph_pipeline::pipeline::{Located as _, Pipeline, ResourceKind};
+use umbragraph_pipeline::pipeline::{Located as _, ResourceKind, TypedPipeline};
 use umbragraph_pipeline::work::ResourceHandle;
 
 /// The maximum number of members of a cycle that a diagnostic names.
@@ -66,7 +66,7 @@ impl Builder<'_> {
 }
 
 pub(super) fn never_written(
-    pipeline: &Pipeline,
+    pipeline: &TypedPipeline,
     resource: ResourceHandle,
     reader: &PassAccess<'_>,
     list: &[PassAccess<'_>],
@@ -100,7 +100,7 @@ pub(super) fn never_written(
 }
 
 pub(super) fn unordered_writers(
-    pipeline: &Pipeline,
+    pipeline: &TypedPipeline,
     resource: ResourceHandle,
     a: &PassAccess<'_>,
     b: &PassAccess<'_>,

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::diagnostic::{Diagnostic, Related, codes, list_of, suggested_name};
-use crate::pipeline::{Located as _, Pass, Pipeline, Program, ProgramBinding};
+use crate::pipeline::{Located as _, Pass, Program, ProgramBinding, TypedPipeline};
 use crate::shader::{Member, TypeLayout, VertexInput};
 use wgpu_types::BindingType;
 
@@ -12,7 +12,7 @@ use super::interface::*;
 /// Compares how a host stores things with what the programs that draw it want. Places are the passes' shaders.
 ///
 /// Diagnostics: vertex inputs and bindings that the host does not have, members of another type or at another offset.
-pub fn check_host(pipeline: &Pipeline, geometry: &str, host: &HostInterface) -> Vec<Diagnostic> {
+pub fn check_host(pipeline: &TypedPipeline, geometry: &str, host: &HostInterface) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     let drawing = || {
         let drawing = pipeline.passes.iter().filter_map(|pass| Some((pass, pass.work().scene()?)));
@@ -45,7 +45,7 @@ pub fn check_host(pipeline: &Pipeline, geometry: &str, host: &HostInterface) -> 
 
 /// Hosts that are stated for a geometry which the pipeline does not have, where it draws one that is written almost the
 /// same and has none.
-pub(crate) fn misspelt_hosts(pipeline: &Pipeline) -> Vec<Diagnostic> {
+pub(crate) fn misspelt_hosts(pipeline: &TypedPipeline) -> Vec<Diagnostic> {
     let unknown = |name: &&String| !pipeline.geometry.contains_key(*name);
     let unknown: Vec<&str> = pipeline.hosts.keys().filter(unknown).map(String::as_str).collect();
     let mut seen = BTreeSet::new();

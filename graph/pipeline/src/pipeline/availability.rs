@@ -9,7 +9,7 @@
 //! better way on each device without anybody switching anything. No configuration with it is gone through there; where
 //! the profile has it, both are.
 
-use super::overrides::Setting;
+use super::overrides::Override;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use crate::document::{Entry, Kind, Value, pointer_join};
 use crate::language::{FeatureDeclaration, FeatureType};
@@ -103,7 +103,7 @@ pub(super) fn check_names(entry: &Entry, diagnostics: &mut Diagnostics) {
 }
 
 /// The diagnostic that a feature is switched on where the profile lacks what it requires.
-pub(super) fn cannot_be_on(setting: &Setting, lacking: &Lacking, profile: &TargetProfile) -> Diagnostic {
+pub(super) fn cannot_be_on(setting: &Override, lacking: &Lacking, profile: &TargetProfile) -> Diagnostic {
     let Lacking { required, guaranteed, place } = lacking;
     let message = format!("\"{}\" requires {required}, but {} has {guaranteed}", setting.name, profile.name);
     Diagnostic::error(codes::FEATURE_UNAVAILABLE, setting.place, message)

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Pipeline, Program, Resource, ResourceKind, SubresourceRangeSettings};
+use super::{Program, Resource, ResourceKind, SubresourceRangeSettings, TypedPipeline};
 use crate::data::{Component, DataShape, ValueType, View};
 use crate::diagnostic::{list_of, suggested_name};
 use crate::language::{Expr, Ref, TextureShape, Word};
@@ -145,7 +145,7 @@ pub(super) fn block_layout(
     }
 }
 
-impl Pipeline {
+impl TypedPipeline {
     /// Where the values of blackboard data, or of the view, go in the block that they are bound to.
     pub fn block_layout(&self, program: &Program, slot: &BoundSlot) -> Option<BlockLayout> {
         block_layout(program, slot, &self.resources)?.ok()

@@ -12,7 +12,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Derived, Parameter};
+use super::{Derived, ValuedParameter};
 use crate::diagnostic::Diagnostic;
 use crate::expression::{Expression, ExpressionKind, Value};
 use crate::language::ParameterDeclaration;
@@ -78,7 +78,10 @@ pub(super) struct Dependence {
 }
 
 impl Dependence {
-    pub(super) fn new(parameters: &BTreeMap<String, Parameter>, derived: &BTreeMap<String, Derived>) -> Self {
+    pub(super) fn new(
+        parameters: &BTreeMap<String, ValuedParameter>,
+        derived: &BTreeMap<String, Derived>,
+    ) -> Self {
         let mut all = Self { parameters: parameters.len(), ..Self::default() };
         all.of.extend(parameters.keys().map(|name| (name.clone(), BTreeSet::from([name.clone()]))));
         let mut derived: Vec<(&String, &Derived)> = derived.iter().collect();

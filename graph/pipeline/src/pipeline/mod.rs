@@ -11,7 +11,7 @@
 //! 4. what passes say of one another (blackboard data, versions) is connected.
 //!
 //! A pass that could not be declared leaves a gap: the resources that it mentions are exempt from diagnostics that
-//! would only follow ([`Pipeline::uncertain`]).
+//! would only follow ([`TypedPipeline::uncertain`]).
 
 mod availability;
 mod binding;
@@ -56,13 +56,13 @@ pub use located::Located;
 pub use survey::{Absent, Chosen, EntryPoints, Survey, Wanted};
 
 pub use crate::access::subresource_range::{Aspect, IndexRange, SubresourceRange, canonical};
-pub use overrides::{Overrides, Setting};
+pub use overrides::{Override, Overrides};
 pub use preset::{ParameterFile, of_preset};
 pub use profiles::{claimed_profiles, profile_named};
 pub use program::{Program, ProgramBinding, ProgramVariant};
 pub use schema::{FileKind, schema, schema_of, schema_of_composed};
 pub use scope::StaticScope;
-pub use setting::{Feature, Parameter, rejected};
+pub use setting::{Feature, ValuedParameter, rejected};
 pub use toggle::{Condition, Passthrough, Toggle, add_fallbacks};
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -78,13 +78,13 @@ use crate::work::{PassHandle, ProgramHandle, ResourceHandle, Subresource, Work};
 
 /// One typed configuration.
 #[derive(Clone, Debug)]
-pub struct Pipeline {
+pub struct TypedPipeline {
     /// The pipeline's name.
     pub name: String,
     /// The profile that shaders were validated for.
     pub profile: TargetProfile,
     /// The parameters with their values, by name.
-    pub parameters: BTreeMap<String, Parameter>,
+    pub parameters: BTreeMap<String, ValuedParameter>,
     /// The features with their values, by name.
     pub features: BTreeMap<String, Feature>,
     /// The derived values, by name.
@@ -124,7 +124,7 @@ pub struct Pipeline {
     pub sources: Sources,
 }
 
-impl Pipeline {
+impl TypedPipeline {
     /// The features of WebGPU that features of the pipeline require.
     pub fn device_features(&self) -> wgpu_types::Features {
         let declared = self.features.values().flat_map(|feature| &feature.declaration.required_features);

@@ -6,7 +6,7 @@ use crate::source::Span;
 
 /// A value for a parameter or feature, given from outside the pipeline.
 #[derive(Clone, Debug)]
-pub struct Setting {
+pub struct Override {
     /// The name.
     pub name: String,
     /// The value.
@@ -19,9 +19,9 @@ pub struct Setting {
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
     /// Values of parameters.
-    pub parameters: Vec<Setting>,
+    pub parameters: Vec<Override>,
     /// Values of features.
-    pub features: Vec<Setting>,
+    pub features: Vec<Override>,
 }
 
 impl Overrides {
@@ -34,8 +34,8 @@ impl Overrides {
     }
 }
 
-impl From<&Setting> for Place {
-    fn from(setting: &Setting) -> Self {
+impl From<&Override> for Place {
+    fn from(setting: &Override) -> Self {
         Place::Span(setting.place)
     }
 }

@@ -11,7 +11,7 @@
 
 use std::collections::BTreeMap;
 
-use super::overrides::{Overrides, Setting};
+use super::overrides::{Override, Overrides};
 use super::setting::{SettingKind, declared, decode_feature, decode_parameter, not_there};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use crate::document::{self, Document, Entry, pointer_join};
@@ -130,10 +130,10 @@ pub(super) fn check(
     }
 }
 
-fn settings(values: &document::Value) -> Vec<Setting> {
+fn settings(values: &document::Value) -> Vec<Override> {
     let entries = values.entries().unwrap_or_default();
     entries
         .iter()
-        .map(|entry| Setting { name: entry.key.clone(), value: entry.value.clone(), place: entry.key_span })
+        .map(|entry| Override { name: entry.key.clone(), value: entry.value.clone(), place: entry.key_span })
         .collect()
 }

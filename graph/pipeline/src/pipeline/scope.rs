@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Derived, Feature, Parameter};
+use super::{Derived, Feature, ValuedParameter};
 use crate::expression::{Scope, Value};
 use crate::source::Span;
 
@@ -20,7 +20,7 @@ pub struct StaticScope {
 
 impl StaticScope {
     /// The scope of these parameters and features.
-    pub fn new(parameters: &BTreeMap<String, Parameter>, features: &BTreeMap<String, Feature>) -> Self {
+    pub fn new(parameters: &BTreeMap<String, ValuedParameter>, features: &BTreeMap<String, Feature>) -> Self {
         let parameters = parameters.iter().map(|(name, one)| (name, &one.value, &one.declaration.values));
         let features = features.iter().map(|(name, one)| (name, &one.value, &one.declaration.values));
         let mut scope = Self::default();

@@ -2,7 +2,7 @@
 
 use super::availability;
 use super::live::{Structural, is_alike};
-use super::overrides::{Overrides, Setting};
+use super::overrides::{Override, Overrides};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, list_of, suggested_name};
 use crate::document::{self, Entry};
 use crate::expression::Value;
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 /// A parameter with its value.
 #[derive(Clone, Debug)]
-pub struct Parameter {
+pub struct ValuedParameter {
     /// Its declaration.
     pub declaration: ParameterDeclaration,
     /// The value.
@@ -50,9 +50,9 @@ impl Feature {
 pub(super) fn parameters(
     declarations: &BTreeMap<String, ParameterDeclaration>,
     entries: &[Entry],
-    overrides: &[Setting],
+    overrides: &[Override],
     diagnostics: &mut Diagnostics,
-) -> BTreeMap<String, Parameter> {
+) -> BTreeMap<String, ValuedParameter> {
     let mut parameters = BTreeMap::new();
     for entry in entries {
         let Some(declaration) = declarations.get(&entry.key) else { continue };
@@ -77,7 +77,8 @@ pub(super) fn parameters(
             chosen = found.map(|value| (value, setting.place)).or(chosen);
         }
         if let Some((value, place)) = chosen.or(from_default.map(|value| (value, default.span))) {
-            let parameter = Parameter { declaration: declaration.clone(), value, place, structural: None };
+            let parameter =
+                ValuedParameter { declaration: declaration.clone(), value, place, structural: None };
             parameters.insert(entry.key.clone(), parameter);
         }
     }
@@ -88,7 +89,7 @@ pub(super) fn parameters(
 pub(super) fn features(
     declarations: &BTreeMap<String, FeatureDeclaration>,
     entries: &[Entry],
-    overrides: &[Setting],
+    overrides: &[Override],
     profile: &TargetProfile,
     diagnostics: &mut Diagnostics,
 ) -> BTreeMap<String, Feature> {
@@ -175,7 +176,7 @@ pub(super) fn features(
 fn groups(
     declarations: &BTreeMap<String, FeatureDeclaration>,
     entries: &[Entry],
-    overrides: &[Setting],
+    overrides: &[Override],
     features: &mut BTreeMap<String, Feature>,
     diagnostics: &mut Diagnostics,
 ) {

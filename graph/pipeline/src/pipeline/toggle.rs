@@ -27,7 +27,7 @@ use super::environment::{Environment, reference_in};
 use super::expression_diagnostic::expression_diagnostic;
 use super::instance::Instance;
 use super::load::{Shared, is_of, name_diagnostic, twin_diagnostic};
-use super::{Access, Located as _, Pass, Pipeline, ResourceKind, Version, history};
+use super::{Access, Located as _, Pass, ResourceKind, TypedPipeline, Version, history};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, list_of, suggested_name};
 use crate::document::{Document, Entry, Kind, Value, pointer_join};
 use crate::language::ToggleDeclaration;
@@ -52,7 +52,7 @@ pub struct Toggle {
 /// A toggle that is switched one way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Condition {
-    /// The position in [`Pipeline::toggles`].
+    /// The position in [`TypedPipeline::toggles`].
     pub toggle: usize,
     /// Whether it is on.
     pub on: bool,
@@ -86,7 +86,7 @@ pub struct Passthrough {
     pub pointer: String,
 }
 
-impl Pipeline {
+impl TypedPipeline {
     /// The toggle of a name.
     pub fn find_toggle(&self, name: &str) -> Option<usize> {
         self.toggles.iter().position(|toggle| toggle.name == name)

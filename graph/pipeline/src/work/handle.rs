@@ -14,7 +14,7 @@ macro_rules! handle {
                 Self(position as u32)
             }
 
-            #[doc = concat!("The position in [`crate::pipeline::Pipeline::", $list, "`].")]
+            #[doc = concat!("The position in [`crate::pipeline::TypedPipeline::", $list, "`].")]
             pub fn index(self) -> usize {
                 self.0 as usize
             }

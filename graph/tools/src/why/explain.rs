@@ -10,7 +10,7 @@ use umbragraph_compiler::{KeepReason, Physical, Plan, PlannedPass};
 use umbragraph_pipeline::document::{Entry, Value};
 use umbragraph_pipeline::language::{Lifetime, format_name, node_kind};
 use umbragraph_pipeline::model::{DeclarationKind, Id, Model, Text};
-use umbragraph_pipeline::pipeline::{Lacking, Pipeline, ResourceKind, is_of};
+use umbragraph_pipeline::pipeline::{Lacking, ResourceKind, TypedPipeline, is_of};
 use umbragraph_pipeline::source::Span;
 use umbragraph_pipeline::work::PassHandle;
 
@@ -111,7 +111,7 @@ pub(super) fn of_pass(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> V
 const MOST: usize = 64;
 
 /// Where a pass runs and why, or why it does not.
-fn state(pipeline: &Pipeline, plan: &Plan, name: &str) -> Vec<PlanFact> {
+fn state(pipeline: &TypedPipeline, plan: &Plan, name: &str) -> Vec<PlanFact> {
     let Some(handle) = pipeline.find_pass(name) else { return Vec::new() };
     match plan.position(handle) {
         Some(position) => {

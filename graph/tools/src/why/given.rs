@@ -6,7 +6,7 @@ use super::origin::{self, Location, as_json, json, location};
 use super::subject::{Kind, Subject};
 use umbragraph_pipeline::compose::Layer;
 use umbragraph_pipeline::document::{Entry, Value, pointer_join};
-use umbragraph_pipeline::pipeline::{self, Lacking, Setting};
+use umbragraph_pipeline::pipeline::{self, Lacking, Override};
 use umbragraph_pipeline::shader::TargetProfile;
 
 /// One value that was given.
@@ -95,7 +95,7 @@ pub(super) fn of_document(
 }
 
 /// The preset that a setting stands in.
-fn preset_of(subject: &Subject<'_>, section: &str, setting: &Setting) -> Option<String> {
+fn preset_of(subject: &Subject<'_>, section: &str, setting: &Override) -> Option<String> {
     let presets = subject.composed.document.root.entries_of("presets");
     let stands_in = |preset: &&Entry| {
         let values = preset.value.entries_of(section);

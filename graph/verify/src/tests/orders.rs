@@ -15,7 +15,7 @@ use crate::verify;
 use umbragraph_compiler::{Assembly, Objective, Plan, PlanOptions, build, plan};
 use umbragraph_pipeline::diagnostic::Diagnostics;
 use umbragraph_pipeline::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
-use umbragraph_pipeline::pipeline::{Pipeline, SubresourceRange, Usage, Version};
+use umbragraph_pipeline::pipeline::{SubresourceRange, TypedPipeline, Usage, Version};
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::{LoadOperation, PassHandle, ResourceHandle};
 
@@ -97,7 +97,7 @@ fn pipeline(
     passes: &[RandomPass],
     count: usize,
     unrelated: Option<(usize, bool)>,
-) -> (Arc<Pipeline>, Sources) {
+) -> (Arc<TypedPipeline>, Sources) {
     let mut assembly = Assembly::new("random");
     let resources: Vec<ResourceHandle> = (0..count)
         .map(|at| {

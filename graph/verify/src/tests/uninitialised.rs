@@ -12,7 +12,7 @@ use crate::{ViolationKind, verify};
 use umbragraph_compiler::{Assembly, PlanOptions, build, plan};
 use umbragraph_pipeline::diagnostic::{Diagnostics, codes};
 use umbragraph_pipeline::language::{Expr, FormatCandidates, Lifetime, TextureShape};
-use umbragraph_pipeline::pipeline::{Aspect, IndexRange, Pipeline, SubresourceRange, Usage, Version};
+use umbragraph_pipeline::pipeline::{Aspect, IndexRange, SubresourceRange, TypedPipeline, Usage, Version};
 use umbragraph_pipeline::source::Sources;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,7 +109,7 @@ fn pipeline(
     writers: &[RandomAccess],
     readers: &[RandomAccess],
     begins: bool,
-) -> (Arc<Pipeline>, Sources) {
+) -> (Arc<TypedPipeline>, Sources) {
     let mut assembly = Assembly::new("uninitialised");
     let resource = match kind {
         Kind::Buffer => assembly.buffer("a", WORDS as u32 * 4, Lifetime::Transient),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use umbragraph_pipeline::data::BlackboardData;
 use umbragraph_pipeline::diagnostic::Diagnostics;
-use umbragraph_pipeline::pipeline::{LoadOptions, Overrides, Pipeline, load};
+use umbragraph_pipeline::pipeline::{LoadOptions, Overrides, TypedPipeline, load};
 use umbragraph_pipeline::shader::{ShaderCache, TargetProfile, TemplateSet};
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::{CpuContext, Work};
@@ -13,7 +13,7 @@ use umbragraph_pipeline::{document, node::Registry};
 use super::*;
 use crate::cascades::{Cascades, node};
 
-fn declare(settings: &str, parameters: &str) -> (Option<Pipeline>, Diagnostics, Sources) {
+fn declare(settings: &str, parameters: &str) -> (Option<TypedPipeline>, Diagnostics, Sources) {
     let settings = settings.replacen('{', r#"{ "to": "&sun_views", "#, 1);
     let text = format!(
         r#"{{ "format": 1, "name": "test", "parameters": {{ {parameters} }}, "passes": {{ "fit": {{ "cascades": {settings} }} }} }}"#
@@ -46,7 +46,7 @@ pub(super) fn run(settings: &str, frame: &FrameInput) -> BlackboardData {
     data
 }
 
-fn declared(pipeline: &Pipeline) -> u32 {
+fn declared(pipeline: &TypedPipeline) -> u32 {
     let umbragraph_pipeline::pipeline::ResourceKind::Data(Some(shape)) = &pipeline.resources[0].kind else {
         panic!("data")
     };

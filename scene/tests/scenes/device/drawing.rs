@@ -6,8 +6,8 @@ use umbragraph_scene::gpu::SceneResources;
 use umbragraph_scene::{Folder, Scene};
 use umbragraph_test_support::gpu::{self, Gpu};
 
-use crate::document::Document;
 use crate::device::stand_in::{Drawn, draw};
+use crate::document::Document;
 
 const NOTHING: [u8; 3] = [0, 0, 0];
 

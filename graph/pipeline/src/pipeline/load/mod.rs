@@ -28,7 +28,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::profiles::claimed_profiles;
-use super::{Overrides, Pass, Passthrough, Pipeline, Survey, Toggle, toggle};
+use super::{Overrides, Pass, Passthrough, Survey, Toggle, TypedPipeline, toggle};
 use crate::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
 use crate::document::{self, Document};
 use crate::draw::{HostFilters, check_host, misspelt_hosts};
@@ -57,7 +57,7 @@ pub struct LoadOptions<'a> {
     /// What [`check_schema`] says of the document, where that is known.
     pub schema: Option<&'a Diagnostics>,
     /// Whether all variants are proven together later: what is wrong with the shaders themselves is left to that, and
-    /// [`Pipeline::survey`] is written down for it.
+    /// [`TypedPipeline::survey`] is written down for it.
     pub is_surveyed: bool,
 }
 
@@ -78,7 +78,7 @@ pub fn load(
     options: &LoadOptions<'_>,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
-) -> Option<Pipeline> {
+) -> Option<TypedPipeline> {
     let LoadOptions { registry, shaders, overrides, schema, is_surveyed } = *options;
     let profile = shaders.profile();
     let schema_diagnostics = schema.cloned().unwrap_or_else(|| check_schema(document, registry));
@@ -116,7 +116,7 @@ pub fn load(
             parameter.structural = Some(structural);
         }
     }
-    let pipeline = Pipeline {
+    let pipeline = TypedPipeline {
         name: document.root.get("name").and_then(document::Value::text).unwrap_or_default().to_owned(),
         profile: profile.clone(),
         parameters,

@@ -8,12 +8,12 @@ use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{Document, pointer_join};
 use crate::expression::Scope as _;
 use crate::pipeline::live::Dependence;
-use crate::pipeline::{Derived, Feature, Overrides, Parameter, StaticScope, derived, preset, setting};
+use crate::pipeline::{Derived, Feature, Overrides, StaticScope, ValuedParameter, derived, preset, setting};
 use crate::shader::TargetProfile;
 
 /// Parameters, features and derived values.
 pub(super) struct Settings {
-    pub(super) parameters: BTreeMap<String, Parameter>,
+    pub(super) parameters: BTreeMap<String, ValuedParameter>,
     pub(super) features: BTreeMap<String, Feature>,
     pub(super) derived: BTreeMap<String, Derived>,
     /// Those without a value, because of diagnostics of their own.
