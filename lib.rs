@@ -1,7 +1,7 @@
 //! A data-driven render-graph engine module for wgpu.
 //!
 //! A pipeline is a JSON file: named resources, and passes that say how they use them. This crate makes it a checked
-//! [`compiler::Plan`] without a device, with every shader variant generated from a template and proven valid, and, with
+//! [`Plan`] without a device, with every shader variant generated from a template and proven valid, and, with
 //! the feature `gpu`, records it into the command encoder of an application of yours.
 //!
 //! ```

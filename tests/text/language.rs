@@ -349,7 +349,8 @@ impl compose::Files for Counted {
 fn a_subgraph_file_is_read_once_however_often_it_is_used() {
     let top = r#"{ "extends": "parts/base.json", "passes": { "a": { "use": "parts/blur.json" }, "gone": { "use": "other.json" } } }"#;
     let base = r#"{ "format": 1, "subgraphs": { "own": { "passes": { "in": { "use": "./blur.json" } } } },
-        "passes": { "b": { "use": "deep/half.json" }, "gone": { "use": "nowhere.json" }, "c": { "use": "own" } } }"#;
+        "passes": { "b": { "use": "deep/half.json" }, "gone": { "use": "nowhere.json" }, "c": { "use": "own" } },
+        "shared_settings": { "blurred": { "use": "shared.json" } } }"#;
     let half = r#"{ "passes": { "x": { "use": "../blur.json" }, "y": { "use": "../blur.json" } } }"#;
     let extension =
         r#"{ "inserts": { "point": { "d": { "use": "parts/blur.json" }, "e": { "use": "new.json" } } } }"#;
@@ -359,6 +360,7 @@ fn a_subgraph_file_is_read_once_however_often_it_is_used() {
         ("parts/base.json", base),
         ("parts/blur.json", one),
         ("parts/deep/half.json", half),
+        ("parts/shared.json", one),
         ("other.json", one),
         ("new.json", one),
         ("extension.json", extension),
@@ -370,7 +372,10 @@ fn a_subgraph_file_is_read_once_however_often_it_is_used() {
     let composed =
         compose::compose(file, Path::new("top.json"), &mut counted, &mut sources, &mut diagnostics);
     let mut composed = composed.unwrap_or_else(|| panic!("{}", render::human_all(&diagnostics, &sources)));
-    assert_eq!(counted.1, ["parts/base.json", "parts/deep/half.json", "other.json", "parts/blur.json"]);
+    assert_eq!(
+        counted.1,
+        ["parts/base.json", "parts/deep/half.json", "other.json", "parts/blur.json", "parts/shared.json"]
+    );
     let file = sources.add("extension.json", extension);
     let path = Path::new("extension.json");
     let extension = compose::compose(file, path, &mut counted, &mut sources, &mut diagnostics).unwrap();
@@ -379,7 +384,10 @@ fn a_subgraph_file_is_read_once_however_often_it_is_used() {
     assert!(text.contains("UG0210") && diagnostics.len() == 1, "only the extension point is missing: {text}");
     let document = composed.document.root.to_json();
     let names: Vec<&String> = document["subgraphs"].as_object().unwrap().keys().collect();
-    assert_eq!(names, ["own", "parts/deep/half.json", "other.json", "parts/blur.json", "new.json"]);
+    assert_eq!(
+        names,
+        ["own", "parts/deep/half.json", "other.json", "parts/blur.json", "parts/shared.json", "new.json"]
+    );
     let used = |pointer: &str| document.pointer(pointer).unwrap().as_str().unwrap().to_owned();
     assert_eq!(used("/passes/gone/use"), "other.json");
     assert_eq!(used("/subgraphs/own/passes/in/use"), "parts/blur.json");

@@ -59,7 +59,7 @@ fn members_mut(value: &mut Value) -> &mut [Entry] {
     }
 }
 
-/// The files that the passes of a section use, in order.
+/// The files that passes, or groups of what they share, use, in order.
 fn files_of(passes: &[Entry]) -> impl Iterator<Item = (String, Span)> + '_ {
     passes.iter().filter_map(|pass| {
         let used = pass.value.get("use")?;
@@ -67,11 +67,16 @@ fn files_of(passes: &[Entry]) -> impl Iterator<Item = (String, Span)> + '_ {
     })
 }
 
+/// The files that a pipeline or subgraph uses itself.
+fn own_files(owner: &Value) -> impl Iterator<Item = (String, Span)> + '_ {
+    ["passes", "shared_settings"].into_iter().flat_map(|section| files_of(owner.entries_of(section)))
+}
+
 /// All files that a document uses.
 fn used_files(root: &Value) -> VecDeque<(String, Span)> {
-    let subgraphs = root.entries_of("subgraphs").iter().map(|subgraph| subgraph.value.entries_of("passes"));
+    let subgraphs = root.entries_of("subgraphs").iter().flat_map(|subgraph| own_files(&subgraph.value));
     let inserts = root.entries_of("inserts").iter().filter_map(|point| point.value.entries());
-    [root.entries_of("passes")].into_iter().chain(subgraphs).chain(inserts).flat_map(files_of).collect()
+    own_files(root).chain(subgraphs).chain(inserts.flat_map(files_of)).collect()
 }
 
 impl Composer<'_> {
@@ -92,7 +97,7 @@ impl Composer<'_> {
             }
             match self.used_file(&name, place) {
                 Some(subgraph) => {
-                    waiting.extend(files_of(subgraph.entries_of("passes")));
+                    waiting.extend(own_files(&subgraph));
                     read.push(Entry { key: name, key_span: place, value: subgraph });
                 }
                 None => fine = false,
