@@ -1,7 +1,5 @@
 //! The front door as an application meets it.
 
-use std::time::Instant;
-
 use umbragraph::low_level::expression::Value;
 use umbragraph::{Error, Library, Options};
 
@@ -89,25 +87,6 @@ fn documents_of_one_library_share_modules_and_not_what_the_schema_says_of_them()
     assert!(library.load_text("a.json", &broken).unwrap().plan(&Options::new(16, 16)).is_err());
     assert!(library.load_text("b.json", TEXT).unwrap().plan(&Options::new(16, 16)).is_ok());
     assert!(library.load_text("c.json", &broken).unwrap().plan(&Options::new(16, 16)).is_err());
-}
-
-/// A structural change of a system, and one of sizes, with everything that is known from before.
-#[test]
-fn planning_again_parses_and_proves_nothing() {
-    let library = Library::new();
-    let pipeline = library.load("umbragraph:awsm.json").unwrap();
-    let time = |options: &Options| {
-        let start = Instant::now();
-        pipeline.plan(options).unwrap_or_else(|error| panic!("{error}"));
-        start.elapsed()
-    };
-    let first = time(&Options::new(1280, 720));
-    // The best of three, since others use the machine as well.
-    let best = |of: &dyn Fn(u32) -> Options| (1..4).map(|at| time(&of(at))).min().unwrap_or(first);
-    let resized = best(&|at| Options::new(1280 + at, 720));
-    let other = best(&|at| Options::new(1280, 720).set("cascade_side", 256 << at));
-    println!("first {first:?}, another size {resized:?}, another structure {other:?}");
-    assert!(resized < first / 10 && other < first / 10, "{first:?}, {resized:?}, {other:?}");
 }
 
 /// The names that `use umbragraph::…` can be followed by are few, and none of them stands in a module as well, but for

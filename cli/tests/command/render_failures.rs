@@ -215,7 +215,7 @@ fn a_million_frames_take_the_memory_of_a_few() {
     };
     let start = std::time::Instant::now();
     let wait = |bytes: u64| {
-        while written() < bytes && start.elapsed().as_secs() < 20 {
+        while written() < bytes && start.elapsed().as_secs() < 60 {
             std::thread::sleep(std::time::Duration::from_millis(20));
         }
         kilobytes()
@@ -224,7 +224,7 @@ fn a_million_frames_take_the_memory_of_a_few() {
     let bytes = written();
     child.kill().unwrap();
     child.wait().unwrap();
-    assert!(bytes >= 20_000, "only {bytes} bytes in 20 s");
+    assert!(bytes >= 20_000, "only {bytes} bytes in 60 s");
     assert!(early > 0 && late < early + early / 10, "{early} kB after a few frames, {late} kB after many");
     assert!(!folder.join("out.gif").exists(), "nothing stands under the name before all is there");
 }

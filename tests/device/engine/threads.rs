@@ -1,7 +1,5 @@
 //! Plans that are prepared off the caller's thread, and executors that share what they made.
 
-use std::time::{Duration, Instant};
-
 use umbragraph::executor::{PlanPreparer, PreparedPlan};
 use umbragraph::{Executor, Frame, Options};
 use umbragraph_test_support::gpu;
@@ -31,11 +29,6 @@ fn a_plan_is_prepared_on_another_thread_and_adopted_without_a_pipeline() {
         gpu.queue.submit([encoder.finish()]);
         crate::common::gpu::read(&gpu, &target)
     };
-    let timed = |what: &mut dyn FnMut()| -> Duration {
-        let start = Instant::now();
-        what();
-        start.elapsed()
-    };
     let preparation = executor.preparer();
     let prepared = std::thread::scope(|scope| {
         let worker = scope.spawn(|| preparation.prepare(second.clone(), Some(&meshes)));
@@ -44,10 +37,9 @@ fn a_plan_is_prepared_on_another_thread_and_adopted_without_a_pipeline() {
         worker.join().expect("no panic").unwrap_or_else(|error| panic!("{error}"))
     });
     let before = executor.statistics();
-    let mut prepared = Some(prepared);
-    let made = prepared.as_ref().unwrap().statistics();
+    let made = prepared.statistics();
     assert!(made.pipelines > 0);
-    let adopted = timed(&mut || executor.set_prepared_plan(prepared.take().unwrap()).unwrap());
+    executor.set_prepared_plan(prepared).unwrap();
     let after = executor.statistics();
     let counted = (before.pipelines + made.pipelines, before.shader_modules + made.shader_modules);
     assert_eq!((after.pipelines, after.shader_modules), counted, "nothing but what was prepared");
@@ -56,7 +48,9 @@ fn a_plan_is_prepared_on_another_thread_and_adopted_without_a_pipeline() {
     let mut beside = Executor::with_shared_cache(&executor, second, Some(&meshes)).unwrap();
     assert_eq!((beside.statistics().pipelines, beside.statistics().shader_modules), (0, 0));
     assert_eq!(record(&mut beside).differing(&picture, 0), 0);
-    let set = timed(&mut || executor.set_plan(third.clone()).unwrap());
-    println!("a prepared plan is adopted in {adopted:?}, another set in {set:?}");
-    assert!(executor.statistics().pipelines > after.pipelines && adopted < set, "{adopted:?} {set:?}");
+    executor.set_plan(third).unwrap();
+    assert!(
+        executor.statistics().pipelines > after.pipelines,
+        "a plan that is set makes its pipelines there"
+    );
 }

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::low_level::session::{Cancelled, Done, Session, Survey, Target};
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::session::{Cancelled, Choice, Done, Session, Survey, Target};
 use umbragraph::low_level::shader::TargetProfile;
 
 use crate::session::{PART, WHOLE, choice, plan, session, two_files};
@@ -33,6 +34,17 @@ fn second_answer_of_nothing_changed_does_nothing() {
     session.refresh();
     assert_eq!(plan(&mut session, "whole.json"), "");
     assert_eq!(done(&mut session), [2, 0, 0, 0, 0], "files are read, and say the same");
+}
+
+#[test]
+fn another_size_plans_again_and_loads_nothing() {
+    let mut session = two_files();
+    assert_eq!(plan(&mut session, "whole.json"), "");
+    session.take_done();
+    let larger = Choice::new(TargetProfile::webgpu(), PlanOptions::new(1280, 720));
+    assert!(session.plan(&Target::new("whole.json"), &larger).is_ok());
+    let done = session.take_done();
+    assert_eq!((done.parsed, done.composed, done.loaded, done.planned, done.proven), (0, 0, 0, 1, 0));
 }
 
 #[test]

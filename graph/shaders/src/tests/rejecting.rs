@@ -147,7 +147,7 @@ fn an_expression_of_any_length_takes_a_second() {
         let start = Instant::now();
         let lines = rejection(&format!("{case}\n{FRAGMENT}"));
         // Without optimization, on a busy machine, everything takes longer; without guards it is minutes.
-        assert!(start.elapsed().as_secs() < 20, "{}: {:?}", &case[..60], start.elapsed());
+        assert!(start.elapsed().as_secs() < 60, "{}: {:?}", &case[..60], start.elapsed());
         assert!(lines.len() == 1 && lines[0].starts_with("UG0505 "), "{}: {lines:?}", &case[..60]);
     }
 }
@@ -201,7 +201,7 @@ fn chains_of_any_length_end_in_a_module_or_a_diagnostic() {
             let start = Instant::now();
             let profile = crate::TargetProfile::webgpu();
             let compiled = crate::compile(&fixture.set, "main.wgsl.jinja", &Default::default(), &profile);
-            assert!(start.elapsed().as_secs() < 20, "{}", &text[..80]);
+            assert!(start.elapsed().as_secs() < 60, "{}", &text[..80]);
             let may_be_long = text.contains("/*") || text.contains("{{{");
             assert!(count < 300_000 || may_be_long || compiled.is_err(), "{}", &text[..80]);
         }
