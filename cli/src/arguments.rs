@@ -2,6 +2,8 @@
 
 #[cfg(feature = "gpu")]
 mod drawing;
+#[cfg(feature = "score")]
+mod scoring;
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +17,9 @@ use umbragraph::low_level::shader::TargetLanguage;
 use crate::validator::ExternalValidator;
 
 #[cfg(feature = "gpu")]
-pub(crate) use drawing::{Measure, RenderArguments, ScoreArguments, Shot, TuneArguments};
+pub(crate) use drawing::{RenderArguments, Shot};
+#[cfg(feature = "score")]
+pub(crate) use scoring::{Measure, ScoreArguments, TuneArguments};
 
 /// Checks, inspects and renders pipelines of umbragraph.
 #[derive(Parser)]
@@ -82,10 +86,10 @@ pub(crate) enum Command {
     #[cfg(feature = "gpu")]
     Render(RenderArguments),
     /// Holds the shadows of a pipeline against ray-traced ones, light by light.
-    #[cfg(feature = "gpu")]
+    #[cfg(feature = "score")]
     Score(ScoreArguments),
     /// Searches the values of parameters with which the shadows of a pipeline agree best with ray-traced ones.
-    #[cfg(feature = "gpu")]
+    #[cfg(feature = "score")]
     Tune(TuneArguments),
 }
 

@@ -5,7 +5,7 @@
 
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
-#[cfg(feature = "gpu")]
+#[cfg(feature = "score")]
 mod answer;
 mod arguments;
 mod axes;
@@ -30,13 +30,13 @@ mod remarks;
 mod render;
 mod replace;
 mod schema;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "score")]
 mod score;
 mod session;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "score")]
 mod shadow_term;
 mod streams;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "score")]
 mod tune;
 mod validator;
 mod variants;
@@ -74,9 +74,9 @@ fn main() -> ExitCode {
         Command::Schema(arguments) => schema::run(&arguments),
         #[cfg(feature = "gpu")]
         Command::Render(arguments) => render::run(&arguments),
-        #[cfg(feature = "gpu")]
+        #[cfg(feature = "score")]
         Command::Score(arguments) => score::run(&arguments),
-        #[cfg(feature = "gpu")]
+        #[cfg(feature = "score")]
         Command::Tune(arguments) => tune::run(&arguments),
     };
     if fine && !streams::is_lost() { ExitCode::SUCCESS } else { ExitCode::FAILURE }

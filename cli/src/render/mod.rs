@@ -230,6 +230,7 @@ impl<'a> Drawing<'a> {
     }
 
     /// Where everything stands since the last [`Self::input`].
+    #[cfg(feature = "score")]
     pub(crate) fn pose(&self) -> &Pose {
         &self.pose
     }
@@ -296,6 +297,7 @@ impl<'a> Drawing<'a> {
     }
 
     /// Goes on with what was checked with other settings.
+    #[cfg(feature = "score")]
     pub(crate) fn set_plan(&mut self, checked: CheckReport, session: &Session) -> Result<(), Diagnostics> {
         let Some(plan) = checked.plan.clone() else { return Err(Diagnostics::new()) };
         (self.checked, self.sources) = (checked, session.sources().clone());
