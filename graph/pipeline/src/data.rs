@@ -16,7 +16,7 @@
 
 use glam::{DMat4, Mat4, Vec3, Vec4};
 
-use crate::diagnostic::Diagnostics;
+use umbragraph_text::diagnostic::Diagnostics;
 
 /// The component type of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]

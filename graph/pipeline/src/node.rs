@@ -76,9 +76,9 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::DeserializeOwned;
 
 use crate::data::DataShape;
-use crate::document;
 use crate::draw::HostInterface;
-use crate::pipeline::{PassBuilder, Produced};
+use crate::pipeline::builder::{PassBuilder, Produced};
+use umbragraph_text::document;
 
 /// A node kind, as its settings.
 pub trait Node: DeserializeOwned + JsonSchema + 'static {

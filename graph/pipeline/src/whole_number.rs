@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use crate::expression::Value;
+use umbragraph_text::expression::Value;
 
 /// The whole number of a value, within a range.
 pub fn whole_number(value: &Value, range: RangeInclusive<u32>) -> Option<u32> {

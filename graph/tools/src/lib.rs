@@ -9,22 +9,14 @@
 pub mod capture;
 mod check;
 mod configurations;
-mod cover;
-mod coverage;
-mod dependence;
-mod reach;
 mod remarks;
 pub mod report;
-mod thresholds;
 mod unused;
-mod varied;
-mod varied_setting;
 pub mod why;
-mod witness;
 
 pub use check::{CheckOptions, CheckReport, check, check_document, check_sharing};
-pub use configurations::{Configuration, Configurations, MAX as MAX_CONFIGURATIONS};
-pub use cover::Cover;
-pub use coverage::{Coverage, Examination, Judge, Verify, check_configurations};
-pub use reach::{AxisProduct, Reached, ReachedProgram, reach};
+pub use configurations::{
+    AxisProduct, Configuration, Configurations, Cover, Coverage, Examination, Judge,
+    MAX as MAX_CONFIGURATIONS, Reached, ReachedProgram, Verify, check_configurations, reach,
+};
 pub use remarks::Remarks;

@@ -7,8 +7,8 @@ use crate::binding::draw::Host;
 use crate::drawing::attachments::MAX_COLORS;
 use umbragraph_compiler::{Plan, PlannedPass};
 use umbragraph_pipeline::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes, list_of};
-use umbragraph_pipeline::draw::{HostFilters, HostInterface, HostResourceKind, check_host};
-use umbragraph_pipeline::pipeline::{Pass, Program};
+use umbragraph_pipeline::draw::{HostFilters, HostInterface, HostResourceKind};
+use umbragraph_pipeline::pipeline::{Pass, Program, check_host};
 use umbragraph_pipeline::shader::Stage;
 use umbragraph_pipeline::work::{RenderWork, SceneDraw, SlotSource, Work};
 

@@ -7,9 +7,9 @@
 
 use serde::Serialize;
 
-use super::usage::Usage;
+use crate::access::usage::Usage;
 
-use crate::language::{TextureDeclaration, parse_format};
+use umbragraph_text::language::{TextureDeclaration, parse_format};
 
 /// Successive mip levels, layers or bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
@@ -42,7 +42,7 @@ impl IndexRange<u32> {
     }
 }
 
-crate::webgpu_words! {
+umbragraph_text::webgpu_words! {
     /// The aspect of a texture that is used.
     #[derive(Default)]
     Aspect = wgpu_types::TextureAspect {

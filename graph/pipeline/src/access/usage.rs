@@ -1,6 +1,6 @@
 //! How passes use resources.
 
-use super::subresource_range::Aspect;
+use crate::access::subresource_range::Aspect;
 
 /// The usage of a resource by a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]

@@ -1,9 +1,11 @@
 //! What stands at a place of the document, so that an error can be about it.
 
-use super::{Access, Pass, Passthrough, Resource};
-use crate::diagnostic::{Code, Diagnostic};
-use crate::source::Span;
+use crate::pipeline::pass::{Access, Pass};
+use crate::pipeline::resource::Resource;
+use crate::pipeline::toggle::Passthrough;
 use crate::work::{BoundSlot, Deferred, Subresource};
+use umbragraph_text::diagnostic::{Code, Diagnostic};
+use umbragraph_text::source::Span;
 
 /// Something that stands at a place of the document.
 pub trait Located {

@@ -7,11 +7,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::survey::EntryPoints;
-use crate::diagnostic::{Diagnostic, codes};
-use crate::shader::{AxisValues, EntryPoint, ShaderModule, Stage, TypeLayout, VertexInput};
-use crate::source::Span;
+use crate::pipeline::survey::EntryPoints;
 use crate::work::{BoundSlot, SlotSource};
+use umbragraph_shaders::{AxisValues, EntryPoint, ShaderModule, Stage, TypeLayout, VertexInput};
+use umbragraph_text::diagnostic::{Diagnostic, codes};
+use umbragraph_text::source::Span;
 use wgpu_types::{BindingType, SamplerBindingType, TextureSampleType};
 
 /// A template with its axes chosen.

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::document::{Entry, Kind, Value, pointer_join};
-use crate::shader::{AxisValues, Stage};
-use crate::source::Span;
+use umbragraph_shaders::{AxisValues, Stage};
+use umbragraph_text::document::{Entry, Kind, Value, pointer_join};
+use umbragraph_text::source::Span;
 
 /// A template with chosen axes.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -2,8 +2,11 @@
 
 use serde::Serialize;
 
-use super::{Byte, Color, Depth, Draw, Live, ResourceHandle, Subresource};
-use crate::pipeline::Usage;
+use crate::access::usage::Usage;
+use crate::work::Subresource;
+use crate::work::draw::Draw;
+use crate::work::handle::ResourceHandle;
+use crate::work::live::{Byte, Color, Depth, Live};
 
 /// Drawing into attachments.
 #[derive(Clone, Debug)]

@@ -2,13 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Live, ResourceHandle, Subresource};
+use crate::access::subresource_range::{Aspect, IndexRange, SubresourceRange};
+use crate::access::usage::Usage;
 use crate::data::BlackboardData;
-use crate::expression::Expression;
-use crate::language::TextureShape;
-use crate::pipeline::{Aspect, IndexRange, SubresourceRange, Usage};
-use crate::shader::TypeLayout;
-use crate::source::Span;
+use crate::work::Subresource;
+use crate::work::handle::ResourceHandle;
+use crate::work::live::Live;
+use umbragraph_shaders::TypeLayout;
+use umbragraph_text::expression::Expression;
+use umbragraph_text::language::TextureShape;
+use umbragraph_text::source::Span;
 
 /// An expression that is evaluated when sizes are known, and its place for diagnostics.
 #[derive(Clone, Debug)]
@@ -164,7 +167,7 @@ impl Default for Sampler {
     }
 }
 
-crate::webgpu_words! {
+umbragraph_text::webgpu_words! {
     /// The filter.
     #[derive(Default)]
     Filter = wgpu_types::FilterMode {
@@ -176,7 +179,7 @@ crate::webgpu_words! {
     }
 }
 
-crate::webgpu_words! {
+umbragraph_text::webgpu_words! {
     /// The address mode.
     #[derive(Default)]
     Address = wgpu_types::AddressMode {
@@ -190,7 +193,7 @@ crate::webgpu_words! {
     }
 }
 
-crate::webgpu_words! {
+umbragraph_text::webgpu_words! {
     /// A comparison, by WebGPU's names.
     Compare = wgpu_types::CompareFunction {
         /// Nothing passes.

@@ -1,6 +1,9 @@
 //! Work that dispatches a compute shader.
 
-use super::{BoundSlot, Deferred, Live, ProgramHandle, ResourceHandle, Subresource};
+use crate::work::Subresource;
+use crate::work::binding::{BoundSlot, Deferred};
+use crate::work::handle::{ProgramHandle, ResourceHandle};
+use crate::work::live::Live;
 
 /// Dispatching a compute shader.
 #[derive(Clone, Debug)]

@@ -3,10 +3,10 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use super::Subresource;
 use crate::data::BlackboardData;
 use crate::frame::FrameInput;
-use crate::pipeline::LiveSettings;
+use crate::pipeline::settings::evaluate::LiveSettings;
+use crate::work::Subresource;
 
 /// A function from what the host says of a frame to named data and views. The node itself is part of the plan; each
 /// executor has a clone of it, which takes over live settings. Equal nodes compute the same.

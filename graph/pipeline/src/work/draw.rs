@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{BoundSlot, Depth, Live, ProgramHandle, Subresource};
+use crate::work::Subresource;
+use crate::work::binding::BoundSlot;
+use crate::work::handle::ProgramHandle;
+use crate::work::live::{Depth, Live};
 
 /// The draw.
 #[derive(Clone, Debug)]

@@ -4,9 +4,9 @@
 //! follows from no parameter stays the one of the load; any other has a position among the live settings of its pass,
 //! whose expression is evaluated again when a parameter changes. [`LiveValue::read`] judges the value at both times.
 
-use crate::diagnostic::{Diagnostic, Place, codes};
-use crate::expression::Value;
 use crate::whole_number::whole_number;
+use umbragraph_text::diagnostic::{Diagnostic, Place, codes};
+use umbragraph_text::expression::Value;
 
 /// A value of a work, and the live setting that it follows from.
 #[derive(Clone, Copy, Debug, PartialEq)]

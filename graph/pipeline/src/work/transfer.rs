@@ -1,7 +1,9 @@
 //! Work that copies texels or bytes, or clears a buffer.
 
-use super::{Deferred, Subresource};
-use crate::pipeline::{IndexRange, Usage};
+use crate::access::subresource_range::IndexRange;
+use crate::access::usage::Usage;
+use crate::work::Subresource;
+use crate::work::binding::Deferred;
 
 /// Copying texels or bytes, or clearing a buffer.
 #[derive(Clone, Debug)]

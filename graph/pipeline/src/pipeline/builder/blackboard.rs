@@ -1,12 +1,15 @@
 //! Blackboard data: published by one pass under a name, read by others.
 
-use super::{Evaluate, PassBuilder};
+use crate::access::subresource_range::SubresourceRange;
+use crate::access::version::Version;
 use crate::data::{DataShape, ValueType};
-use crate::diagnostic::{Diagnostic, codes};
-use crate::language::Ref;
-use crate::pipeline::load::Expected;
-use crate::pipeline::{ResourceKind, SubresourceRange, Version};
+use crate::pipeline::builder::PassBuilder;
+use crate::pipeline::resource::ResourceKind;
+use crate::pipeline::settings::evaluate::Evaluate;
+use crate::pipeline::state::shared::Expected;
 use crate::work::Subresource;
+use umbragraph_text::diagnostic::{Diagnostic, codes};
+use umbragraph_text::language::Ref;
 
 impl PassBuilder<'_> {
     /// Names the data that this pass publishes.

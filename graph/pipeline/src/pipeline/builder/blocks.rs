@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use super::{Evaluate, PassBuilder};
-use crate::diagnostic::{codes, suggested_name};
-use crate::document;
-use crate::language::Expr;
-use crate::pipeline::{Program, ProgramBinding};
-use crate::shader::TypeLayout;
+use crate::pipeline::builder::PassBuilder;
+use crate::pipeline::program::{Program, ProgramBinding};
+use crate::pipeline::settings::evaluate::Evaluate;
 use crate::work::BlockValues;
+use umbragraph_shaders::TypeLayout;
+use umbragraph_text::diagnostic::{codes, suggested_name};
+use umbragraph_text::document;
+use umbragraph_text::language::Expr;
 
 impl PassBuilder<'_> {
     /// Expressions for the members of a block: for all of them, or for those that other values leave.

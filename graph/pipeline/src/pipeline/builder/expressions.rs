@@ -2,13 +2,14 @@
 
 use std::rc::Rc;
 
-use super::{Evaluate, PassBuilder};
-use crate::diagnostic::{Code, Diagnostic, codes};
-use crate::expression::{Expression, ExpressionError, ExpressionKind, UnknownName, Value};
-use crate::language::Expr;
-use crate::pipeline::expression_diagnostic::expression_diagnostic;
-use crate::pipeline::live::{LiveSetting, Structural, names};
+use crate::pipeline::builder::PassBuilder;
+use crate::pipeline::names::expression_diagnostic::expression_diagnostic;
+use crate::pipeline::settings::evaluate::Evaluate;
+use crate::pipeline::settings::live::{LiveSetting, Structural, names};
 use crate::work::{Deferred, Live, LiveValue};
+use umbragraph_text::diagnostic::{Code, Diagnostic, codes};
+use umbragraph_text::expression::{Expression, ExpressionError, ExpressionKind, UnknownName, Value};
+use umbragraph_text::language::Expr;
 
 impl Evaluate for PassBuilder<'_> {
     fn value(&mut self, expr: &Expr, pointer: &str) -> Option<Value> {

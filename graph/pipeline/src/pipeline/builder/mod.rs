@@ -4,52 +4,50 @@
 //! compiled and their bindings matched by name. Each method takes the JSON pointer of the setting (relative to the node
 //! kind's settings), so that a diagnostic stands at its place; it reports the diagnostic itself and returns `None`.
 
+pub(super) mod binding;
 mod blackboard;
 mod blocks;
-mod evaluate;
 mod expressions;
+mod host_contract;
 mod offsets;
-mod programs;
+pub(super) mod programs;
 mod references;
 mod samplers;
 mod slots;
-mod subresources;
+pub(super) mod subresources;
 mod vertices;
-
-pub use evaluate::{Evaluate, LiveSettings};
-pub use programs::axis_value;
-pub use subresources::{Face, SubresourceRangeSettings};
 
 use std::collections::BTreeSet;
 
-use super::environment::{Environment, reference_in};
-use super::live::LiveSetting;
-use super::load::Shared;
-use super::located::Located as _;
-use crate::diagnostic::{Code, Diagnostic, codes, list_of};
-use crate::document;
-use crate::source::Span;
+use crate::pipeline::located::Located as _;
+use crate::pipeline::names::environment::{Environment, reference_in};
+use crate::pipeline::settings::evaluate::Evaluate as _;
+use crate::pipeline::settings::live::LiveSetting;
+use crate::pipeline::state::shared::Shared;
 use crate::work::Work;
+use umbragraph_text::diagnostic::{Code, Diagnostic, codes, list_of};
+use umbragraph_text::document;
+use umbragraph_text::source::Span;
 
 /// Declares one pass.
 pub struct PassBuilder<'a> {
-    pub(in crate::pipeline) shared: &'a mut Shared,
-    pub(in crate::pipeline) name: &'a str,
-    pub(in crate::pipeline) settings: &'a document::Value,
+    pub(crate) shared: &'a mut Shared,
+    pub(crate) name: &'a str,
+    pub(crate) settings: &'a document::Value,
     /// The pointer of the settings in the document.
-    pub(in crate::pipeline) pointer: String,
-    pub(in crate::pipeline) environment: &'a Environment,
+    pub(crate) pointer: String,
+    pub(crate) environment: &'a Environment,
     /// The axes of the pass's template that may have another value in another configuration.
-    pub(in crate::pipeline) open_axes: BTreeSet<String>,
+    pub(crate) open_axes: BTreeSet<String>,
     /// Whether a CPU node takes over the settings that are evaluated now.
-    pub(in crate::pipeline) is_live: bool,
+    pub(crate) is_live: bool,
     /// The live settings so far.
-    pub(in crate::pipeline) live: Vec<LiveSetting>,
+    pub(crate) live: Vec<LiveSetting>,
 }
 
 /// The proof that a pass said what it does; made by [`PassBuilder::produce`].
 #[derive(Debug)]
-pub struct Produced(pub(in crate::pipeline) Work);
+pub struct Produced(pub(crate) Work);
 
 impl PassBuilder<'_> {
     /// The pass's name.
@@ -64,7 +62,7 @@ impl PassBuilder<'_> {
 
     /// Reports a name that is none of `known`: as a value, or as a key of an object, at a setting. The help is what was
     /// probably meant, or else `otherwise`; where the name is written there as it is, that is a fix too.
-    pub(in crate::pipeline) fn report_unknown(
+    pub(crate) fn report_unknown(
         &mut self,
         code: Code,
         pointer: &str,
@@ -149,7 +147,7 @@ impl PassBuilder<'_> {
         self.report(codes::WRONG_TYPE, "", message, help);
     }
 
-    pub(in crate::pipeline) fn absolute(&self, pointer: &str) -> String {
+    pub(crate) fn absolute(&self, pointer: &str) -> String {
         [self.pointer.as_str(), pointer].concat()
     }
 }

@@ -6,11 +6,12 @@
 
 use std::collections::BTreeMap;
 
-use super::{Evaluate, PassBuilder};
-use crate::diagnostic::{codes, list_of, suggested_name};
-use crate::document;
-use crate::pipeline::{Program, ProgramBinding};
-use crate::shader::{Member, TypeLayout};
+use crate::pipeline::builder::PassBuilder;
+use crate::pipeline::program::{Program, ProgramBinding};
+use crate::pipeline::settings::evaluate::Evaluate;
+use umbragraph_shaders::{Member, TypeLayout};
+use umbragraph_text::diagnostic::{codes, list_of, suggested_name};
+use umbragraph_text::document;
 
 impl PassBuilder<'_> {
     /// Holds the members of a block to offsets; `None` after a diagnostic.

@@ -2,17 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use super::{Evaluate, PassBuilder};
-use crate::diagnostic::{Diagnostic, codes, list_of, suggested_name};
-use crate::document::{self, Signs, Written};
-use crate::expression::{ExpressionKind, Scope as _, Value};
-use crate::language::Expr;
-use crate::pipeline::Program;
-use crate::pipeline::live::Structural;
-use crate::pipeline::load::Shared;
+use crate::pipeline::builder::PassBuilder;
+use crate::pipeline::program::Program;
+use crate::pipeline::settings::evaluate::Evaluate;
+use crate::pipeline::settings::live::Structural;
+use crate::pipeline::state::shared::Shared;
 use crate::pipeline::survey::{Chosen, EntryPoints};
-use crate::shader::{self, Axes, Axis, AxisKind, AxisValue, AxisValues};
 use crate::work::ProgramHandle;
+use umbragraph_shaders::{Axes, Axis, AxisKind, AxisValue, AxisValues};
+use umbragraph_text::diagnostic::{Diagnostic, codes, list_of, suggested_name};
+use umbragraph_text::document::{self, Signs, Written};
+use umbragraph_text::expression::{ExpressionKind, Scope as _, Value};
+use umbragraph_text::language::Expr;
 
 impl PassBuilder<'_> {
     /// Whether a full-screen pass with a program is certain to write every texel of what it is drawn to.
@@ -135,10 +136,11 @@ impl PassBuilder<'_> {
             Some(word) => format!("did you mean \"{word}\"?"),
             None => format!("the values are {}", axis.kind.describe()),
         };
-        let mut diagnostic = Diagnostic::error(shader::codes::AXIS_VALUE, self.place(pointer), message)
-            .pointer(self.absolute(pointer))
-            .related(axis.span, "the axis is declared here")
-            .help(help);
+        let mut diagnostic =
+            Diagnostic::error(umbragraph_shaders::codes::AXIS_VALUE, self.place(pointer), message)
+                .pointer(self.absolute(pointer))
+                .related(axis.span, "the axis is declared here")
+                .help(help);
         // A name of the pipeline without its sign.
         let written = self.settings.nearest(pointer);
         let is_name = written.text().is_some_and(|text| {

@@ -1,10 +1,14 @@
 //! Textures and buffers that a pass names.
 
-use super::{Evaluate, PassBuilder};
-use crate::diagnostic::{Diagnostic, codes};
-use crate::language::{Expr, Ref, Reference, parse_format};
-use crate::pipeline::{Resource, ResourceKind, SubresourceRange, Version, history};
+use crate::access::subresource_range::SubresourceRange;
+use crate::access::version::Version;
+use crate::pipeline::builder::PassBuilder;
+use crate::pipeline::resource::{Resource, ResourceKind};
+use crate::pipeline::resources::history;
+use crate::pipeline::settings::evaluate::Evaluate;
 use crate::work::{ResourceHandle, Subresource, TextureRegion};
+use umbragraph_text::diagnostic::{Diagnostic, codes};
+use umbragraph_text::language::{Expr, Ref, Reference, parse_format};
 
 impl PassBuilder<'_> {
     /// A subresource range of a texture that a reference names.
@@ -61,7 +65,7 @@ impl PassBuilder<'_> {
             (None, None) => 1,
             (None, Some(layers)) => layers.0.as_u64()?,
         };
-        let volume = texture.view_dimension == Some(crate::language::TextureShape::D3);
+        let volume = texture.view_dimension == Some(umbragraph_text::language::TextureShape::D3);
         if region.origin.is_some() || volume || texture.samples.is_some() {
             return None;
         }

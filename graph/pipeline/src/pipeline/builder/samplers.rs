@@ -1,10 +1,11 @@
 //! The settings of samplers.
 
-use super::{Evaluate, PassBuilder};
-use crate::diagnostic::codes;
-use crate::language::Expr;
-use crate::pipeline::binding::SamplerBind;
+use crate::pipeline::builder::PassBuilder;
+use crate::pipeline::builder::binding::SamplerBind;
+use crate::pipeline::settings::evaluate::Evaluate;
 use crate::work::{Address, Filter, Sampler};
+use umbragraph_text::diagnostic::codes;
+use umbragraph_text::language::Expr;
 
 impl PassBuilder<'_> {
     /// A sampler as a pass binds it; `wanted` says that the shader wants something else.

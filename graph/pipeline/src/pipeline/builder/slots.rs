@@ -3,17 +3,19 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Evaluate, PassBuilder};
-use crate::diagnostic::{codes, list_of, suggested_name};
-use crate::document;
+use crate::access::subresource_range::{IndexRange, SubresourceRange};
+use crate::access::usage::Usage;
 use crate::draw::MATERIAL_GROUP;
-use crate::language::{TextureShape, Word};
-use crate::pipeline::host_contract;
-use crate::pipeline::{
-    Bind, BindObject, Contents, IndexRange, Program, ProgramBinding, SubresourceRange, Usage,
-};
-use crate::shader::{AxisValue, AxisValues, describe};
+use crate::pipeline::builder::PassBuilder;
+use crate::pipeline::builder::binding::{Bind, BindObject, Contents};
+use crate::pipeline::builder::host_contract;
+use crate::pipeline::program::{Program, ProgramBinding};
+use crate::pipeline::settings::evaluate::Evaluate;
 use crate::work::{BoundSlot, BoundTexture, Filter, ProgramHandle, Sampler, SlotSource};
+use umbragraph_shaders::{AxisValue, AxisValues, describe};
+use umbragraph_text::diagnostic::{codes, list_of, suggested_name};
+use umbragraph_text::document;
+use umbragraph_text::language::{TextureShape, Word};
 
 impl PassBuilder<'_> {
     /// Matches the bindings of a program with what a pass binds, by name. Where `geometry` is given, groups 2 and 3

@@ -4,11 +4,12 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Evaluate, PassBuilder};
-use crate::diagnostic::codes;
-use crate::language::{Expr, Ref, Word, parse_format};
-use crate::pipeline::{Aspect, IndexRange, SubresourceRange};
+use crate::access::subresource_range::{Aspect, IndexRange, SubresourceRange};
+use crate::pipeline::builder::PassBuilder;
+use crate::pipeline::settings::evaluate::Evaluate;
 use crate::work::Subresource;
+use umbragraph_text::diagnostic::codes;
+use umbragraph_text::language::{Expr, Ref, Word, parse_format};
 
 /// A face of a cube, by its direction: layers 0 to 5 in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]

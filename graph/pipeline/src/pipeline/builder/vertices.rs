@@ -2,11 +2,12 @@
 
 use wgpu_types::VertexAttribute;
 
-use super::{Evaluate, PassBuilder};
-use crate::diagnostic::{codes, list_of};
-use crate::pipeline::host_contract::{compatible, format_name, parse_format, vertex_formats};
-use crate::shader::VertexInput;
+use crate::pipeline::builder::PassBuilder;
+use crate::pipeline::builder::host_contract::{compatible, format_name, parse_format, vertex_formats};
+use crate::pipeline::settings::evaluate::Evaluate;
 use crate::work::ProgramHandle;
+use umbragraph_shaders::VertexInput;
+use umbragraph_text::diagnostic::{codes, list_of};
 
 impl PassBuilder<'_> {
     /// The vertex inputs of a program, by location.

@@ -10,17 +10,17 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use super::{Expander, Gap, gap};
-use crate::compose::is_path;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes, suggested_name};
-use crate::document::{self, Entry, Kind, Signs, pointer_join};
-use crate::expression::{Expression, Value};
-use crate::language::{Expr, ParameterDeclaration, ParameterType};
-use crate::pipeline::environment::{Environment, Given, Input};
-use crate::pipeline::expression_diagnostic::expression_diagnostic;
-use crate::pipeline::instance::Instance;
-use crate::pipeline::{derived, setting};
-use crate::source::Span;
+use crate::pipeline::expand::{Expander, Gap, gap};
+use crate::pipeline::names::environment::{Environment, Given, Input};
+use crate::pipeline::names::expression_diagnostic::expression_diagnostic;
+use crate::pipeline::names::instance::Instance;
+use crate::pipeline::settings::{derived, setting};
+use umbragraph_text::compose::is_path;
+use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, suggested_name};
+use umbragraph_text::document::{self, Entry, Kind, Signs, pointer_join};
+use umbragraph_text::expression::{Expression, Value};
+use umbragraph_text::language::{Expr, ParameterDeclaration, ParameterType};
+use umbragraph_text::source::Span;
 
 impl<'a> Expander<'a, '_> {
     /// The scope of names in a pass that uses a subgraph; `None` after a diagnostic.

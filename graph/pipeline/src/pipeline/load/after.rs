@@ -10,14 +10,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::versions::{is_absent, is_gap};
-use super::{Shared, is_of};
-use crate::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, codes, list_of};
-use crate::document::{Entry, Value};
-use crate::pipeline::Pass;
-use crate::pipeline::expression_diagnostic::expression_diagnostic;
-use crate::pipeline::instance::Instance;
+use crate::pipeline::load::versions::{is_absent, is_gap};
+use crate::pipeline::names::expression_diagnostic::expression_diagnostic;
+use crate::pipeline::names::identifiers::is_of;
+use crate::pipeline::names::instance::Instance;
+use crate::pipeline::pass::Pass;
+use crate::pipeline::state::shared::Shared;
 use crate::work::PassHandle;
+use umbragraph_text::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, codes, list_of};
+use umbragraph_text::document::{Entry, Value};
 
 /// The maximum number of pairs of a pass and one that it waits for.
 const MAX_PAIRS: usize = 1 << 20;

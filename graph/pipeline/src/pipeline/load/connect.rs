@@ -2,13 +2,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Shared;
 use crate::data::ValueType;
-use crate::diagnostic::{Diagnostic, codes, list_of};
-use crate::pipeline::binding::block_layout;
-use crate::pipeline::{Located as _, Pass, ResourceKind};
-use crate::source::Span;
+use crate::pipeline::builder::binding::block_layout;
+use crate::pipeline::located::Located as _;
+use crate::pipeline::pass::Pass;
+use crate::pipeline::resource::ResourceKind;
+use crate::pipeline::state::shared::Shared;
 use crate::work::ResourceHandle;
+use umbragraph_text::diagnostic::{Diagnostic, codes, list_of};
+use umbragraph_text::source::Span;
 
 /// Finds blackboard data that does not fit the blocks that it is bound to, now that all of it is published.
 pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &mut Shared) {

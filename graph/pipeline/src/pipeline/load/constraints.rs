@@ -11,15 +11,15 @@
 
 use std::collections::BTreeSet;
 
-use super::settings::Settings;
-use super::sound::{Sound, section};
-use crate::diagnostic::{Diagnostic, Diagnostics, Severity, codes};
-use crate::document::{Document, Value as Json, pointer_join};
-use crate::expression::{self, ErrorKind, Expression, ExpressionError, Value};
-use crate::language::{ConstraintSeverity, Expr};
-use crate::pipeline::Constraint;
-use crate::pipeline::expression_diagnostic::expression_diagnostic;
-use crate::source::Span;
+use crate::pipeline::load::settings::Settings;
+use crate::pipeline::load::sound::{Sound, section};
+use crate::pipeline::names::expression_diagnostic::expression_diagnostic;
+use crate::pipeline::settings::live::Constraint;
+use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, Severity, codes};
+use umbragraph_text::document::{Document, Value as Json, pointer_join};
+use umbragraph_text::expression::{self, ErrorKind, Expression, ExpressionError, Value};
+use umbragraph_text::language::{ConstraintSeverity, Expr};
+use umbragraph_text::source::Span;
 
 /// Reports each constraint that does not hold, or that is no condition; those that are errors come back.
 pub(super) fn check(

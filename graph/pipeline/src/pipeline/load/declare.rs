@@ -2,18 +2,23 @@
 
 use std::collections::BTreeSet;
 
-use super::Shared;
-use super::declared::{Declarations, Declared};
-use super::sound::Broken;
-use crate::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
-use crate::document::{Document, Entry, Pointer, pointer_join};
 use crate::node::Registry;
 use crate::pipeline::builder::PassBuilder;
+use crate::pipeline::builder::Produced;
 use crate::pipeline::expand::Expander;
-use crate::pipeline::instance::Instance;
-use crate::pipeline::{
-    Evaluate, LiveSetting, Pass, Produced, Resource, Toggle, history, resource_value, toggle,
-};
+use crate::pipeline::load::declared::{Declarations, Declared};
+use crate::pipeline::load::sound::Broken;
+use crate::pipeline::load::toggles;
+use crate::pipeline::names::instance::Instance;
+use crate::pipeline::pass::Pass;
+use crate::pipeline::resource::Resource;
+use crate::pipeline::resources::{history, value};
+use crate::pipeline::settings::evaluate::Evaluate;
+use crate::pipeline::settings::live::LiveSetting;
+use crate::pipeline::state::shared::Shared;
+use crate::pipeline::toggle::Toggle;
+use umbragraph_text::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
+use umbragraph_text::document::{Document, Entry, Pointer, pointer_join};
 
 /// The passes of a document, as far as they could be declared.
 pub(super) struct Passes<'a> {
@@ -85,7 +90,7 @@ fn declare_resources<'a>(
             kind,
             history: None,
         };
-        resource_value::compute_format(shared, &mut resource);
+        value::compute_format(shared, &mut resource);
         history::add(shared, resource);
     }
 }
@@ -144,7 +149,7 @@ impl<'a> Passes<'a> {
         let Declared { kind, common, .. } = declared;
         self.wait(instance, declared);
         let mut diagnostics = Diagnostics::new();
-        let condition = toggle::condition(entry, pointer, environment, toggles, &mut diagnostics);
+        let condition = toggles::condition(entry, pointer, environment, toggles, &mut diagnostics);
         shared.report_from(diagnostics, environment);
         if !common.passthrough.is_empty() {
             self.passthroughs.push(instance.clone());

@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use crate::document::{Entry, decode_entries};
-use crate::language::{PassCommon, ResourceDeclaration, node_kind};
 use crate::node::{Registry, Settings};
-use crate::pipeline::ResourceKind;
-use crate::pipeline::instance::Instance;
+use crate::pipeline::names::instance::Instance;
+use crate::pipeline::resource::ResourceKind;
+use umbragraph_text::document::{Entry, decode_entries};
+use umbragraph_text::language::{PassCommon, ResourceDeclaration, node_kind};
 
 /// The declaration of a pass.
 pub(super) struct Declared<'a> {

@@ -2,8 +2,8 @@
 //!
 //! Limits: of `NAME.ROUND` only the pass `NAME` is looked for; an extension that uses the point has the rest found.
 
-use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
-use crate::document::{Document, pointer_join};
+use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
+use umbragraph_text::document::{Document, pointer_join};
 
 /// Finds passes under "after" and "before" that the document does not have; what has a diagnostic already gets no
 /// other.

@@ -11,39 +11,41 @@ mod constraints;
 mod declare;
 mod declared;
 mod extension_points;
-mod names;
-mod programs;
-mod sections;
+pub(super) mod hosts;
+pub(super) mod passthroughs;
+pub(super) mod profiles;
+pub(super) mod sections;
 mod settings;
-mod shared;
 mod sound;
+mod toggles;
 mod versions;
-
-pub use names::is_of;
-pub(super) use names::{VIEWPORT, name_diagnostic, twin_diagnostic};
-pub use sections::check_schema;
-pub(super) use shared::{Expected, Shared};
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::profiles::claimed_profiles;
-use super::{Overrides, Pass, Passthrough, Survey, Toggle, TypedPipeline, toggle};
-use crate::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
-use crate::document::{self, Document};
-use crate::draw::{HostFilters, check_host, misspelt_hosts};
+use crate::draw::HostFilters;
 use crate::node::Registry;
-use crate::shader::ShaderCache;
-use crate::source::Sources;
+use crate::pipeline::configuration::TypedPipeline;
+use crate::pipeline::load::connect::connect;
+use crate::pipeline::load::declare::{Passes, declare};
+use crate::pipeline::load::extension_points::check_extension_points;
+use crate::pipeline::load::hosts::{check_host, misspelt_hosts};
+use crate::pipeline::load::profiles::claimed_profiles;
+use crate::pipeline::load::sections::{as_suggested, check_schema, is_of_incomplete};
+use crate::pipeline::load::settings::Settings;
+use crate::pipeline::load::sound::{Broken, Sound};
+use crate::pipeline::load::versions::{check_versions, name_last_writers, uncertain};
+use crate::pipeline::pass::Pass;
+use crate::pipeline::settings::overrides::Overrides;
+use crate::pipeline::state::programs::Programs;
+use crate::pipeline::state::shared::Shared;
+use crate::pipeline::survey::Survey;
+use crate::pipeline::toggle::{Passthrough, Toggle};
 use crate::work::ResourceHandle;
-use connect::connect;
-use declare::{Passes, declare};
-use extension_points::check_extension_points;
-use programs::Programs;
-use sections::{as_suggested, is_of_incomplete};
-use settings::Settings;
-use sound::{Broken, Sound};
-use versions::{check_versions, name_last_writers, uncertain};
+use umbragraph_shaders::ShaderCache;
+use umbragraph_text::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
+use umbragraph_text::document::{self, Document};
+use umbragraph_text::source::Sources;
 
 /// What a document is loaded with.
 #[derive(Clone, Copy, Debug)]
@@ -95,7 +97,7 @@ pub fn load(
     claimed_profiles(document, diagnostics);
     let settings = Settings::choose(document, &sound, &broken, overrides, profile, diagnostics);
     let constraints = constraints::check(document, &sound, &settings, diagnostics);
-    let toggles = toggle::toggles(document, &sound.toggles, diagnostics);
+    let toggles = toggles::toggles(document, &sound.toggles, diagnostics);
     let programs = Programs::new(shaders, is_surveyed.then(Survey::default));
     let names = toggles.iter().map(|toggle| toggle.name.clone()).collect();
     let mut shared =
@@ -162,7 +164,8 @@ impl Connected {
         settings::check_data(document, shared);
         let mut uncertain = uncertain(&gaps, &instances, is_unreadable, shared);
         connect(&list, &uncertain, shared);
-        let mut passthroughs = toggle::connect(&passthroughs, &mut list, toggles, &mut uncertain, shared);
+        let mut passthroughs =
+            passthroughs::connect(&passthroughs, &mut list, toggles, &mut uncertain, shared);
         name_last_writers(&mut list, &mut passthroughs, shared);
         check_versions(&list, &absent, &gaps, &mut uncertain, shared);
         let gaps = gaps.into_iter().map(|(name, _)| name).collect();

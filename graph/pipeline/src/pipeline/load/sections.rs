@@ -2,15 +2,15 @@
 //!
 //! A section that is missing only because its key is misspelt would have every name in it missing too. Where the key
 //! has a fix, everything behind is checked as if it had been made, so that the document has the diagnostics that it
-//! will have then; [`as_written`](crate::compose::as_written) lets their pointers name the section as it is written.
+//! will have then; [`as_written`](umbragraph_text::compose::as_written) lets their pointers name the section as it is written.
 
 use std::collections::BTreeMap;
 
-use crate::compose::is_incomplete;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of, suggested_name};
-use crate::document::{self, Document, Entry};
-use crate::language::unknown_format;
 use crate::node::Registry;
+use umbragraph_text::compose::is_incomplete;
+use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, list_of, suggested_name};
+use umbragraph_text::document::{self, Document, Entry};
+use umbragraph_text::language::unknown_format;
 
 /// The diagnostics of the schema, also of what stands under misspelt sections.
 pub fn check_schema(document: &Document, registry: &Registry) -> Diagnostics {

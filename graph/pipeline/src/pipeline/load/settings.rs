@@ -2,14 +2,19 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::sound::{Broken, Sound, section};
-use super::{Shared, name_diagnostic, twin_diagnostic};
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::document::{Document, pointer_join};
-use crate::expression::Scope as _;
-use crate::pipeline::live::Dependence;
-use crate::pipeline::{Derived, Feature, Overrides, StaticScope, ValuedParameter, derived, preset, setting};
-use crate::shader::TargetProfile;
+use crate::pipeline::load::sound::{Broken, Sound, section};
+use crate::pipeline::names::identifiers::{name_diagnostic, twin_diagnostic};
+use crate::pipeline::settings::derived::{self, Derived};
+use crate::pipeline::settings::live::Dependence;
+use crate::pipeline::settings::overrides::Overrides;
+use crate::pipeline::settings::preset;
+use crate::pipeline::settings::scope::StaticScope;
+use crate::pipeline::settings::setting::{self, Feature, ValuedParameter};
+use crate::pipeline::state::shared::Shared;
+use umbragraph_shaders::TargetProfile;
+use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes};
+use umbragraph_text::document::{Document, pointer_join};
+use umbragraph_text::expression::Scope as _;
 
 /// Parameters, features and derived values.
 pub(super) struct Settings {

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::document::{Document, Entry, pointer_join};
-use crate::language::{
+use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes};
+use umbragraph_text::document::{Document, Entry, pointer_join};
+use umbragraph_text::language::{
     ConstraintDeclaration, FeatureDeclaration, GeometryDeclaration, ParameterDeclaration,
     PipelineDeclaration, ToggleDeclaration,
 };

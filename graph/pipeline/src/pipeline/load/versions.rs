@@ -2,15 +2,22 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use super::{Shared, is_of};
-use crate::diagnostic::{Diagnostic, codes, list_of};
-use crate::document::Entry;
-use crate::expression::ExpressionKind;
-use crate::language::{Expr, Written};
-use crate::pipeline::instance::Instance;
-use crate::pipeline::{Access, Environment, History, Located as _, Pass, Passthrough, ResourceKind, Version};
-use crate::source::Span;
+use crate::access::version::Version;
+use crate::pipeline::located::Located as _;
+use crate::pipeline::names::environment::Environment;
+use crate::pipeline::names::identifiers::is_of;
+use crate::pipeline::names::instance::Instance;
+use crate::pipeline::pass::{Access, Pass};
+use crate::pipeline::resource::History;
+use crate::pipeline::resource::ResourceKind;
+use crate::pipeline::state::shared::Shared;
+use crate::pipeline::toggle::Passthrough;
 use crate::work::ResourceHandle;
+use umbragraph_text::diagnostic::{Diagnostic, codes, list_of};
+use umbragraph_text::document::Entry;
+use umbragraph_text::expression::ExpressionKind;
+use umbragraph_text::language::{Expr, Written};
+use umbragraph_text::source::Span;
 
 /// Lets a version that names a loop or a use of a subgraph mean the one that the last of its passes writes: the last round,
 /// and of the passes of a use the one that follows all others. Diagnostics: several of which none is the last.

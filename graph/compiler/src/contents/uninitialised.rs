@@ -1,0 +1,396 @@
+//! Reads of which only a subresource range was written.
+//!
+//! The [graph](crate::graph) knows which writes a read finds, but not how many mips, layers or bytes there are, so it
+//! notes what those writes leave of each read, and here, where sizes are known, what is left that exists is a
+//! diagnostic. It would hold what another resource left in the same memory.
+//!
+//! The same holds for what is written only with some toggle switched one way, for layers of earlier frames that are not
+//! written in each frame in which others of the history are, which would be from some frame longer ago, and for the bytes that a copy leaves between rows of
+//! texels and behind them, where something reads them.
+//!
+//! Persistent resources and earlier frames of histories hold what they held: there, what no pass writes in any frame is
+//! a warning.
+//!
+//! A pass that also writes (an attachment that is loaded, storage that is read and written, a copy to a box) reads all
+//! that it does not say to discard. A read with more writers than are [told apart](crate::regions::visible) has no diagnostic.
+//!
+//! Cost: for each such read linear in the writes that it finds, and sorting them.
+
+use std::collections::BTreeSet;
+
+use crate::graph::Graph;
+use crate::graph::conditions;
+use crate::regions::extents::{Extents, extents};
+use crate::regions::partial_read::Left;
+use crate::resources::resolved::{Descriptor, ResolvedResources};
+use crate::work::copies;
+
+use crate::regions::runs::{Runs, between, joined};
+use crate::regions::visible::{Effort, View, Write};
+use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
+use umbragraph_pipeline::language::Lifetime;
+use umbragraph_pipeline::pipeline::{Access, Condition, Located as _, ResourceKind, TypedPipeline, Usage};
+use umbragraph_pipeline::work::PassHandle;
+
+/// The maximum number of mips, ranges of layers or of bytes that a diagnostic names.
+const SHOWN: usize = 8;
+/// More mips than any texture has.
+const MAX_MIPS: u64 = 32;
+
+/// What exists of a read.
+struct Wanted {
+    mips: (u64, u64),
+    /// Layers or slices of mip 0, or bytes.
+    run: (u64, u64),
+    /// Of a volume the slices of mip 0; each further mip has half as many.
+    slices: Option<u64>,
+    /// Depth (0), stencil (1) or both; color is one of its own.
+    aspects: Vec<u64>,
+    is_buffer: bool,
+}
+
+/// Finds what live passes read that nothing writes.
+pub(crate) fn check(
+    resolved: &ResolvedResources<'_>,
+    graph: &Graph,
+    is_live: &dyn Fn(PassHandle) -> bool,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    for read in graph.partial.iter().filter(|read| is_live(read.reader)) {
+        let pipeline = resolved.pipeline;
+        let Some(one) = pipeline.pass(read.reader).accesses().get(read.at) else { continue };
+        match &read.left {
+            Left::Toggled(boxes) => {
+                for (_, writer, place, condition) in boxes {
+                    let same = boxes.iter().filter(|(_, by, _, on)| (by, on) == (writer, condition));
+                    let same = same.map(|(extents, ..)| *extents).collect();
+                    if let Some(pieces) = existing(resolved, one, &Left::Boxes(same)) {
+                        let reader = read.reader;
+                        diagnostics.push(conditions::taken_away(
+                            pipeline, reader, one, *writer, *place, *condition, &pieces,
+                        ));
+                        break;
+                    }
+                }
+            }
+            Left::BetweenRows(boxes) => {
+                let readers = graph.readers(read.reader, one.resource);
+                for reader in readers.into_iter().filter(|reader| is_live(*reader)) {
+                    diagnostics.extend(between_rows(resolved, read.reader, one, reader, boxes));
+                }
+            }
+            left => {
+                let pieces = existing(resolved, one, left);
+                diagnostics.extend(pieces.map(|pieces| diagnostic(pipeline, read.reader, one, &pieces)));
+            }
+        }
+    }
+    check_earlier_frames(resolved, graph, is_live, diagnostics);
+    check_lasting(resolved, graph, is_live, diagnostics);
+}
+
+/// Finds what is read of resources with memory of their own, and no pass writes in any frame.
+fn check_lasting(
+    resolved: &ResolvedResources<'_>,
+    graph: &Graph,
+    is_live: &dyn Fn(PassHandle) -> bool,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    let pipeline = resolved.pipeline;
+    for reader in pipeline.pass_handles().filter(|pass| is_live(*pass)) {
+        for one in pipeline.pass(reader).accesses().iter().filter(|one| one.usage.reads()) {
+            let resource = pipeline.resource(one.resource);
+            let of = match (resource.lifetime(), resource.history) {
+                (Lifetime::Persistent, _) => one.resource,
+                (_, Some(history)) if history.back > 0 => history.of,
+                _ => continue,
+            };
+            // A history that no pass writes at all has a warning of its own.
+            let is_known = !pipeline.uncertain.contains(&of)
+                && (of == one.resource || graph.versions_of(of).next().is_some());
+            let mut effort = Effort::default();
+            let mut view = View::new(one.range, &[], &mut effort);
+            for (rank, (range, _)) in graph.versions_of(of).enumerate() {
+                if view.is_covered() {
+                    break;
+                }
+                view.cover(Write { range, condition: None, writer: rank, passes_on: false });
+            }
+            let unwritten = Left::Boxes(view.unwritten());
+            let Some(pieces) = existing(resolved, one, &unwritten).filter(|_| is_known) else { continue };
+            let (name, by) = (&resource.name, &pipeline.pass(reader).name);
+            let pieces = if pieces.is_empty() { String::new() } else { format!("{pieces} of ") };
+            let message = format!("\"{by}\" reads {pieces}\"{name}\", which no pass writes in any frame");
+            let help = match of == one.resource {
+                true => {
+                    "it holds zeros: let a pass write it, or make it \"lifetime\": \"imported\" if the host fills it"
+                }
+                false => "it holds its initial value: let a pass write it",
+            };
+            let diagnostic = Diagnostic::warning(codes::NEVER_WRITTEN, one.place, message);
+            let diagnostic = diagnostic.pointer(&one.pointer).help(help);
+            diagnostics.push(diagnostic.related(resource.place, "declared here"));
+        }
+    }
+}
+
+/// What exists of what is left of an access, in words: empty for all of it, `None` for nothing.
+pub(crate) fn existing(resolved: &ResolvedResources<'_>, one: &Access, left: &Left) -> Option<String> {
+    let wanted = wanted(resolved, one)?;
+    let gaps = gaps(&wanted, left);
+    gaps.iter().any(|(_, _, runs)| !runs.is_empty()).then(|| pieces(&wanted, &gaps))
+}
+
+/// Finds layers of earlier frames that some of the passes that write the history leave as they were longer ago.
+fn check_earlier_frames(
+    resolved: &ResolvedResources<'_>,
+    graph: &Graph,
+    is_live: &dyn Fn(PassHandle) -> bool,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    let pipeline = resolved.pipeline;
+    if pipeline.toggles.is_empty() {
+        return;
+    }
+    for reader in pipeline.pass_handles().filter(|pass| is_live(*pass)) {
+        for one in pipeline.pass(reader).accesses() {
+            let history = pipeline.resource(one.resource).history.filter(|history| history.back > 0);
+            let Some(history) = history.filter(|history| !pipeline.uncertain.contains(&history.of)) else {
+                continue;
+            };
+            let writers: Vec<_> =
+                graph.versions_of(history.of).filter(|(_, writer)| is_live(*writer)).collect();
+            let condition = |writer: PassHandle| pipeline.pass(writer).condition;
+            // A frame in which nothing writes it is none to the history.
+            let frames: BTreeSet<_> = writers.iter().map(|(_, writer)| condition(*writer)).collect();
+            let stale = frames.iter().find_map(|known| {
+                let known: Vec<Condition> = known.iter().copied().collect();
+                let mut effort = Effort::default();
+                let mut view = View::new(one.range, &known, &mut effort);
+                for (rank, (range, writer)) in writers.iter().enumerate().rev() {
+                    let condition = condition(*writer);
+                    view.cover(Write { range: *range, condition, writer: rank, passes_on: false });
+                }
+                view.toggled().into_iter().find_map(|(extents, rank, off)| {
+                    Some((existing(resolved, one, &Left::Boxes(vec![extents]))?, rank, off))
+                })
+            });
+            let Some((pieces, rank, off)) = stale else { continue };
+            let writer = writers[rank].1;
+            let pass = pipeline.pass(writer);
+            let place = pass.writes_of(history.of).next().map_or(pass.place, |known| known.place);
+            diagnostics.push(conditions::taken_away(pipeline, reader, one, writer, place, off, &pieces));
+        }
+    }
+}
+
+/// The diagnostic of a pass that reads what a copy leaves between its rows, where nothing filled it before.
+fn between_rows(
+    resolved: &ResolvedResources<'_>,
+    copy: PassHandle,
+    written: &Access,
+    reader: PassHandle,
+    boxes: &[Extents],
+) -> Option<Diagnostic> {
+    let pipeline = resolved.pipeline;
+    let rows = copies::runs_of_rows(resolved, copy)?;
+    let read_rows = copies::runs_of_rows(resolved, reader);
+    for one in pipeline.pass(reader).accesses() {
+        if one.resource != written.resource || !one.usage.reads() || one.usage.keeps_what_is_there() {
+            continue;
+        }
+        let (wanted, own) = (wanted(resolved, one)?, wanted(resolved, written)?);
+        let read = read_rows.clone().unwrap_or_else(|| vec![wanted.run]);
+        let mut unfilled = Runs::new();
+        for [.., bytes] in boxes {
+            unfilled.extend(between(&rows, (bytes.0.max(own.run.0), bytes.1.min(own.run.1))));
+        }
+        let unfilled = joined(unfilled);
+        let missing = joined(
+            read.iter()
+                .flat_map(|(first, end)| unfilled.iter().map(move |run| (run.0.max(*first), run.1.min(*end))))
+                .collect(),
+        );
+        if missing.is_empty() {
+            continue;
+        }
+        let (name, by) = (&pipeline.pass(reader).name, &pipeline.pass(copy).name);
+        let resource = &pipeline.resource(written.resource).name;
+        let bytes = counted("byte", &missing);
+        let message = format!(
+            "\"{name}\" reads {bytes} of \"{resource}\", which \"{by}\" leaves beside its rows of texels"
+        );
+        let help = format!(
+            "fill the buffer before \"{by}\" ({{ \"clear\": {{ \"buffer\": \"&{resource}\" }} }}), choose rows of a multiple of \
+             256 bytes that fill it, or let \"{name}\" read less with \"offset\" and \"size\""
+        );
+        let diagnostic = one.error(codes::NEVER_WRITTEN, message);
+        return Some(diagnostic.related(written.place, format!("\"{by}\" writes rows here")).help(help));
+    }
+    None
+}
+
+/// The subresources of a read that exist; `None` if that is not known.
+fn wanted(resolved: &ResolvedResources<'_>, one: &Access) -> Option<Wanted> {
+    let [mips, layers, aspects, bytes] = extents(one.range);
+    let within = |run: (u64, u64), count: u64| (run.0, run.1.min(count));
+    Some(match resolved.get(one.resource)?.descriptor? {
+        Descriptor::Texture(texture) => {
+            let of_format: &[u64] =
+                match (texture.format.has_depth_aspect(), texture.format.has_stencil_aspect()) {
+                    (true, true) => &[0, 1],
+                    (false, true) => &[1],
+                    _ => &[0],
+                };
+            Wanted {
+                mips: within(mips, u64::from(texture.size.mips).min(MAX_MIPS)),
+                run: within(layers, texture.size.layers.into()),
+                slices: texture.volume.then_some(texture.size.layers.into()),
+                aspects: of_format.iter().copied().filter(|at| aspects.0 <= *at && *at < aspects.1).collect(),
+                is_buffer: false,
+            }
+        }
+        Descriptor::Buffer { bytes: count, .. } => Wanted {
+            mips: (0, 1),
+            run: within(bytes, count),
+            slices: None,
+            aspects: vec![0],
+            is_buffer: true,
+        },
+    })
+}
+
+impl Wanted {
+    /// The layers, slices or bytes of one mip.
+    fn run_of(&self, mip: u64) -> (u64, u64) {
+        let end = self.slices.map_or(u64::MAX, |slices| (slices >> mip).max(1));
+        (self.run.0, self.run.1.min(end))
+    }
+}
+
+/// By mip and aspect what nothing writes.
+fn gaps(wanted: &Wanted, left: &Left) -> Vec<(u64, u64, Runs)> {
+    let mips = wanted.mips.0..wanted.mips.1;
+    let each = || mips.clone().flat_map(|mip| wanted.aspects.iter().map(move |aspect| (mip, *aspect)));
+    match left {
+        Left::Boxes(boxes) => {
+            let runs = |mip: u64, aspect: u64| {
+                let all = wanted.run_of(mip);
+                let here = boxes.iter().filter(|[mips, _, aspects, _]| {
+                    mips.0 <= mip && mip < mips.1 && aspects.0 <= aspect && aspect < aspects.1
+                });
+                let runs = here.map(|[_, layers, _, bytes]| {
+                    let run = if wanted.is_buffer { bytes } else { layers };
+                    (run.0.max(all.0), run.1.min(all.1))
+                });
+                joined(runs.collect())
+            };
+            each().map(|(mip, aspect)| (mip, aspect, runs(mip, aspect))).collect()
+        }
+        Left::Toggled(_) | Left::BetweenRows(_) => Vec::new(),
+        Left::AllBut(ranges) => {
+            let mut everywhere = Runs::new();
+            let mut of_mip: Vec<Runs> = vec![Runs::new(); wanted.mips.1 as usize];
+            for range in ranges {
+                let [mips, layers, ..] = extents(*range);
+                if range.mip.is_none() {
+                    everywhere.push(layers);
+                } else if let Some(runs) = of_mip.get_mut(mips.0 as usize) {
+                    runs.push(layers);
+                }
+            }
+            let everywhere = joined(everywhere);
+            let written = |mip: u64| {
+                let own = of_mip.get(mip as usize).into_iter().flatten();
+                joined(own.chain(&everywhere).copied().collect())
+            };
+            each().map(|(mip, aspect)| (mip, aspect, between(&written(mip), wanted.run_of(mip)))).collect()
+        }
+    }
+}
+
+/// The unwritten subresources in words: mips with the same layers are named together.
+fn pieces(wanted: &Wanted, gaps: &[(u64, u64, Runs)]) -> String {
+    // What of a mip is missing: by aspect the ranges, none of which means all.
+    type Shape = Vec<(u64, Option<Runs>)>;
+    let mut groups: Vec<(Shape, Runs)> = Vec::new();
+    for mip in wanted.mips.0..wanted.mips.1 {
+        let of_mip = gaps.iter().filter(|(at, _, runs)| *at == mip && !runs.is_empty());
+        let shape: Shape = of_mip
+            .map(|(_, aspect, runs)| (*aspect, (runs[..] != [wanted.run_of(mip)]).then(|| runs.clone())))
+            .collect();
+        if shape.is_empty() {
+            continue;
+        }
+        match groups.iter_mut().find(|(known, _)| *known == shape) {
+            Some((_, mips)) => mips.push((mip, mip + 1)),
+            None => groups.push((shape, vec![(mip, mip + 1)])),
+        }
+    }
+    let mut words = Vec::new();
+    for (shape, mips) in groups {
+        let mips = joined(mips);
+        let of_mips = (mips[..] != [wanted.mips]).then(|| counted("mip", &mips));
+        let alike =
+            shape.len() == wanted.aspects.len() && shape.windows(2).all(|pair| pair[0].1 == pair[1].1);
+        for (aspect, runs) in shape.into_iter().take(if alike { 1 } else { usize::MAX }) {
+            let aspect = (!alike).then(|| ["the depth", "the stencil"][aspect.min(1) as usize].to_owned());
+            let unit = match (wanted.is_buffer, wanted.slices.is_some()) {
+                (true, _) => "byte",
+                (_, true) => "slice",
+                _ => "layer",
+            };
+            let runs = runs.map(|runs| counted(unit, &runs));
+            let one: Vec<String> = [aspect, runs, of_mips.clone()].into_iter().flatten().collect();
+            words.extend((!one.is_empty()).then(|| one.join(" of ")));
+        }
+    }
+    listed(words)
+}
+
+/// `mips 1 and 3 to 5`.
+fn counted(unit: &str, runs: &[(u64, u64)]) -> String {
+    let several = runs.len() > 1 || runs.iter().any(|(first, end)| end - first > 1);
+    let one = |(first, end): &(u64, u64)| match end - first {
+        1 => first.to_string(),
+        _ => format!("{first} to {}", end - 1),
+    };
+    format!("{unit}{} {}", if several { "s" } else { "" }, listed(runs.iter().map(one).collect()))
+}
+
+/// A list in words; a long one is cut.
+fn listed(mut words: Vec<String>) -> String {
+    if words.len() > SHOWN {
+        let more = words.len() - (SHOWN - 1);
+        words.truncate(SHOWN - 1);
+        words.push(format!("{more} more"));
+    }
+    match words.split_last() {
+        Some((last, [])) => last.clone(),
+        Some((last, others)) => format!("{} and {last}", others.join(", ")),
+        None => String::new(),
+    }
+}
+
+fn diagnostic(pipeline: &TypedPipeline, reader: PassHandle, one: &Access, pieces: &str) -> Diagnostic {
+    let resource = pipeline.resource(one.resource);
+    let (pass, name) = (&pipeline.pass(reader).name, &resource.name);
+    let of = if pieces.is_empty() { String::new() } else { format!("{pieces} of ") };
+    let verb = if one.usage.writes() { "loads" } else { "reads" };
+    let message = format!("\"{pass}\" {verb} {of}\"{name}\", which nothing writes before");
+    let help = match &resource.kind {
+        ResourceKind::Buffer(_) if one.usage == Usage::StorageReadWrite => format!(
+            "fill the buffer first ({{ \"clear\": {{ \"buffer\": \"&{name}\" }} }}), bind what is written only, with \"offset\" and \
+             \"size\", or say that \"{pass}\" needs nothing of it: \"contents\": \"discard\""
+        ),
+        ResourceKind::Buffer(_) => format!(
+            "write all that is read, fill the buffer first ({{ \"clear\": {{ \"buffer\": \"&{name}\" }} }}), or let \
+             \"{pass}\" read fewer bytes with \"offset\" and \"size\""
+        ),
+        _ => format!(
+            "let passes write all that is read, or let \"{pass}\" read what is written only: name its \"mip\", \
+             \"layer\" or \"aspect\", or give \"{name}\" no more than are used"
+        ),
+    };
+    one.error(codes::NEVER_WRITTEN, message).related(resource.place, "declared here").help(help)
+}

@@ -1,0 +1,275 @@
+//! Live parameters: their values in a frame, and what follows from them.
+//!
+//! A plan keeps, for each live setting, its expression with everything folded that no live parameter changes
+//! ([`PlannedSetting`]). When a parameter has changed, these are evaluated again, in the order of the passes, and held to
+//! what loading and planning hold them to. If one is rejected, all parameters have the values again that they had before.
+//!
+//! Cost: linear in the live settings of the plan, in frames in which a parameter has changed; nothing in others. Lists
+//! that are written out or named are evaluated in the memory of those before.
+//!
+//! Limits: other lists, words, and the values of derived ones are allocated in frames in which a parameter has changed.
+
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::sync::Arc;
+
+use crate::frame::cpu_passes::CpuPasses;
+use crate::plan::planned::Plan;
+use crate::values::packed::PackedBlock;
+use crate::work::dispatch;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
+use umbragraph_pipeline::expression::{self, Expression, Scope as _, Value};
+use umbragraph_pipeline::pipeline::{
+    Constraint, Following, LiveSettings, StaticScope, TypedPipeline, rejected,
+};
+use umbragraph_pipeline::source::Span;
+use umbragraph_pipeline::work::Deferred;
+
+use crate::values::settings::{Bound, PlannedSetting};
+
+/// Takes over what has changed of the pass at a position: the values of its live settings, and its blocks.
+pub type TakeOver<'a> = dyn FnMut(usize, &[Value], &[PackedBlock]) + 'a;
+
+/// The parameters of a plan with their values in this frame.
+pub struct Parameters {
+    plan: Arc<Plan>,
+    /// The values of all names that live settings can see.
+    scope: StaticScope,
+    /// For each parameter the value that passes have taken over.
+    settled: Vec<Value>,
+    /// Memory for values that are given.
+    given: Vec<Value>,
+    /// Whether each has been set since the plan was made.
+    is_set: Vec<bool>,
+    /// What was set in plans before, by name.
+    kept: BTreeMap<String, Value>,
+    is_changed: bool,
+    id: u64,
+    /// For each pass its blocks.
+    blocks: Vec<Vec<PackedBlock>>,
+    /// For each pass the values of its live settings.
+    taken: Vec<Vec<Value>>,
+    numbers: Vec<f64>,
+}
+
+impl Parameters {
+    /// The parameters of a plan with the values that it was made with.
+    pub fn new(plan: Arc<Plan>) -> Self {
+        let pipeline = &plan.pipeline;
+        let scope = pipeline.scope();
+        let settled: Vec<Value> = pipeline.parameters.values().map(|one| one.value.clone()).collect();
+        let mut hasher = DefaultHasher::new();
+        pipeline.parameters.keys().for_each(|name| name.hash(&mut hasher));
+        let taken = |setting: &PlannedSetting| {
+            // A value that cannot be evaluated is a diagnostic of the plan.
+            expression::evaluate(&setting.expression, &scope).unwrap_or(Value::Bool(false))
+        };
+        let taken = plan.passes.iter().map(|planned| planned.live.iter().map(taken).collect()).collect();
+        Self {
+            is_set: vec![false; settled.len()],
+            is_changed: false,
+            kept: BTreeMap::new(),
+            id: hasher.finish(),
+            blocks: plan.passes.iter().map(|pass| pass.blocks.clone()).collect(),
+            taken,
+            numbers: Vec::new(),
+            given: settled.clone(),
+            settled,
+            scope,
+            plan,
+        }
+    }
+
+    /// The position of a live parameter.
+    ///
+    /// # Errors
+    /// No such parameter, or one that is structural.
+    pub fn find(&self, name: &str) -> Result<usize, Diagnostics> {
+        let parameters = &self.plan.pipeline.parameters;
+        let Some((at, (_, parameter))) = parameters.iter().enumerate().find(|(_, (known, _))| *known == name)
+        else {
+            let message = format!("there is no parameter \"{name}\"");
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_SETTING, Place::Nowhere, message);
+            let known = parameters.keys().map(String::as_str);
+            let diagnostic = diagnostic.suggest(name, known, None, |names| match names {
+                [] => "this pipeline has no parameters".to_owned(),
+                names => format!("the parameters are {}", list_of(names)),
+            });
+            return Err(diagnostic.into());
+        };
+        match &parameter.structural {
+            None => Ok(at),
+            Some(structural) => {
+                let message = format!("the parameter \"{name}\" is structural: {}", structural.pointer);
+                let diagnostic = Diagnostic::error(codes::STRUCTURAL_PARAMETER, structural.place, message);
+                let help = "plan again with another value";
+                Err(diagnostic.pointer(&structural.pointer).help(help).into())
+            }
+        }
+    }
+
+    /// The value of the parameter at a position.
+    pub fn get(&self, at: usize) -> Option<&Value> {
+        self.scope.borrow(self.plan.pipeline.parameters.keys().nth(at)?)
+    }
+
+    /// A number that is the same for plans with the same parameters: positions are good for these.
+    pub fn id(&self) -> u64 {
+        self.id
+    }
+
+    /// Sets the live parameter at a position to what `assign` makes of a value of it. Passes take it over with
+    /// [`Parameters::apply`].
+    ///
+    /// # Errors
+    /// No live parameter of this plan; a value of another type or length, or out of range.
+    pub fn set(&mut self, at: usize, assign: &mut dyn FnMut(&mut Value)) -> Result<(), Diagnostics> {
+        let found = self.plan.pipeline.parameters.iter().nth(at);
+        let Some((name, parameter)) = found.filter(|(_, parameter)| parameter.structural.is_none()) else {
+            let message = "the handle is of no live parameter of this plan";
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_SETTING, Place::Nowhere, message);
+            return Err(diagnostic.help("ask the executor for the parameter again").into());
+        };
+        let Some((before, given)) = self.scope.get_mut(name).zip(self.given.get_mut(at)) else {
+            return Ok(());
+        };
+        assign(given);
+        if let Some((code, message, help)) = rejected(name, &parameter.declaration, given, before) {
+            given.clone_from(before);
+            return Err(Diagnostic::error(code, parameter.place, message).help(help).into());
+        }
+        self.is_set[at] = true;
+        if before != given {
+            std::mem::swap(before, given);
+            self.is_changed = true;
+        }
+        Ok(())
+    }
+
+    /// Sets what was set in the parameters of another plan, and of those before it, where it fits here.
+    pub fn go_on_from(&mut self, before: &mut Self) {
+        self.kept = std::mem::take(&mut before.kept);
+        let set = before.plan.pipeline.parameters.keys().zip(&before.is_set).filter(|(_, is_set)| **is_set);
+        let set = set.filter_map(|(name, _)| Some((name.clone(), before.scope.borrow(name)?.clone())));
+        self.kept.extend(set);
+        for (at, (name, parameter)) in self.plan.pipeline.parameters.iter().enumerate() {
+            let (Some(value), Some(own)) = (self.kept.get(name), self.scope.get_mut(name)) else { continue };
+            if parameter.structural.is_none() && rejected(name, &parameter.declaration, value, own).is_none()
+            {
+                self.is_set[at] = true;
+                self.is_changed |= own != value;
+                own.clone_from(value);
+            }
+        }
+    }
+
+    /// Lets passes take over the parameters that have changed: CPU nodes at once, everything else through `set`.
+    ///
+    /// # Errors
+    /// Diagnostics as of loading and planning with these values; all parameters have the values before then.
+    pub fn apply(&mut self, cpu_passes: &mut CpuPasses, set: &mut TakeOver<'_>) -> Result<(), Diagnostics> {
+        if !std::mem::take(&mut self.is_changed) {
+            return Ok(());
+        }
+        let plan = self.plan.clone();
+        let attempted = self.attempt(&plan, cpu_passes, set);
+        for (name, settled) in plan.pipeline.parameters.keys().zip(&mut self.settled) {
+            match self.scope.get_mut(name) {
+                Some(value) if attempted.is_err() => value.assign(settled),
+                Some(value) if settled != value => settled.assign(value),
+                _ => {}
+            }
+        }
+        if attempted.is_err() {
+            // What was taken over before holds again.
+            drop(self.attempt(&plan, cpu_passes, set));
+        }
+        attempted
+    }
+
+    fn attempt(
+        &mut self,
+        plan: &Plan,
+        cpu_passes: &mut CpuPasses,
+        set: &mut TakeOver<'_>,
+    ) -> Result<(), Diagnostics> {
+        self.follow(&plan.pipeline)?;
+        for (at, planned) in plan.passes.iter().enumerate() {
+            let (settings, mut is_changed) = (&plan.pipeline.pass(planned.handle).live, false);
+            for (position, (setting, declared)) in planned.live.iter().zip(settings).enumerate() {
+                let Deferred { place, pointer, .. } = &declared.value;
+                let value = &mut self.taken[at][position];
+                if evaluate(&self.scope, &setting.expression, *place, pointer, value)? {
+                    is_changed = true;
+                    (declared.check)(value)
+                        .and_then(|()| self.hold(at, position, setting))
+                        .map_err(|rejected| rejected.at(*place, pointer))?;
+                }
+            }
+            if is_changed {
+                let mut diagnostics = Diagnostics::new();
+                let (values, diagnostics_of) = (&self.taken[at], &mut diagnostics);
+                let mut settings = LiveSettings { settings, values, diagnostics: diagnostics_of };
+                if cpu_passes.update(at, &mut settings).is_none() {
+                    return Err(diagnostics);
+                }
+                set(at, values, &self.blocks[at]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Holds the value of a live setting to its bound, and packs it if it is of a block.
+    fn hold(&mut self, at: usize, position: usize, setting: &PlannedSetting) -> Result<(), Diagnostic> {
+        let value = &self.taken[at][position];
+        match &setting.bound {
+            Bound::Member(block, packing) => {
+                packing.pack(value, &mut self.numbers, &mut self.blocks[at][*block].bytes)
+            }
+            Bound::Workgroups(limit) => dispatch::count(value, *limit).map(drop),
+            Bound::Drawn(most, buffer) if value.number().is_some_and(|count| count > *most as f64) => {
+                let message = format!("\"{buffer}\" has {most} of the {value} that are drawn of it");
+                let diagnostic = Diagnostic::error(codes::DEVICE_RULE, Place::Nowhere, message);
+                Err(diagnostic.help("make the buffer larger, or draw less"))
+            }
+            Bound::Free | Bound::Drawn(..) => Ok(()),
+        }
+    }
+
+    /// Evaluates what follows from parameters, and holds it to ranges and constraints.
+    fn follow(&mut self, pipeline: &TypedPipeline) -> Result<(), Diagnostic> {
+        for Following { name, expression, declaration, place } in &pipeline.following {
+            let mut value = Value::Bool(false);
+            evaluate(&self.scope, expression, *place, "", &mut value)?;
+            if let (Some(declaration), Some(before)) = (declaration, self.scope.borrow(name)) {
+                let inner = name.rsplit('$').next().unwrap_or_default();
+                if let Some((code, message, help)) = rejected(inner, declaration, &value, before) {
+                    return Err(Diagnostic::error(code, *place, message).help(help));
+                }
+            }
+            self.scope.set(name, value);
+        }
+        for Constraint { holds, message, place, pointer } in &pipeline.constraints {
+            let mut value = Value::Bool(true);
+            if evaluate(&self.scope, holds, *place, pointer, &mut value)? {
+                let diagnostic = Diagnostic::error(codes::CONSTRAINT, *place, message);
+                return Err(diagnostic.pointer(pointer).help("set other values before the next frame"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Evaluates an expression into the value that it had before; whether that is another one now.
+fn evaluate(
+    scope: &StaticScope,
+    expression: &Expression,
+    place: Span,
+    pointer: &str,
+    to: &mut Value,
+) -> Result<bool, Diagnostic> {
+    expression::evaluate_into(expression, scope, to).map_err(|error| {
+        let help = error.help.unwrap_or_else(|| "set another value".to_owned());
+        Diagnostic::error(codes::EXPRESSION_ARITHMETIC, place, error.message).pointer(pointer).help(help)
+    })
+}

@@ -1,0 +1,79 @@
+//! The toggles of a frame: which passes are recorded, and which resource is the fallback of which.
+//!
+//! A frame names the toggles that it wants otherwise than the pipeline's defaults. The fallback of a resource depends
+//! on nothing else, so one table serves all passes: a reader that has the toggle of the writers runs only where the
+//! resource stands for itself. In a frame without diagnostics nothing is allocated.
+
+use crate::plan::planned::Plan;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
+use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
+
+/// The state of the toggles, and the resources that readers see.
+pub struct Switches {
+    states: Vec<bool>,
+    /// For each resource what readers see.
+    seen: Vec<ResourceHandle>,
+}
+
+impl Switches {
+    /// Everything as the pipeline says.
+    pub fn new(plan: &Plan) -> Self {
+        let pipeline = &plan.pipeline;
+        let seen = pipeline.resource_handles().collect();
+        let mut switches = Self { states: pipeline.default_states(), seen };
+        switches.resolve(plan);
+        switches
+    }
+
+    /// The errors in the toggles that a frame names.
+    pub fn check(plan: &Plan, given: &[(&str, bool)]) -> Diagnostics {
+        let mut diagnostics = Diagnostics::new();
+        let toggles = &plan.pipeline.toggles;
+        for (name, _) in given.iter().filter(|(name, _)| plan.pipeline.find_toggle(name).is_none()) {
+            let names = toggles.iter().map(|toggle| toggle.name.as_str());
+            let message = format!("the pipeline \"{}\" has no toggle \"{name}\"", plan.name);
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_TOGGLE, Place::Nowhere, message);
+            diagnostics.push(diagnostic.suggest(name, names, None, |names| match names {
+                [] => "the pipeline has no toggles".to_owned(),
+                names => format!("the toggles are {}", list_of(names.iter().copied())),
+            }));
+        }
+        diagnostics
+    }
+
+    /// Switches the toggles of a frame; those that it does not name are as the pipeline says.
+    pub fn set(&mut self, plan: &Plan, given: &[(&str, bool)]) {
+        if self.states.is_empty() {
+            return;
+        }
+        for (state, toggle) in self.states.iter_mut().zip(&plan.pipeline.toggles) {
+            let told = given.iter().rev().find(|(name, _)| *name == toggle.name);
+            *state = told.map_or(toggle.default, |(_, on)| *on);
+        }
+        self.resolve(plan);
+    }
+
+    /// Finds what readers see of each resource.
+    fn resolve(&mut self, plan: &Plan) {
+        for resource in plan.pipeline.passthroughs.keys() {
+            let is_there = |handle: &ResourceHandle| {
+                let passthrough = plan.pipeline.passthroughs.get(handle);
+                passthrough.is_none_or(|passthrough| passthrough.condition.holds(&self.states))
+            };
+            let seen = plan.pipeline.fallbacks(*resource).find(is_there);
+            if let (Some(seen), Some(slot)) = (seen, self.seen.get_mut(resource.index())) {
+                *slot = seen;
+            }
+        }
+    }
+
+    /// Whether a pass is recorded.
+    pub fn runs(&self, plan: &Plan, pass: PassHandle) -> bool {
+        plan.pipeline.pass(pass).condition.is_none_or(|condition| condition.holds(&self.states))
+    }
+
+    /// The resource that readers see in place of a resource: itself, or a fallback.
+    pub fn seen(&self, resource: ResourceHandle) -> ResourceHandle {
+        self.seen.get(resource.index()).copied().unwrap_or(resource)
+    }
+}

@@ -1,0 +1,151 @@
+//! Passes and resource versions as a graph, with every hazard an edge.
+//!
+//! Each write makes a new version of the subresource range of a resource that it covers. Edges run from a pass to the
+//! versions that it writes, from a version to the passes that read it, and from pass to pass for what has no data of
+//! its own:
+//!
+//! - read after write: writer → version → reader;
+//! - write after read: a reader of a version runs before the next writer of that subresource range;
+//! - write after write: writers of one subresource range run in their order;
+//! - explicit: `after`.
+//!
+//! How writers get their order, and readers their versions, is in `writers`; this file has the result.
+//!
+//! Cost: linear in passes, accesses and edges, for a bounded number of writers that touch one subresource range out of
+//! order.
+
+pub(crate) mod access;
+pub(crate) mod build;
+pub(crate) mod conditions;
+pub(crate) mod cycle;
+pub(crate) mod discards;
+pub(crate) mod jagged_array;
+pub(crate) mod later;
+pub(crate) mod ready;
+pub(crate) mod writers;
+
+use std::collections::BTreeSet;
+
+use petgraph::Direction;
+use petgraph::graph::{DiGraph, NodeIndex};
+use petgraph::visit::EdgeRef as _;
+
+use crate::graph::jagged_array::JaggedArray;
+use crate::regions::partial_read::PartialRead;
+use umbragraph_pipeline::pipeline::SubresourceRange;
+use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
+
+/// A node of the graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GraphNode {
+    /// A pass.
+    Pass(PassHandle),
+    /// The version of a subresource range that one write made.
+    Version {
+        /// The resource.
+        resource: ResourceHandle,
+        /// The subresource range.
+        range: SubresourceRange,
+        /// Counts the writes of the resource in their order, from 1.
+        number: u32,
+        /// The pass that wrote it.
+        writer: PassHandle,
+    },
+}
+
+/// An edge of the graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Edge {
+    /// From a pass to a version that it writes.
+    Writes,
+    /// From a version to a pass that reads it.
+    Reads,
+    /// From a pass to one that has to run later.
+    Order(Hazard),
+}
+
+/// Why a pass has to run before another, where no data flows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Hazard {
+    /// The first reads what the second overwrites.
+    WriteAfterRead(ResourceHandle),
+    /// Both write the same subresource range.
+    WriteAfterWrite(ResourceHandle),
+    /// The document says so.
+    Explicit,
+}
+
+/// Passes, versions and hazards, and an order that respects them all.
+#[derive(Clone, Debug)]
+pub struct Graph {
+    /// The graph.
+    pub graph: DiGraph<GraphNode, Edge>,
+    /// All passes, culled ones too, in an order that respects every edge; by the document where there is a choice.
+    pub order: Vec<PassHandle>,
+    pub(crate) nodes: Vec<NodeIndex>,
+    /// For each resource the nodes of its versions in their order.
+    pub(crate) versions: JaggedArray<NodeIndex>,
+    /// For each pass those that have to run later, whatever the reason; repetitions are possible.
+    pub(crate) successors: JaggedArray<PassHandle>,
+    /// The reads that may have more edges than there is data.
+    pub(crate) coarse: BTreeSet<(PassHandle, ResourceHandle)>,
+    /// The reads of which something may not be written, as sizes decide.
+    pub(crate) partial: Vec<PartialRead>,
+}
+
+impl Graph {
+    /// The node of a pass.
+    pub fn node(&self, pass: PassHandle) -> NodeIndex {
+        self.nodes[pass.index()]
+    }
+
+    /// The passes whose writes a pass reads, with the resource, in the order of the edges.
+    pub fn producers(&self, pass: PassHandle) -> impl Iterator<Item = (PassHandle, ResourceHandle)> + '_ {
+        self.graph.edges_directed(self.node(pass), Direction::Incoming).filter_map(|edge| {
+            match self.graph[edge.source()] {
+                GraphNode::Version { resource, writer, .. } => Some((writer, resource)),
+                GraphNode::Pass(_) => None,
+            }
+        })
+    }
+
+    /// The passes that read what a pass writes, with the resource.
+    pub fn consumers(&self, pass: PassHandle) -> impl Iterator<Item = (PassHandle, ResourceHandle)> + '_ {
+        self.versions(pass).flat_map(move |(node, resource)| {
+            self.graph.neighbors(node).filter_map(move |reader| match self.graph[reader] {
+                GraphNode::Pass(reader) => Some((reader, resource)),
+                GraphNode::Version { .. } => None,
+            })
+        })
+    }
+
+    /// The passes that read what a pass writes of a resource, sorted.
+    pub(crate) fn readers(&self, pass: PassHandle, resource: ResourceHandle) -> BTreeSet<PassHandle> {
+        self.consumers(pass).filter(|(_, of)| *of == resource).map(|(reader, _)| reader).collect()
+    }
+
+    /// Whether a pass reads a resource with more writers of different subresource ranges, or with different toggles,
+    /// than are told apart: it may be connected to some of which it sees nothing.
+    pub fn is_coarse(&self, reader: PassHandle, resource: ResourceHandle) -> bool {
+        self.coarse.contains(&(reader, resource))
+    }
+
+    /// The versions of a resource in their order: the subresource range, and the pass that wrote it.
+    pub fn versions_of(
+        &self,
+        resource: ResourceHandle,
+    ) -> impl DoubleEndedIterator<Item = (SubresourceRange, PassHandle)> + '_ {
+        self.versions[resource.index()].iter().filter_map(|node| match self.graph[*node] {
+            GraphNode::Version { range, writer, .. } => Some((range, writer)),
+            GraphNode::Pass(_) => None,
+        })
+    }
+
+    /// The versions that a pass writes, each with its resource.
+    fn versions(&self, pass: PassHandle) -> impl Iterator<Item = (NodeIndex, ResourceHandle)> + '_ {
+        self.graph.neighbors(self.node(pass)).filter_map(|node| match self.graph[node] {
+            GraphNode::Version { resource, .. } => Some((node, resource)),
+            GraphNode::Pass(_) => None,
+        })
+    }
+}

@@ -1,0 +1,91 @@
+//! Which neighbouring passes can be recorded as one render pass.
+//!
+//! Draws fit into one render pass if they have the same attachments (texture, mip, layer), all but the first load all
+//! of them, and nothing else connects them: no other resource that one of them writes is used by another, and what is
+//! attached is used in no second way. Draws whose layer depends on the view stay apart, and so do those with different
+//! toggles: a render pass is recorded whole or not at all.
+//!
+//! Cost: linear in the accesses of the passes.
+
+use std::collections::HashSet;
+
+use crate::resources::resolved::ResolvedResources;
+use umbragraph_pipeline::pipeline::{Access, Aspect, Condition, TypedPipeline};
+use umbragraph_pipeline::work::{AttachmentTarget, Draw, LoadOperation, PassHandle, ResourceHandle, Work};
+
+/// What has to be equal: the attachments and their aspects, and the toggle.
+pub(crate) type Key = (Vec<(AttachmentTarget, Aspect)>, Option<Condition>);
+
+/// The attachments of a pass; `None` for one that shares no render pass with others.
+pub(crate) fn key(resolved: &ResolvedResources<'_>, pass: PassHandle) -> Option<Key> {
+    let pipeline = resolved.pipeline;
+    let Work::Render(render) = pipeline.pass(pass).work() else { return None };
+    // Samples are resolved at the end of a render pass, and one that keeps what is there need not be recorded at all.
+    let keeps = matches!(&render.draw, Draw::Scene(scene) if scene.redraw.is_some());
+    if keeps || render.color.iter().any(|color| color.resolve.is_some()) {
+        return None;
+    }
+    let targets: Vec<_> = render.attachments().map(|one| (one.to.target(), one.usage.aspect())).collect();
+    let can_share = targets.iter().all(|(AttachmentTarget { resource, layer, .. }, _)| {
+        let single = || resolved.texture(*resource).is_some_and(|texture| texture.size.layers == 1);
+        (layer.is_some() || single()) && others(pipeline, pass).all(|one| one.resource != *resource)
+    });
+    can_share.then(|| (targets, pipeline.pass(pass).condition))
+}
+
+/// Whether nothing of the attachments is cleared or discarded at the start.
+pub(crate) fn loads_all(pipeline: &TypedPipeline, pass: PassHandle) -> bool {
+    let Work::Render(render) = pipeline.pass(pass).work() else { return false };
+    render.attachments().all(|one| one.load == LoadOperation::Load)
+}
+
+/// The accesses that are no attachments.
+fn others(pipeline: &TypedPipeline, pass: PassHandle) -> impl Iterator<Item = &Access> {
+    pipeline.pass(pass).accesses().iter().filter(|one| !one.usage.is_attachment())
+}
+
+/// Takes passes in their order and says which join the render pass of those before.
+pub(crate) struct Merger<'a, 'p> {
+    resolved: &'a ResolvedResources<'p>,
+    /// The attachments that the next pass must have to join.
+    pub(crate) key: Option<Key>,
+    used: HashSet<ResourceHandle>,
+    written: HashSet<ResourceHandle>,
+}
+
+impl<'a, 'p> Merger<'a, 'p> {
+    /// Before the first pass.
+    pub(crate) fn new(resolved: &'a ResolvedResources<'p>) -> Self {
+        Self { resolved, key: None, used: HashSet::new(), written: HashSet::new() }
+    }
+
+    /// Whether a pass could be recorded into the render pass so far.
+    pub(crate) fn joins(&self, pass: PassHandle) -> bool {
+        self.key.is_some()
+            && loads_all(self.resolved.pipeline, pass)
+            && key(self.resolved, pass) == self.key
+            && others(self.resolved.pipeline, pass).all(|one| {
+                let used = if one.usage.writes() { &self.used } else { &self.written };
+                !used.contains(&one.resource)
+            })
+    }
+
+    /// Takes the next pass; whether it joins.
+    pub(crate) fn push(&mut self, pass: PassHandle) -> bool {
+        let joins = self.joins(pass);
+        if !joins {
+            self.key = key(self.resolved, pass);
+            self.used.clear();
+            self.written.clear();
+        }
+        if self.key.is_some() {
+            for one in others(self.resolved.pipeline, pass) {
+                self.used.insert(one.resource);
+                if one.usage.writes() {
+                    self.written.insert(one.resource);
+                }
+            }
+        }
+        joins
+    }
+}

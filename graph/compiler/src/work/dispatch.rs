@@ -1,0 +1,61 @@
+//! How many workgroups a compute pass runs.
+
+use crate::resources::resolved::ResolvedResources;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Place, codes, shorten};
+use umbragraph_pipeline::expression::Value;
+use umbragraph_pipeline::pipeline::{Located as _, whole_number};
+use umbragraph_pipeline::shader::Stage;
+use umbragraph_pipeline::work::{ComputeWork, Dispatch, Live, PassHandle};
+
+/// The number of workgroups that a value is.
+///
+/// # Errors
+/// No whole number, or one beyond the limit: a diagnostic without its place.
+pub(crate) fn count(value: &Value, limit: u32) -> Result<u32, Diagnostic> {
+    whole_number(value, 0..=limit).ok_or_else(|| {
+        let message = format!("{} is not a workgroup count", shorten(&value.to_string()));
+        Diagnostic::error(codes::DISPATCH, Place::Nowhere, message)
+            .help(format!("whole numbers from 0 to {limit} are possible; ceil() rounds up"))
+    })
+}
+
+/// The workgroup counts of a pass; `None` after a diagnostic, and where a buffer says them.
+pub(crate) fn workgroups(
+    resolved: &ResolvedResources<'_>,
+    compute: &ComputeWork,
+    handle: PassHandle,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<[u32; 3]> {
+    let pipeline = resolved.pipeline;
+    let limit = pipeline.profile.limits.max_compute_workgroups_per_dimension;
+    let counts = match &compute.dispatch {
+        Dispatch::Indirect { .. } => return None,
+        Dispatch::Over { resource, mip } => {
+            let size = resolved.sizes.texture(*resource)?;
+            let entry = pipeline.program(compute.program).variants.first()?.entry_point(Stage::Compute)?;
+            let [x, y, z] = entry.workgroup_size.map(|side| side.max(1));
+            let side = |length: u32| (length >> mip.min(&31)).max(1);
+            let volume = resolved.texture(*resource).is_some_and(|texture| texture.volume);
+            let layers = if volume { side(size.layers) } else { size.layers };
+            [side(size.width).div_ceil(x), side(size.height).div_ceil(y), layers.div_ceil(z)]
+        }
+        Dispatch::Workgroups(expressions) => {
+            let mut counts = [0; 3];
+            for (count, Live { value: deferred, .. }) in counts.iter_mut().zip(expressions) {
+                let value = resolved.sizes.value(deferred)?;
+                let found = self::count(&value, limit).map_err(|diagnostic| {
+                    diagnostics.push(diagnostic.at(deferred.place, &deferred.pointer));
+                });
+                *count = found.ok()?;
+            }
+            counts
+        }
+    };
+    if counts.iter().any(|count| *count > limit) {
+        let message = format!("{counts:?} workgroups are too many");
+        let help = format!("the profile {} allows {limit} in each direction", pipeline.profile.name);
+        diagnostics.push(pipeline.pass(handle).error(codes::DISPATCH, message).help(help));
+        return None;
+    }
+    Some(counts)
+}

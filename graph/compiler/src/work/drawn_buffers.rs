@@ -1,0 +1,59 @@
+//! What a draw reads of vertex and index buffers: as many elements as it counts.
+//!
+//! WebGPU rejects a draw that counts more than its buffers hold. Of an indexed draw that are indices, and elements by
+//! instance; which vertices indices name is not known, and what lies beyond is cut off by the device.
+
+use umbragraph_pipeline::work::{BufferDraw, ResourceHandle};
+
+/// The count of a draw that says how much of a buffer is read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Counted {
+    /// Vertices, or indices.
+    Elements,
+    Instances,
+}
+
+/// What is read of a buffer.
+pub(crate) struct DrawnBuffer {
+    pub(crate) buffer: ResourceHandle,
+    /// The count of its elements.
+    pub(crate) counted: Counted,
+    /// Bytes from one element to the next.
+    stride: u64,
+    /// Bytes of the last element.
+    last: u64,
+}
+
+impl DrawnBuffer {
+    /// All that a draw reads.
+    pub(crate) fn all(draw: &BufferDraw) -> Vec<Self> {
+        let streams = draw.vertices.iter().filter_map(|stream| {
+            let counted = match (stream.step, &draw.indices) {
+                (wgpu_types::VertexStepMode::Instance, _) => Counted::Instances,
+                (_, None) => Counted::Elements,
+                (_, Some(_)) => return None,
+            };
+            let last = stream.attributes.iter().map(|one| one.offset + one.format.size()).max().unwrap_or(0);
+            Some(Self { buffer: stream.buffer.resource, counted, stride: stream.stride, last })
+        });
+        let indices = draw.indices.as_ref().map(|indices| {
+            let size = if indices.format == wgpu_types::IndexFormat::Uint16 { 2 } else { 4 };
+            Self { buffer: indices.buffer.resource, counted: Counted::Elements, stride: size, last: size }
+        });
+        streams.chain(indices).collect()
+    }
+
+    /// The bytes of so many elements.
+    pub(crate) fn bytes(&self, elements: u64) -> u64 {
+        if elements == 0 { 0 } else { (elements - 1) * self.stride + self.last }
+    }
+
+    /// How many elements so many bytes have; `None` where there is no end.
+    pub(crate) fn elements(&self, bytes: u64) -> Option<u64> {
+        match (bytes.checked_sub(self.last), self.stride) {
+            (None, _) => Some(0),
+            (Some(_), 0) => None,
+            (Some(rest), stride) => Some(1 + rest / stride),
+        }
+    }
+}

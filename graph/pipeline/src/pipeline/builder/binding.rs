@@ -1,0 +1,326 @@
+//! What a pass binds to the names of its shader, and how blackboard data is laid out in a shader's blocks.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::data::{Component, DataShape, ValueType, View};
+use crate::pipeline::builder::subresources::SubresourceRangeSettings;
+use crate::pipeline::configuration::TypedPipeline;
+use crate::pipeline::program::Program;
+use crate::pipeline::resource::{Resource, ResourceKind};
+use crate::work::{Address, BlockLayout, BlockRun, BlockValues, BoundSlot, Compare, Filter, SlotSource};
+use umbragraph_shaders::{Member, Scalar, ScalarKind, TypeLayout};
+use umbragraph_text::diagnostic::{list_of, suggested_name};
+use umbragraph_text::language::{Expr, Ref, TextureShape, Word};
+
+/// The value of one of the shader's bindings.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Bind {
+    /// A texture, a buffer or blackboard data: a reference such as "&maps" or "&maps@blur".
+    Name(Ref),
+    /// Anything else.
+    Object(BindObject),
+}
+
+/// The value of a binding that needs more than a reference.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BindObject {
+    /// A subresource range of a texture.
+    Texture(TextureBind),
+    /// A subresource range of a buffer.
+    Buffer(BufferBind),
+    /// A sampler.
+    Sampler(SamplerBind),
+    /// The members of a uniform block, each with an expression.
+    Values(ValuesBind),
+    /// The same, whose members have to lie at given offsets.
+    Block(BlockBind),
+    /// Blackboard data, and expressions for members of the block that it does not publish.
+    Data(DataBind),
+}
+
+/// Expressions by the names of a block's members.
+pub type ValuesBind = BTreeMap<String, Expr>;
+
+/// The members of a uniform block, and where in it they have to lie.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BlockBind {
+    /// Expressions by the names of members.
+    pub values: ValuesBind,
+    /// The first byte of members, by their names. Where the shader has one elsewhere, the diagnostic says by which
+    /// "@size" it is moved.
+    pub offsets: BTreeMap<String, u32>,
+}
+
+/// Blackboard data, and expressions for members of the block that it does not publish.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DataBind {
+    /// The blackboard data.
+    pub name: Ref,
+    /// Expressions by the names of members; they go before what the data publishes.
+    #[serde(default)]
+    pub values: ValuesBind,
+}
+
+/// A subresource range of a texture.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TextureBind {
+    /// The texture: a reference.
+    pub name: Ref,
+    /// The subresource range.
+    #[serde(flatten)]
+    pub range: SubresourceRangeSettings,
+    /// The format in which the shader sees it, where it is not its own: the same with or without "-srgb".
+    pub format: Option<String>,
+    /// The view dimension; without it as the shader declares it.
+    pub view_dimension: Option<TextureShape>,
+    /// Of what the shader writes, whether it needs what was there: "discard" where it writes all texels. Without it what
+    /// is only written is taken to be written, but not to the last texel.
+    pub contents: Option<Word<Contents>>,
+}
+
+/// Whether an access that writes needs what was there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Contents {
+    /// It does: what it does not write stays.
+    Load,
+    /// It does not: all of it is written.
+    Discard,
+}
+
+/// A subresource range of a buffer.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BufferBind {
+    /// The buffer: a reference.
+    pub name: Ref,
+    /// The first byte (unit: bytes); 0 without it.
+    pub offset: Option<Expr>,
+    /// How many bytes (unit: bytes); all without it.
+    pub size: Option<Expr>,
+    /// Of what the shader writes, whether it needs what was there; "load" without it, "discard" where the shader writes
+    /// all bytes and reads none before.
+    pub contents: Option<Word<Contents>>,
+}
+
+/// A sampler.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SamplerBind {
+    /// Whether texels are mixed; "linear" without it.
+    pub filter: Option<Word<Filter>>,
+    /// The address mode; "clamp-to-edge" without it.
+    pub address: Option<Word<Address>>,
+    /// For a comparison sampler: which reference values pass against a texel.
+    pub compare: Option<Word<Compare>>,
+    /// The maximum number of samples of a texture that is seen at a slant (1 to 16); 1 without it.
+    pub max_anisotropy: Option<Expr>,
+    /// The minimum level of detail (unit: mip levels); 0 without it.
+    pub lod_min_clamp: Option<Expr>,
+    /// The maximum level of detail (unit: mip levels); 32 without it.
+    pub lod_max_clamp: Option<Expr>,
+}
+
+/// Where the values of blackboard data, or of the view, go in the block that they are bound to, or why they do not fit;
+/// `None` where none are bound.
+pub(crate) fn block_layout(
+    program: &Program,
+    slot: &BoundSlot,
+    resources: &[Resource],
+) -> Option<Result<BlockLayout, Vec<String>>> {
+    let block = program.binding_at(slot.group, slot.binding)?.block.as_ref()?;
+    match &slot.source {
+        SlotSource::View => Some(match_block(block, &View::shape(), "view", None)),
+        SlotSource::Data { data, values } => {
+            let known = resources.get(data.resource.index())?;
+            let ResourceKind::Data(Some(shape)) = &known.kind else { return None };
+            Some(match_block(block, shape, &known.name, values.as_ref()))
+        }
+        _ => None,
+    }
+}
+
+impl TypedPipeline {
+    /// Where the values of blackboard data, or of the view, go in the block that they are bound to.
+    pub fn block_layout(&self, program: &Program, slot: &BoundSlot) -> Option<BlockLayout> {
+        block_layout(program, slot, &self.resources)?.ok()
+    }
+
+    /// The bytes of a block that the module fills.
+    pub fn block_bytes(&self, program: &Program, slot: &BoundSlot) -> Option<u32> {
+        match &slot.source {
+            SlotSource::Values(values) => Some(values.layout.size()),
+            _ => self.block_layout(program, slot).map(|layout| layout.size),
+        }
+    }
+}
+
+/// Matches the members of a block with published values by name.
+///
+/// A member takes a value of exactly its type. An array of scalars also fills a vector of as many components, or an
+/// array of `vec4` (whose last may be filled in part), since uniform blocks cannot hold arrays of scalars. Of an array of
+/// structs each member takes an array of its own, published as "array.member". Members that `values` names are filled
+/// otherwise.
+///
+/// # Errors
+/// A sentence for each member that no value fits.
+fn match_block(
+    block: &TypeLayout,
+    shape: &DataShape,
+    data_name: &str,
+    values: Option<&BlockValues>,
+) -> Result<BlockLayout, Vec<String>> {
+    let TypeLayout::Struct { members, .. } = block else {
+        return Err(vec![format!(
+            "\"{data_name}\" is blackboard data, which is bound to a struct whose members name its values, and this is none"
+        )]);
+    };
+    let mut runs = Vec::new();
+    let mut errors = Vec::new();
+    let is_given =
+        |name: &str| values.is_some_and(|values| values.expressions.iter().any(|(given, _)| given == name));
+    for member in flattened(members).iter().filter(|member| !is_given(&member.name)) {
+        let Some(index) = shape.find(&member.name) else {
+            let names = shape.values.iter().map(|value| value.name.as_str());
+            let help = match suggested_name(&member.name, names.clone()) {
+                Some(suggested) => format!("did the template mean \"{suggested}\"?"),
+                None => format!("it publishes {}", list_of(names)),
+            };
+            errors.push(format!("\"{data_name}\" publishes no \"{}\"; {help}", member.name));
+            continue;
+        };
+        let value = shape.values[index].value_type;
+        match member_runs(&member.layout, value, member.offset) {
+            Some(placed) => runs.extend(placed.into_iter().map(|(word, count, offset)| BlockRun {
+                value: index as u32,
+                word,
+                count,
+                offset,
+            })),
+            None => errors.push(format!(
+                "\"{}\" is published as {value}, but the shader declares {}",
+                member.name,
+                member.layout.spelling()
+            )),
+        }
+    }
+    // An array without a count at the end of a storage block is as long as what is published.
+    let end = runs.iter().map(|run: &BlockRun| run.offset + run.count * 4).max().unwrap_or(0);
+    let size = if end > block.size() { end.next_multiple_of(block.align().max(4)) } else { block.size() };
+    if errors.is_empty() { Ok(BlockLayout { size, runs }) } else { Err(errors) }
+}
+
+/// The members, and for an array of structs each member of the struct as an array of its own, named "array.member".
+fn flattened(members: &[Member]) -> Vec<Member> {
+    let mut all = Vec::with_capacity(members.len());
+    for member in members {
+        let TypeLayout::Array { element, count, stride } = &member.layout else {
+            all.push(member.clone());
+            continue;
+        };
+        let TypeLayout::Struct { members: parts, .. } = &**element else {
+            all.push(member.clone());
+            continue;
+        };
+        all.extend(parts.iter().map(|part| Member {
+            name: format!("{}.{}", member.name, part.name),
+            offset: member.offset + part.offset,
+            layout: TypeLayout::Array {
+                element: Box::new(part.layout.clone()),
+                count: *count,
+                stride: *stride,
+            },
+        }));
+    }
+    all
+}
+
+/// Where the words of a value go in a member at a byte offset: (first word, words, byte offset) each; `None` if the
+/// types do not fit.
+pub fn member_runs(layout: &TypeLayout, value: ValueType, offset: u32) -> Option<Vec<(u32, u32, u32)>> {
+    let mut runs = Vec::new();
+    if let TypeLayout::Array { element, count, stride } = layout {
+        let element_type = element_type(element)?;
+        let have = value.count?;
+        if element_type == (ValueType { count: None, ..value }) {
+            if count.is_some_and(|count| count != have) {
+                return None;
+            }
+            for at in 0..have {
+                push_element(
+                    element,
+                    element_type,
+                    at * element_type.element_words() as u32,
+                    offset + at * stride,
+                    &mut runs,
+                );
+            }
+            return Some(runs);
+        }
+        // Scalars, four to a vec4.
+        let packed = ValueType::vector(value.component, 4);
+        if value.element_words() != 1
+            || element_type != packed
+            || count.is_some_and(|count| count != have.div_ceil(4))
+        {
+            return None;
+        }
+        for at in 0..have.div_ceil(4) {
+            runs.push((at * 4, (have - at * 4).min(4), offset + at * stride));
+        }
+        return Some(runs);
+    }
+    let own = element_type(layout)?;
+    let as_vector = value.element_words() == 1
+        && value.count == Some(own.rows)
+        && own.columns == 1
+        && own.component == value.component;
+    if own != value && !as_vector {
+        return None;
+    }
+    push_element(layout, own, 0, offset, &mut runs);
+    Some(runs)
+}
+
+fn push_element(
+    layout: &TypeLayout,
+    element: ValueType,
+    word: u32,
+    offset: u32,
+    runs: &mut Vec<(u32, u32, u32)>,
+) {
+    match layout {
+        TypeLayout::Matrix { stride, .. } if *stride != element.rows * 4 => {
+            for column in 0..element.columns {
+                runs.push((word + column * element.rows, element.rows, offset + column * stride));
+            }
+        }
+        _ => runs.push((word, element.element_words() as u32, offset)),
+    }
+}
+
+/// The value type of a scalar, vector or matrix of 32-bit components.
+pub fn element_type(layout: &TypeLayout) -> Option<ValueType> {
+    let component = |scalar: &Scalar| match (scalar.kind, scalar.width) {
+        (ScalarKind::Float, 4) => Some(Component::F32),
+        (ScalarKind::Uint, 4) => Some(Component::U32),
+        (ScalarKind::Sint, 4) => Some(Component::I32),
+        _ => None,
+    };
+    match layout {
+        TypeLayout::Scalar { scalar, .. } => Some(ValueType::vector(component(scalar)?, 1)),
+        TypeLayout::Vector { scalar, components } => Some(ValueType::vector(component(scalar)?, *components)),
+        TypeLayout::Matrix { scalar, rows, columns, .. } => {
+            Some(ValueType { component: component(scalar)?, rows: *rows, columns: *columns, count: None })
+        }
+        _ => None,
+    }
+}

@@ -1,0 +1,39 @@
+//! Names: what can be one, and what to say of one that is not known.
+
+use umbragraph_text::diagnostic::{Diagnostic, codes};
+use umbragraph_text::document::Entry;
+use umbragraph_text::source::Span;
+
+/// Names that are no parameters or features, because expressions know them already.
+const RESERVED: &[&str] = &["viewport", "true", "false"];
+
+/// The members of the viewport in expressions.
+pub(crate) const VIEWPORT: &[&str] = &["viewport", "viewport.width", "viewport.height"];
+
+/// Whether a pass is meant by a name: its own, or that of the loop or of the use of a subgraph that it is part of.
+pub fn is_of(pass: &str, name: &str) -> bool {
+    pass.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+/// A name starts with a letter and goes on with letters, digits and underscores.
+fn is_name(name: &str) -> bool {
+    name.chars().next().is_some_and(|first| first.is_ascii_alphabetic())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+/// The diagnostic for what is declared under a name that cannot be one.
+pub(crate) fn name_diagnostic(entry: &Entry) -> Option<Diagnostic> {
+    let is_bad = !is_name(&entry.key) || RESERVED.contains(&entry.key.as_str());
+    is_bad.then(|| {
+        Diagnostic::error(codes::BAD_NAME, entry.key_span, format!("\"{}\" cannot be a name here", entry.key))
+            .help("a name starts with a letter, goes on with letters, digits and underscores, and is no word of the expression language")
+    })
+}
+
+/// The diagnostic for a name under which something else is declared too.
+pub(crate) fn twin_diagnostic(entry: &Entry, what: &str, (twin, other): (Span, &str)) -> Diagnostic {
+    let article = if other.starts_with('i') { "an" } else { "a" };
+    let message = format!("\"{}\" is a {what} and {article} {other}", entry.key);
+    let diagnostic = Diagnostic::error(codes::BAD_NAME, entry.key_span, message);
+    diagnostic.related(twin, format!("the {other}")).help("give one of the two another name")
+}

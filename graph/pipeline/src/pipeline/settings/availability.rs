@@ -1,0 +1,120 @@
+//! Features that need more of the target than every one has.
+//!
+//! ```json
+//! "features": { "clustered": { "type": "bool", "default": true, "required_limits": { "max_storage_buffers_per_shader_stage": 2 } } }
+//! ```
+//!
+//! `"required_features": ["float32-filterable"]` does the same for optional features of WebGPU, which no profile has by itself
+//! (`webgpu+float32-filterable` has one), but a device may. Where the profile has less, the feature is off by default and cannot be switched on, nor can those that require it; so that one pipeline takes the
+//! better way on each device without anybody switching anything. No configuration with it is gone through there; where
+//! the profile has it, both are.
+
+use crate::pipeline::settings::overrides::Override;
+use umbragraph_shaders::TargetProfile;
+use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
+use umbragraph_text::document::{Entry, Kind, Value, pointer_join};
+use umbragraph_text::language::{FeatureDeclaration, FeatureType};
+use umbragraph_text::source::Span;
+
+/// What a profile has less of than a feature requires.
+#[derive(Clone, Debug)]
+pub struct Lacking {
+    /// What is required: a limit and its value, or a feature of WebGPU.
+    pub required: String,
+    /// What the profile has of it.
+    pub guaranteed: String,
+    /// The place of the requirement.
+    pub place: Span,
+}
+
+/// The first limit, or feature of WebGPU, of which a profile has less than a feature requires: the feature itself, or one
+/// that it requires to be on.
+pub fn lacking(entry: &Entry, features: &[Entry], profile: &TargetProfile) -> Option<Lacking> {
+    lacking_within(entry, features, profile, features.len())
+}
+
+fn lacking_within(
+    entry: &Entry,
+    features: &[Entry],
+    profile: &TargetProfile,
+    depth: usize,
+) -> Option<Lacking> {
+    let limit = required_limits(entry).iter().find_map(|written| {
+        let required = written.value.to_json().as_u64()?;
+        let guaranteed = profile.limit(&written.key).filter(|guaranteed| *guaranteed < required)?;
+        let (limit, guaranteed) = (&written.key, guaranteed.to_string());
+        Some(Lacking {
+            required: format!("{limit} of at least {required}"),
+            guaranteed,
+            place: written.key_span,
+        })
+    });
+    let own = limit.or_else(|| {
+        required_features(entry).iter().find_map(|written| {
+            let name = written.text()?;
+            let is_missing = TargetProfile::feature(name).is_some_and(|one| !profile.features.contains(one));
+            let required = format!("the device feature \"{name}\"");
+            is_missing.then(|| Lacking { required, guaranteed: "not".to_owned(), place: written.span })
+        })
+    });
+    let required = entry.value.elements_of("requires");
+    own.or_else(|| {
+        required.iter().filter_map(Value::text).find_map(|name| {
+            let other = features.iter().find(|other| other.key == name)?;
+            lacking_within(other, features, profile, depth.checked_sub(1)?)
+        })
+    })
+}
+
+/// The value with which a feature is off.
+pub fn off(declaration: &FeatureDeclaration, place: Span) -> Value {
+    let word = declaration.values.first().filter(|_| declaration.feature_type == FeatureType::Enum);
+    Value { span: place, kind: word.map_or(Kind::Bool(false), |word| Kind::Text(word.clone())) }
+}
+
+/// Reports required limits and features that no profile has.
+pub(crate) fn check_names(entry: &Entry, diagnostics: &mut Diagnostics) {
+    for (at, written) in required_features(entry).iter().enumerate() {
+        let Some(name) = written.text().filter(|name| TargetProfile::feature(name).is_none()) else {
+            continue;
+        };
+        let message = format!("WebGPU has no feature \"{name}\"");
+        let pointer = format!("{}/required_features/{at}", pointer_join("/features", &entry.key));
+        let diagnostic = Diagnostic::error(codes::UNKNOWN_LIMIT, written.span, message).pointer(pointer);
+        let known = TargetProfile::feature_names();
+        diagnostics.push(diagnostic.suggest(name, known, Some(written.span), |names| {
+            format!("the features are {}", list_of(names))
+        }));
+    }
+    let written = required_limits(entry);
+    for limit in written.iter().filter(|limit| !TargetProfile::LIMITS.contains(&limit.key.as_str())) {
+        let message = format!("there is no limit \"{}\"", limit.key);
+        let pointer = format!("{}/required_limits", pointer_join("/features", &entry.key));
+        let taken = |name: &str| written.iter().any(|other| other.key == name);
+        let diagnostic = Diagnostic::error(codes::UNKNOWN_LIMIT, limit.key_span, message);
+        diagnostics.push(diagnostic.pointer(pointer_join(&pointer, &limit.key)).suggest_unless(
+            &limit.key,
+            TargetProfile::LIMITS.iter().copied(),
+            Some(limit.key_span),
+            taken,
+            |names| format!("the limits are {}", list_of(names)),
+        ));
+    }
+}
+
+/// The diagnostic that a feature is switched on where the profile lacks what it requires.
+pub(crate) fn cannot_be_on(setting: &Override, lacking: &Lacking, profile: &TargetProfile) -> Diagnostic {
+    let Lacking { required, guaranteed, place } = lacking;
+    let message = format!("\"{}\" requires {required}, but {} has {guaranteed}", setting.name, profile.name);
+    Diagnostic::error(codes::FEATURE_UNAVAILABLE, setting.place, message)
+        .related(*place, "required here")
+        .help("leave it away: it is off by itself where the target lacks what it requires")
+}
+
+fn required_limits(entry: &Entry) -> &[Entry] {
+    entry.value.entries_of("required_limits")
+}
+
+fn required_features(entry: &Entry) -> &[Value] {
+    entry.value.elements_of("required_features")
+}

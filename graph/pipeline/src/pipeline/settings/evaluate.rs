@@ -1,0 +1,183 @@
+//! Typed settings of expressions: of a pass that is declared, or of a CPU node whose live settings have changed.
+//!
+//! A node kind that takes over live settings evaluates them in one function over [`Evaluate`], and calls it twice: when a
+//! pass is declared ([`PassBuilder::live`](super::PassBuilder::live)), and when a live parameter has changed
+//! ([`CpuNode::update`](crate::work::CpuNode::update)). So both ask the same of a value.
+
+use std::fmt::Display;
+
+use serde::de::IntoDeserializer as _;
+
+use crate::pipeline::settings::live::LiveSetting;
+use crate::work::{Deferred, LiveValue, wrong_type};
+use umbragraph_text::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes};
+use umbragraph_text::expression::Value;
+use umbragraph_text::language::{Expr, Word};
+
+/// Evaluates expressions in settings. Each method takes the JSON pointer of the setting, relative to the node kind's
+/// settings; it reports the diagnostic itself and returns `None`.
+pub trait Evaluate {
+    /// Evaluates an expression over parameters and features.
+    fn value(&mut self, expr: &Expr, pointer: &str) -> Option<Value>;
+
+    /// Adds a diagnostic, whose place is a setting.
+    fn add(&mut self, diagnostic: Diagnostic, pointer: &str);
+
+    /// Reports a diagnostic at a setting.
+    fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>) {
+        self.add(Diagnostic::error(code, Place::Nowhere, message).help(help), pointer);
+    }
+
+    /// Reports something at a setting that is no error, where it is declared.
+    fn warn(&mut self, _: Code, _: &str, _: impl Into<String>, _: impl Into<String>) {}
+
+    /// Reports a word that an expression yields and that is not known.
+    fn report_word(&mut self, word: &str, _: &Expr, pointer: &str) {
+        let message = format!("the expression yields \"{word}\", which is not known here");
+        self.report(codes::UNKNOWN_WORD, pointer, message, "the schema lists the words known here");
+    }
+
+    /// Reports a diagnostic at a setting, without which there is nothing.
+    fn reject<T>(
+        &mut self,
+        code: Code,
+        pointer: &str,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Option<T> {
+        self.report(code, pointer, message, help);
+        None
+    }
+
+    /// Rejects a value of another type.
+    fn wrong_type<T>(&mut self, pointer: &str, wanted: &str, found: &str) -> Option<T> {
+        self.add(wrong_type(wanted, found), pointer);
+        None
+    }
+
+    /// Evaluates an expression that yields a number.
+    fn number(&mut self, expr: &Expr, pointer: &str) -> Option<f64> {
+        match self.value(expr, pointer)? {
+            Value::Number(number) => Some(number),
+            other => self.wrong_type(pointer, "a number", other.kind_name()),
+        }
+    }
+
+    /// Evaluates an expression that yields a value of a type.
+    fn read<T: LiveValue>(&mut self, expr: &Expr, pointer: &str) -> Option<T> {
+        let value = self.value(expr, pointer)?;
+        self.judged(&value, pointer)
+    }
+
+    /// A value as one of a type.
+    fn judged<T: LiveValue>(&mut self, value: &Value, pointer: &str) -> Option<T> {
+        T::read(value).map_err(|diagnostic| self.add(diagnostic, pointer)).ok()
+    }
+
+    /// Evaluates an expression that yields a whole number from 0.
+    fn count(&mut self, expr: &Expr, pointer: &str) -> Option<u32> {
+        self.read(expr, pointer)
+    }
+
+    /// Evaluates an expression that yields a list of numbers (one number is a list of one).
+    fn numbers(&mut self, expr: &Expr, pointer: &str) -> Option<Vec<f64>> {
+        let value = self.value(expr, pointer)?;
+        match value.numbers() {
+            Some(numbers) => Some(numbers),
+            None => self.wrong_type(pointer, "a list of numbers", value.kind_name()),
+        }
+    }
+
+    /// Evaluates an expression that yields a boolean.
+    fn boolean(&mut self, expr: &Expr, pointer: &str) -> Option<bool> {
+        match self.value(expr, pointer)? {
+            Value::Bool(value) => Some(value),
+            other => self.wrong_type(pointer, "a boolean", other.kind_name()),
+        }
+    }
+
+    /// A whole number from 0, or what counts without an expression.
+    fn count_or(&mut self, expr: &Option<Expr>, pointer: impl Display, without: u32) -> Option<u32> {
+        expr.as_ref().map_or(Some(without), |expr| self.count(expr, &pointer.to_string()))
+    }
+
+    /// A whole number from 0, if there is an expression; `None` after a diagnostic.
+    fn count_if(&mut self, expr: &Option<Expr>, pointer: impl Display) -> Option<Option<u32>> {
+        expr.as_ref().map_or(Some(None), |expr| self.count(expr, &pointer.to_string()).map(Some))
+    }
+
+    /// A number, or what counts without an expression.
+    fn number_or(&mut self, expr: &Option<Expr>, pointer: impl Display, without: f64) -> Option<f64> {
+        expr.as_ref().map_or(Some(without), |expr| self.number(expr, &pointer.to_string()))
+    }
+
+    /// A boolean, or what counts without an expression.
+    fn boolean_or(&mut self, expr: &Option<Expr>, pointer: impl Display, without: bool) -> Option<bool> {
+        expr.as_ref().map_or(Some(without), |expr| self.boolean(expr, &pointer.to_string()))
+    }
+
+    /// A word, or the one that counts without it.
+    fn word_or<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(
+        &mut self,
+        word: &Option<Word<T>>,
+        pointer: impl Display,
+        without: T,
+    ) -> Option<T> {
+        word.as_ref().map_or(Some(without), |word| self.word(word, &pointer.to_string()))
+    }
+
+    /// A word, or the one that its expression yields.
+    fn word<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(
+        &mut self,
+        word: &Word<T>,
+        pointer: &str,
+    ) -> Option<T> {
+        let expr = match word {
+            Word::Is(word) => return Some(word.clone()),
+            Word::Computed(expr) => expr,
+        };
+        let text = match self.value(expr, pointer)? {
+            Value::Text(text) => text,
+            other => return self.wrong_type(pointer, "a word", other.kind_name()),
+        };
+        let known: Result<T, serde::de::value::Error> = T::deserialize(text.as_str().into_deserializer());
+        if known.is_err() {
+            self.report_word(&text, expr, pointer);
+        }
+        known.ok()
+    }
+}
+
+/// The settings of a CPU node in a frame in which a live parameter has changed.
+#[derive(Debug)]
+pub struct LiveSettings<'a> {
+    /// The settings.
+    pub settings: &'a [LiveSetting],
+    /// Their values.
+    pub values: &'a [Value],
+    /// What is wrong with them.
+    pub diagnostics: &'a mut Diagnostics,
+}
+
+impl Evaluate for LiveSettings<'_> {
+    fn value(&mut self, _: &Expr, pointer: &str) -> Option<Value> {
+        let at = self.settings.iter().position(|setting| setting.pointer == pointer);
+        match at.and_then(|at| self.values.get(at)) {
+            Some(value) => Some(value.clone()),
+            None => {
+                let help = "evaluate it within \"live\" when the pass is declared";
+                self.reject(codes::EXPRESSION_TYPE, pointer, "this setting is not live", help)
+            }
+        }
+    }
+
+    fn add(&mut self, diagnostic: Diagnostic, pointer: &str) {
+        let setting = self.settings.iter().find(|setting| {
+            let rest = pointer.strip_prefix(setting.pointer.as_str());
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+        });
+        let Some(setting) = setting.or(self.settings.first()) else { return };
+        let Deferred { place, pointer, .. } = &setting.value;
+        self.diagnostics.push(diagnostic.at(*place, pointer));
+    }
+}

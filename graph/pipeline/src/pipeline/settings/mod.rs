@@ -1,0 +1,11 @@
+//! Parameters, features and derived values: what a document declares, what presets and the caller say, and what follows
+//! from them while frames run.
+
+pub(crate) mod availability;
+pub(crate) mod derived;
+pub(crate) mod evaluate;
+pub(crate) mod live;
+pub(crate) mod overrides;
+pub(crate) mod preset;
+pub(crate) mod scope;
+pub(crate) mod setting;

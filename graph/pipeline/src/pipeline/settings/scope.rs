@@ -1,0 +1,100 @@
+//! The names that expressions can see before sizes are known.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::pipeline::settings::derived::Derived;
+use crate::pipeline::settings::setting::{Feature, ValuedParameter};
+use umbragraph_text::expression::{Scope, Value};
+use umbragraph_text::source::Span;
+
+/// Parameters, features and derived values by name.
+#[derive(Clone, Debug, Default)]
+pub struct StaticScope {
+    values: BTreeMap<String, Value>,
+    /// The words of those that are enumerations.
+    words: BTreeMap<String, Vec<String>>,
+    /// Where the expressions of derived values stand.
+    derived: BTreeMap<String, Span>,
+    /// Names that are declared, but have no value because of diagnostics.
+    broken: BTreeSet<String>,
+}
+
+impl StaticScope {
+    /// The scope of these parameters and features.
+    pub fn new(parameters: &BTreeMap<String, ValuedParameter>, features: &BTreeMap<String, Feature>) -> Self {
+        let parameters = parameters.iter().map(|(name, one)| (name, &one.value, &one.declaration.values));
+        let features = features.iter().map(|(name, one)| (name, &one.value, &one.declaration.values));
+        let mut scope = Self::default();
+        for (name, value, words) in parameters.chain(features) {
+            scope.set(name, value.clone());
+            if matches!(value, Value::Text(_)) {
+                scope.words.insert(name.clone(), words.clone());
+            }
+        }
+        scope
+    }
+
+    /// Where the expression of a derived value stands.
+    pub(crate) fn derived_at(&self, name: &str) -> Option<Span> {
+        self.derived.get(name).copied()
+    }
+
+    /// The same, with derived values.
+    #[must_use]
+    pub fn with_derived(mut self, derived: &BTreeMap<String, Derived>) -> Self {
+        for (name, one) in derived {
+            self.set(name, one.value.clone());
+            self.derived.insert(name.clone(), one.place);
+            self.words.extend(one.words.clone().map(|words| (name.clone(), words)));
+        }
+        self
+    }
+
+    /// The same, with values that subgraphs are given.
+    #[must_use]
+    pub fn with_given(mut self, given: &BTreeMap<String, Value>) -> Self {
+        given.iter().for_each(|(name, value)| self.set(name, value.clone()));
+        self
+    }
+
+    /// Gives a name another value, in its memory where it has one.
+    pub fn set(&mut self, name: &str, value: Value) {
+        match self.values.get_mut(name) {
+            Some(before) => *before = value,
+            None => drop(self.values.insert(name.to_owned(), value)),
+        }
+    }
+
+    /// The value of a name.
+    pub fn get_mut(&mut self, name: &str) -> Option<&mut Value> {
+        self.values.get_mut(name)
+    }
+
+    /// The same, with names that are declared, but have no value because of diagnostics.
+    #[must_use]
+    pub fn with_broken(self, broken: BTreeSet<String>) -> Self {
+        Self { broken, ..self }
+    }
+}
+
+impl Scope for StaticScope {
+    fn lookup(&self, name: &str) -> Option<Value> {
+        self.values.get(name).cloned()
+    }
+
+    fn borrow(&self, name: &str) -> Option<&Value> {
+        self.values.get(name)
+    }
+
+    fn is_broken(&self, name: &str) -> bool {
+        self.broken.contains(name)
+    }
+
+    fn words(&self, name: &str) -> Option<&[String]> {
+        self.words.get(name).map(Vec::as_slice)
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.values.keys().cloned().collect()
+    }
+}

@@ -1,0 +1,513 @@
+//! Parameters and features: their values, where each comes from, and whether it is allowed.
+
+use crate::pipeline::settings::availability;
+use crate::pipeline::settings::live::{Structural, is_alike};
+use crate::pipeline::settings::overrides::{Override, Overrides};
+use std::collections::BTreeMap;
+use umbragraph_shaders::TargetProfile;
+use umbragraph_text::diagnostic::{Code, Diagnostic, Diagnostics, codes, list_of, suggested_name};
+use umbragraph_text::document::{self, Entry};
+use umbragraph_text::expression::Value;
+use umbragraph_text::language::{
+    FeatureDeclaration, FeatureType, Order, ParameterDeclaration, ParameterType,
+};
+use umbragraph_text::source::Span;
+
+/// A parameter with its value.
+#[derive(Clone, Debug)]
+pub struct ValuedParameter {
+    /// Its declaration.
+    pub declaration: ParameterDeclaration,
+    /// The value.
+    pub value: Value,
+    /// The place of the value.
+    pub place: Span,
+    /// What makes it structural; nothing of a live one.
+    pub structural: Option<Structural>,
+}
+
+/// A feature with its value.
+#[derive(Clone, Debug)]
+pub struct Feature {
+    /// Its declaration.
+    pub declaration: FeatureDeclaration,
+    /// The value: a boolean or a text.
+    pub value: Value,
+    /// The place of the value.
+    pub place: Span,
+}
+
+impl Feature {
+    /// Whether the feature is on: true, or any word but the first.
+    pub fn is_on(&self) -> bool {
+        match &self.value {
+            Value::Bool(on) => *on,
+            Value::Text(word) => self.declaration.values.first() != Some(word),
+            _ => false,
+        }
+    }
+}
+
+/// Gives every parameter its value.
+pub(crate) fn parameters(
+    declarations: &BTreeMap<String, ParameterDeclaration>,
+    entries: &[Entry],
+    overrides: &[Override],
+    diagnostics: &mut Diagnostics,
+) -> BTreeMap<String, ValuedParameter> {
+    let mut parameters = BTreeMap::new();
+    for entry in entries {
+        let Some(declaration) = declarations.get(&entry.key) else { continue };
+        let pointer = document::pointer_join("/parameters", &entry.key);
+        if declaration.parameter_type == ParameterType::Enum && declaration.values.is_empty() {
+            let message = "the key \"values\" is missing here";
+            let diagnostic = Diagnostic::error(codes::MISSING_KEY, entry.value.span, message);
+            let help = "an enumeration lists its words under \"values\"";
+            diagnostics.push(diagnostic.pointer(&pointer).help(help));
+            continue;
+        }
+        let Some(default) = entry.value.get("default") else { continue };
+        let mut add = |found: Result<Value, Vec<Diagnostic>>, with: &dyn Fn(Diagnostic) -> Diagnostic| {
+            found.map_err(|errors| diagnostics.extend(errors.into_iter().map(with))).ok()
+        };
+        let from_default = decode_parameter(&entry.key, declaration, default);
+        let from_default = add(from_default, &|one| one.pointer(format!("{pointer}/default")));
+        let mut chosen = None;
+        for setting in overrides.iter().filter(|setting| setting.name == entry.key) {
+            let found = decode_parameter(&entry.key, declaration, &setting.value);
+            let found = add(found, &|one| one.related(entry.key_span, "the parameter is declared here"));
+            chosen = found.map(|value| (value, setting.place)).or(chosen);
+        }
+        if let Some((value, place)) = chosen.or(from_default.map(|value| (value, default.span))) {
+            let parameter =
+                ValuedParameter { declaration: declaration.clone(), value, place, structural: None };
+            parameters.insert(entry.key.clone(), parameter);
+        }
+    }
+    parameters
+}
+
+/// Gives every feature its value, and checks what they require of the profile, and require and exclude of one another.
+pub(crate) fn features(
+    declarations: &BTreeMap<String, FeatureDeclaration>,
+    entries: &[Entry],
+    overrides: &[Override],
+    profile: &TargetProfile,
+    diagnostics: &mut Diagnostics,
+) -> BTreeMap<String, Feature> {
+    let mut features = BTreeMap::new();
+    for entry in entries {
+        let Some(declaration) = declarations.get(&entry.key) else { continue };
+        let Some(default) = entry.value.get("default") else { continue };
+        let setting = overrides.iter().rev().find(|setting| setting.name == entry.key);
+        availability::check_names(entry, diagnostics);
+        let lacking = availability::lacking(entry, entries, profile);
+        let off = lacking.as_ref().map(|lacking| availability::off(declaration, lacking.place));
+        let (default, default_place) = match &off {
+            Some(off) => (off, off.span),
+            None => (default, default.span),
+        };
+        let (value, place) =
+            setting.map_or((default, default_place), |setting| (&setting.value, setting.place));
+        let decode = |value| decode_feature(&entry.key, declaration, value);
+        let (value, place) = match decode(value) {
+            Ok(value) => (value, place),
+            Err(errors) => {
+                let help = "features are booleans, or words of their enumeration";
+                let errors = errors.into_iter().map(|one| one.help(help));
+                let declared = "the feature is declared here";
+                diagnostics.extend(errors.map(|one| one.related(entry.key_span, declared)));
+                let Ok(value) = decode(default) else { continue };
+                (value, default_place)
+            }
+        };
+        let mut feature = Feature { declaration: declaration.clone(), value, place };
+        if let (Some(setting), Some(lacking), true) = (setting, &lacking, feature.is_on()) {
+            diagnostics.push(availability::cannot_be_on(setting, lacking, profile));
+            // Nothing follows from what cannot be.
+            feature.value = decode(default).unwrap_or(feature.value);
+        }
+        features.insert(entry.key.clone(), feature);
+    }
+    groups(declarations, entries, overrides, &mut features, diagnostics);
+    for (name, feature) in &features {
+        let is_on = |other: &String| features.get(other).map(Feature::is_on);
+        for (others, wanted, words) in [
+            (&feature.declaration.requires, true, "requires"),
+            (&feature.declaration.excludes, false, "excludes"),
+        ] {
+            for (at, other) in others.iter().enumerate() {
+                let entry = entries.iter().find(|entry| entry.key == *name);
+                let place = entry.map_or(feature.place, |entry| entry.key_span);
+                let written = entry.and_then(|entry| entry.value.elements_of(words).get(at));
+                let written = written.map_or(place, |written| written.span);
+                let pointer = || format!("{}/{words}/{at}", document::pointer_join("/features", name));
+                if other == name {
+                    let why = if wanted { "" } else { ", so that it can never be on" };
+                    let message = format!("the feature \"{name}\" {words} itself{why}");
+                    let diagnostic = Diagnostic::error(codes::FEATURE_CONFLICT, written, message);
+                    let help = "name another feature, or remove it";
+                    diagnostics.push(diagnostic.pointer(pointer()).help(help));
+                    continue;
+                }
+                match is_on(other) {
+                    // What is wrong with a feature that is declared has its diagnostic.
+                    None if entries.iter().any(|entry| entry.key == *other) => {}
+                    None => {
+                        let taken = |name: &str| others.iter().any(|other| other == name);
+                        let (kind, known) = (SettingKind::Feature, declared(declarations));
+                        let diagnostic = not_there(kind, other, &known, &[], written, taken);
+                        diagnostics.push(diagnostic.pointer(pointer()));
+                    }
+                    Some(on) if on != wanted && feature.is_on() => {
+                        let (is, should_be) = if on { ("on", "off") } else { ("off", "on") };
+                        let message = format!("the feature \"{name}\" {words} \"{other}\", which is {is}");
+                        let diagnostic = Diagnostic::error(codes::FEATURE_CONFLICT, feature.place, message);
+                        let help = format!("switch \"{other}\" {should_be}, or \"{name}\" off");
+                        diagnostics.push(diagnostic.related(place, "declared here").help(help));
+                    }
+                    Some(_) => {}
+                }
+            }
+        }
+    }
+    features
+}
+
+/// Sees to it that of each group exactly one feature is on: what is chosen switches off what is on by default alone.
+fn groups(
+    declarations: &BTreeMap<String, FeatureDeclaration>,
+    entries: &[Entry],
+    overrides: &[Override],
+    features: &mut BTreeMap<String, Feature>,
+    diagnostics: &mut Diagnostics,
+) {
+    let mut groups: BTreeMap<&str, Vec<&String>> = BTreeMap::new();
+    for (name, declaration) in declarations {
+        if let Some(group) = &declaration.one_of {
+            groups.entry(group).or_default().push(name);
+        }
+    }
+    let names: Vec<&str> = groups.keys().copied().collect();
+    let others = |group: &str| names.iter().copied().filter(|name| *name != group).collect::<Vec<_>>();
+    // A group lacks the feature whose own is misspelt.
+    let lonely = groups.iter().filter(|(_, members)| members.len() == 1);
+    let lacking: Vec<&str> = lonely.filter_map(|(group, _)| suggested_name(group, others(group))).collect();
+    for (group, members) in groups {
+        // What is wrong with a member has its diagnostic.
+        if members.iter().any(|name| !features.contains_key(*name)) {
+            continue;
+        }
+        let is_chosen = |name: &String| overrides.iter().any(|setting| setting.name == *name);
+        let on = |features: &BTreeMap<String, Feature>| -> Vec<&String> {
+            let is_on = |name: &&&String| features.get(**name).is_some_and(Feature::is_on);
+            members.iter().filter(is_on).copied().collect()
+        };
+        let chosen = on(features).into_iter().find(|name| is_chosen(name));
+        if let Some(setting) = chosen.and_then(|name| overrides.iter().rev().find(|one| one.name == *name)) {
+            for name in on(features).into_iter().filter(|name| !is_chosen(name)) {
+                if let Some(feature) = features.get_mut(name) {
+                    feature.value = match feature.declaration.values.first() {
+                        Some(word) => Value::Text(word.clone()),
+                        None => Value::Bool(false),
+                    };
+                    feature.place = setting.place;
+                }
+            }
+        }
+        let on = on(features);
+        let Some(place) = on.last().copied().or(members.first().copied()).and_then(|name| features.get(name))
+        else {
+            continue;
+        };
+        let message = match on.as_slice() {
+            [_] if members.len() > 1 => continue,
+            [] if lacking.contains(&group) => continue,
+            _ if members.len() == 1 => format!("\"{}\" is alone in the group \"{group}\"", members[0]),
+            [] => format!("no feature of the group \"{group}\" is on"),
+            [first, .., last] => format!("\"{first}\" and \"{last}\" of the group \"{group}\" are both on"),
+            [_] => continue,
+        };
+        let diagnostic = Diagnostic::error(codes::FEATURE_GROUP, place.place, message);
+        let mut diagnostic = match members.as_slice() {
+            [alone] => {
+                let entry = entries.iter().find(|entry| entry.key == **alone);
+                let written = entry.and_then(|entry| Some(entry.value.get("one_of")?.span));
+                diagnostic.suggest(group, others(group), written, |_| {
+                    "give another feature the same \"one_of\", or remove it".to_owned()
+                })
+            }
+            _ => {
+                let names: Vec<&str> = members.iter().map(|name| name.as_str()).collect();
+                diagnostic.help(format!("switch on exactly one of {}", list_of(names)))
+            }
+        };
+        for entry in entries.iter().filter(|entry| members.contains(&&entry.key)) {
+            diagnostic = diagnostic.related(entry.key_span, format!("one of \"{group}\""));
+        }
+        diagnostics.push(diagnostic);
+    }
+}
+
+/// Finds settings of what is not declared.
+pub(crate) fn unknown(
+    parameters: &BTreeMap<String, ParameterDeclaration>,
+    features: &BTreeMap<String, FeatureDeclaration>,
+    overrides: &Overrides,
+    diagnostics: &mut Diagnostics,
+) {
+    for kind in [SettingKind::Parameter, SettingKind::Feature] {
+        let (settings, known, others) = match kind {
+            SettingKind::Parameter => (&overrides.parameters, declared(parameters), declared(features)),
+            SettingKind::Feature => (&overrides.features, declared(features), declared(parameters)),
+        };
+        for setting in settings.iter().filter(|setting| !known.contains(&setting.name.as_str())) {
+            // Another file may set it too.
+            let taken = |name: &str| {
+                settings.iter().any(|other| other.name == name && other.place.file == setting.place.file)
+            };
+            diagnostics.push(not_there(kind, &setting.name, &known, &others, setting.place, taken));
+        }
+    }
+}
+
+/// What can be set.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum SettingKind {
+    Parameter,
+    Feature,
+}
+
+impl SettingKind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Parameter => "parameter",
+            Self::Feature => "feature",
+        }
+    }
+}
+
+/// The names that are declared.
+pub(crate) fn declared<T>(declarations: &BTreeMap<String, T>) -> Vec<&str> {
+    declarations.keys().map(String::as_str).collect()
+}
+
+/// The diagnostic for a name that is none of those `known`; one of the `others`, of the other kind, may be meant.
+pub(crate) fn not_there(
+    kind: SettingKind,
+    name: &str,
+    known: &[&str],
+    others: &[&str],
+    place: Span,
+    taken: impl Fn(&str) -> bool,
+) -> Diagnostic {
+    let what = kind.name();
+    let message = format!("there is no {what} \"{name}\"");
+    let diagnostic = Diagnostic::error(codes::UNKNOWN_SETTING, place, message);
+    let is_known = suggested_name(name, known.iter().copied()).is_some();
+    let meant = suggested_name(name, others.iter().copied()).filter(|other| *other == name || !is_known);
+    if let Some(meant) = meant {
+        let (other, option) = match kind {
+            SettingKind::Parameter => ("feature", "--feature"),
+            SettingKind::Feature => ("parameter", "--set"),
+        };
+        return diagnostic
+            .help(format!("\"{meant}\" is a {other}: it stands under \"{other}s\", or behind {option}"));
+    }
+    diagnostic.suggest_unless(name, known.iter().copied(), Some(place), taken, |names| match names {
+        [] => format!("this pipeline has no {what}s"),
+        names => format!("the {what}s are {}", list_of(names)),
+    })
+}
+
+pub(crate) fn decode_parameter(
+    name: &str,
+    declaration: &ParameterDeclaration,
+    value: &document::Value,
+) -> Result<Value, Vec<Diagnostic>> {
+    use ParameterType as T;
+    let error =
+        |code, place, message: String, help: String| vec![Diagnostic::error(code, place, message).help(help)];
+    let wrong = |wanted: &str, help: String| {
+        let message = format!("the parameter \"{name}\" is {wanted}, this is {}", value.kind_name());
+        error(codes::SETTING_TYPE, value.span, message, help)
+    };
+    match declaration.parameter_type {
+        T::F32 => number(name, declaration, value, false).map_err(|diagnostic| vec![*diagnostic]),
+        T::U32 | T::I32 => number(name, declaration, value, true).map_err(|diagnostic| vec![*diagnostic]),
+        T::Bool => match value.kind {
+            document::Kind::Bool(on) => Ok(Value::Bool(on)),
+            _ => Err(wrong("a boolean", "write true or false".to_owned())),
+        },
+        T::Enum => match value.text() {
+            // Of a subgraph's parameter that lists none any word will do.
+            Some(word)
+                if declaration.values.is_empty() || declaration.values.iter().any(|known| known == word) =>
+            {
+                Ok(Value::Text(word.to_owned()))
+            }
+            Some(_) => Err(vec![document::schema::unknown_word(value, &words(&declaration.values))]),
+            None => Err(wrong("a word", format!("the words are {}", list_of(&declaration.values)))),
+        },
+        T::F32List | T::U32List => {
+            let elements = value.elements();
+            let elements =
+                elements.ok_or_else(|| wrong("a list of numbers", "write it as [1, 2, 3]".to_owned()))?;
+            let whole = declaration.parameter_type == T::U32List;
+            let (min, max) = (declaration.min_length.unwrap_or(0), declaration.max_length.unwrap_or(65_536));
+            if !(min as usize..=max as usize).contains(&elements.len()) {
+                let message = format!("the parameter \"{name}\" has {} elements", elements.len());
+                let help = format!("it takes {min} to {max}");
+                return Err(error(codes::SETTING_RANGE, value.span, message, help));
+            }
+            let (mut numbers, mut errors) = (Vec::new(), Vec::new());
+            for element in elements {
+                match number(name, declaration, element, whole) {
+                    Ok(number) => numbers.push(number),
+                    Err(diagnostic) => errors.push(*diagnostic),
+                }
+            }
+            if !errors.is_empty() {
+                return Err(errors);
+            }
+            match misplaced(name, declaration, &numbers) {
+                Some((at, (code, message, help))) => {
+                    Err(error(code, elements.get(at).unwrap_or(value).span, message, help))
+                }
+                None => Ok(Value::List(numbers)),
+            }
+        }
+    }
+}
+
+/// A number, or an element of a list, of a parameter.
+fn number(
+    name: &str,
+    declaration: &ParameterDeclaration,
+    value: &document::Value,
+    whole: bool,
+) -> Result<Value, Box<Diagnostic>> {
+    let error = |code, message: String, help: String| {
+        Err(Box::new(Diagnostic::error(code, value.span, message).help(help)))
+    };
+    let document::Kind::Number(number) = &value.kind else {
+        let message = format!("the parameter \"{name}\" takes numbers, this is {}", value.kind_name());
+        let help = if whole { "write a whole number" } else { "write a number" };
+        return error(codes::SETTING_TYPE, message, help.to_owned());
+    };
+    let number = number.as_f64().unwrap_or(f64::MAX);
+    match misfit(name, declaration, number, whole) {
+        Some((code, message, help)) => error(code, message, help),
+        None => Ok(Value::Number(number)),
+    }
+}
+
+/// A code, what is wrong, and the way out.
+type Misfit = (Code, String, String);
+
+/// What is wrong with a value that a live parameter is given, of which `before` is one that is right.
+pub fn rejected(
+    name: &str,
+    declaration: &ParameterDeclaration,
+    value: &Value,
+    before: &Value,
+) -> Option<(Code, String, String)> {
+    if !is_alike(value, before) {
+        let message = match (value, before) {
+            (Value::List(given), Value::List(before)) if given.len() != before.len() => {
+                format!("\"{name}\" has {} elements, and is given {}", before.len(), given.len())
+            }
+            _ => format!("the parameter \"{name}\" is {}, this is {}", before.kind_name(), value.kind_name()),
+        };
+        let help = "what is live keeps its type and length; plan again for another".to_owned();
+        return Some((codes::SETTING_TYPE, message, help));
+    }
+    let whole = matches!(
+        declaration.parameter_type,
+        ParameterType::U32 | ParameterType::I32 | ParameterType::U32List
+    );
+    match value {
+        Value::Number(number) => misfit(name, declaration, *number, whole),
+        Value::List(list) => {
+            let mut numbers = list.iter().filter_map(Value::number);
+            let found = numbers.find_map(|number| misfit(name, declaration, number, whole));
+            found.or_else(|| misplaced(name, declaration, list).map(|(_, misfit)| misfit))
+        }
+        Value::Text(word) if !declaration.values.contains(word) => {
+            let help = format!("the words are {}", list_of(&declaration.values));
+            Some((codes::SETTING_TYPE, format!("\"{name}\" is never \"{word}\""), help))
+        }
+        Value::Text(_) | Value::Bool(_) | Value::Reference(_) => None,
+    }
+}
+
+/// The first element of a list that does not follow the one before it.
+fn misplaced(name: &str, declaration: &ParameterDeclaration, numbers: &[Value]) -> Option<(usize, Misfit)> {
+    for (at, pair) in numbers.windows(2).enumerate() {
+        let [Value::Number(before), Value::Number(after)] = pair else { continue };
+        let (follows, word) = match declaration.order {
+            Some(Order::StrictlyIncreasing) => (before < after, "increase"),
+            Some(Order::StrictlyDecreasing) => (before > after, "decrease"),
+            None => (true, ""),
+        };
+        if !follows {
+            let message =
+                format!("the elements of \"{name}\" must strictly {word}, but {after} follows {before}");
+            let help = "sort the list and remove what appears twice".to_owned();
+            return Some((at + 1, (codes::SETTING_ORDER, message, help)));
+        }
+    }
+    None
+}
+
+/// What is wrong with a number, or an element of a list.
+fn misfit(name: &str, declaration: &ParameterDeclaration, number: f64, whole: bool) -> Option<Misfit> {
+    if !number.is_finite() {
+        let message = format!("the parameter \"{name}\" is {number}");
+        return Some((codes::SETTING_RANGE, message, "numbers are finite".to_owned()));
+    }
+    if whole && number.fract() != 0.0 {
+        let message = format!("the parameter \"{name}\" takes whole numbers, not {number}");
+        let help = format!("write {} or {}", number.floor(), number.ceil());
+        return Some((codes::SETTING_TYPE, message, help));
+    }
+    let is_unsigned = matches!(declaration.parameter_type, ParameterType::U32 | ParameterType::U32List);
+    let low = declaration.min.or(is_unsigned.then_some(0.0));
+    let high = declaration.max.unwrap_or(if whole { f64::from(u32::MAX) } else { f64::from(f32::MAX) });
+    if number > high || low.is_some_and(|low| number < low) || number.abs() > f64::from(f32::MAX) {
+        let unit = declaration.unit.as_deref().filter(|unit| *unit != "1");
+        let unit = unit.map(|unit| format!(" {unit}")).unwrap_or_default();
+        let range = match low {
+            Some(low) => format!("{low} to {high}{unit}"),
+            None => format!("up to {high}{unit}"),
+        };
+        let message = format!("{number} is out of the range of \"{name}\"");
+        return Some((codes::SETTING_RANGE, message, format!("the range is {range}")));
+    }
+    None
+}
+
+fn words(values: &[String]) -> Vec<&str> {
+    values.iter().map(String::as_str).collect()
+}
+
+pub(crate) fn decode_feature(
+    name: &str,
+    declaration: &FeatureDeclaration,
+    value: &document::Value,
+) -> Result<Value, Vec<Diagnostic>> {
+    match (declaration.feature_type, &value.kind) {
+        (FeatureType::Bool, document::Kind::Bool(on)) => Ok(Value::Bool(*on)),
+        (FeatureType::Enum, document::Kind::Text(word)) if declaration.values.contains(word) => {
+            Ok(Value::Text(word.clone()))
+        }
+        (FeatureType::Enum, document::Kind::Text(_)) => {
+            Err(vec![document::schema::unknown_word(value, &words(&declaration.values))])
+        }
+        (kind, _) => {
+            let wanted = if kind == FeatureType::Bool { "a boolean" } else { "a word" };
+            let message = format!("the feature \"{name}\" is {wanted}, this is {}", value.kind_name());
+            Err(vec![Diagnostic::error(codes::SETTING_TYPE, value.span, message)])
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! The state that all passes of one pipeline share while they are declared.
+
+use std::collections::{BTreeMap, HashMap};
+use std::rc::Rc;
+use std::sync::Arc;
+
+use crate::data::ValueType;
+use crate::pipeline::names::environment::Environment;
+use crate::pipeline::names::identifiers::VIEWPORT;
+use crate::pipeline::names::instance::Instance;
+use crate::pipeline::resource::{Resource, ResourceKind};
+use crate::pipeline::settings::live::Structural;
+use crate::pipeline::settings::live::{Dependence, names};
+use crate::pipeline::settings::scope::StaticScope;
+use crate::pipeline::state::programs::Programs;
+use crate::work::ResourceHandle;
+use umbragraph_text::diagnostic::{Diagnostic, Diagnostics};
+use umbragraph_text::document::{self, Pointer};
+use umbragraph_text::expression::{
+    Expression, ExpressionError, ExpressionKind, Scope as _, Value, unknown_name,
+};
+use umbragraph_text::language::{Expr, GeometryDeclaration};
+use umbragraph_text::source::{Sources, Span};
+
+/// Values that a CPU pass reads of blackboard data.
+pub(crate) struct Expected {
+    pub(crate) resource: ResourceHandle,
+    pub(crate) values: Vec<(String, ValueType)>,
+    pub(crate) place: Span,
+    pub(crate) pointer: String,
+}
+
+/// The state that all passes of one pipeline share while they are declared.
+pub(crate) struct Shared {
+    pub(crate) scope: StaticScope,
+    /// What follows from which parameters.
+    pub(crate) dependence: Dependence,
+    /// Values that subgraphs are given and that follow from parameters.
+    pub(crate) given: BTreeMap<String, Value>,
+    /// The names of the toggles, which expressions cannot see.
+    pub(crate) toggles: Vec<String>,
+    pub(crate) resources: Vec<Resource>,
+    pub(crate) resource_index: HashMap<String, ResourceHandle>,
+    pub(crate) geometry: BTreeMap<String, GeometryDeclaration>,
+    /// By geometry the filters that a host of it states.
+    pub(crate) filters: BTreeMap<String, Vec<String>>,
+    pub(crate) programs: Programs,
+    pub(crate) diagnostics: Diagnostics,
+    /// Diagnostics about what subgraphs are given; they stand where the subgraph is used.
+    pub(crate) argument_errors: Diagnostics,
+    /// Expressions by their text.
+    expressions: HashMap<String, Rc<Expression>>,
+    /// How often a pass had an error that only follows from a diagnostic elsewhere.
+    pub(crate) withheld: usize,
+    pub(crate) sources: Sources,
+    /// The values that CPU passes read of one another.
+    pub(crate) expected: Vec<Expected>,
+}
+
+impl Shared {
+    /// Before the first pass is declared.
+    pub(crate) fn new(
+        scope: StaticScope,
+        dependence: Dependence,
+        toggles: Vec<String>,
+        geometry: BTreeMap<String, GeometryDeclaration>,
+        programs: Programs,
+        sources: &Sources,
+    ) -> Self {
+        Self {
+            scope,
+            dependence,
+            given: BTreeMap::new(),
+            toggles,
+            resources: Vec::new(),
+            resource_index: HashMap::new(),
+            geometry,
+            filters: BTreeMap::new(),
+            programs,
+            diagnostics: Diagnostics::new(),
+            argument_errors: Diagnostics::new(),
+            expressions: HashMap::new(),
+            withheld: 0,
+            sources: sources.clone(),
+            expected: Vec::new(),
+        }
+    }
+
+    pub(crate) fn find(&self, name: &str) -> Option<ResourceHandle> {
+        self.resource_index.get(name).copied()
+    }
+
+    pub(crate) fn add_resource(&mut self, resource: Resource) -> ResourceHandle {
+        let handle = ResourceHandle(self.resources.len() as u32);
+        self.resource_index.entry(resource.name.clone()).or_insert(handle);
+        self.resources.push(resource);
+        handle
+    }
+
+    pub(crate) fn intern_data(&mut self, name: &str, place: Span, pointer: &str) -> ResourceHandle {
+        self.find(name).unwrap_or_else(|| {
+            self.add_resource(Resource {
+                name: name.to_owned(),
+                place,
+                pointer: pointer.to_owned(),
+                value: document::Value { span: place, kind: document::Kind::Null },
+                environment: Arc::default(),
+                kind: ResourceKind::Data(None),
+                history: None,
+            })
+        })
+    }
+
+    /// The parsed text of an expression; what stands in many places is parsed once.
+    pub(crate) fn parse(&mut self, text: &str) -> Result<Rc<Expression>, ExpressionError> {
+        if let Some(known) = self.expressions.get(text) {
+            return Ok(known.clone());
+        }
+        let parsed = Rc::new(Expr::parse_text(text)?);
+        self.expressions.insert(text.to_owned(), parsed.clone());
+        Ok(parsed)
+    }
+
+    /// Makes structural what an expression follows from, because of what stands at a place.
+    pub(crate) fn fix(
+        &mut self,
+        expression: &Expression,
+        environment: &Environment,
+        at: &dyn Fn() -> Structural,
+    ) {
+        if !self.dependence.is_settled() {
+            names(expression).into_iter().for_each(|name| self.fix_name(name, environment, at));
+        }
+    }
+
+    /// The same of a name.
+    pub(crate) fn fix_name(&mut self, name: &str, environment: &Environment, at: &dyn Fn() -> Structural) {
+        if !self.dependence.is_settled()
+            && let Some(name) = environment.followed(name)
+        {
+            self.dependence.fix(name, at);
+        }
+    }
+
+    /// Makes structural what the expressions in a value follow from.
+    pub(crate) fn fix_all(
+        &mut self,
+        value: &document::Value,
+        environment: &Environment,
+        pointer: &Pointer<'_>,
+    ) {
+        if self.dependence.is_settled() {
+            return;
+        }
+        match &value.kind {
+            document::Kind::Text(text) => {
+                let at = || Structural { place: value.span, pointer: pointer.into() };
+                if let Ok(expression) = self.parse(text) {
+                    self.fix(&expression, environment, &at);
+                }
+            }
+            document::Kind::Array(list) => list.iter().enumerate().for_each(|(at, item)| {
+                self.fix_all(item, environment, &pointer.element(at));
+            }),
+            document::Kind::Object(entries) => entries.iter().for_each(|entry| {
+                self.fix_all(&entry.value, environment, &pointer.key(&entry.key));
+            }),
+            _ => {}
+        }
+    }
+
+    /// Makes structural what the order and the fallbacks of a pass follow from.
+    pub(crate) fn fix_order(&mut self, pass: &Instance<'_>) {
+        for key in ["after", "passthrough"] {
+            if let Some(value) = pass.entry.value.get(key) {
+                self.fix_all(value, &pass.environment, &Pointer::Text(&pass.pointer).key(key));
+            }
+        }
+    }
+
+    /// Reports the diagnostics of one instance, each error of a subgraph once.
+    pub(crate) fn report_from(
+        &mut self,
+        diagnostics: impl IntoIterator<Item = Diagnostic>,
+        environment: &Environment,
+    ) {
+        for diagnostic in diagnostics {
+            match environment.used_at.is_empty() {
+                true => self.diagnostics.push(diagnostic),
+                false => _ = self.diagnostics.push_new(environment.told(diagnostic)),
+            }
+        }
+    }
+
+    /// The first name of a deferred expression that nothing will ever define.
+    pub(crate) fn unknown_name(&self, expression: &Expression) -> Option<ExpressionError> {
+        match &expression.kind {
+            ExpressionKind::Name(name) => {
+                let head = name.rsplit_once('.').map_or(name.as_str(), |(head, _)| head);
+                let known = self.scope.lookup(name).is_some()
+                    || VIEWPORT.contains(&name.as_str())
+                    || self.find(name).is_some()
+                    || self.find(head).is_some()
+                    || self.scope.is_broken(name);
+                (!known).then(|| {
+                    let mut error = unknown_name(name, expression.range.clone(), &self.scope);
+                    if let Some(unknown) = &mut error.unknown {
+                        unknown.known.extend(VIEWPORT.iter().map(|name| (*name).to_owned()));
+                    }
+                    error
+                })
+            }
+            _ => expression.parts().find_map(|part| self.unknown_name(part)),
+        }
+    }
+}

@@ -1,0 +1,579 @@
+//! The configurations of a pipeline, enumerated.
+//!
+//! A configuration gives each setting one of its values, so that `requires`, `excludes` and `one_of` hold. There are two
+//! wishes, and one way to fulfil them:
+//!
+//! - the configurations of the features, around values that a caller gives: all up to 256, or else a pairwise cover
+//!   ([`cover`](self::cover));
+//! - those that can differ in their shaders or passes ([`varied`](self::varied)): all up to 4,096, or else a pairwise
+//!   cover and for each pass every combination of the settings on which it depends ([`dependence`](self::dependence)),
+//!   the others at their defaults. So each pass is seen in all its states, and the number of configurations is counted
+//!   exactly without going through them. A pass with over 4,096 states, or over 16,384 for all passes together, is the
+//!   limit: then there are, for each condition, configurations in which it holds and in which it does not
+//!   ([`witness`](self::witness)), and the number is a lower bound.
+//!
+//! Ranges of up to 256 whole numbers are gone through (of up to 16 where there are more than 4,096 configurations
+//! otherwise). Axes that depend on a number of which not all values are tried are free: they have the values that their
+//! expressions yield, of which up to 4,096 are evaluated, or all of their own, whatever values the other axes have.
+//!
+//! Each preset is one configuration more, with its own parameters; of the second wish, where not everything is gone
+//! through anyway.
+
+mod cover;
+mod coverage;
+mod dependence;
+mod reach;
+mod thresholds;
+mod varied;
+mod varied_setting;
+mod witness;
+
+pub use cover::Cover;
+pub use coverage::{Coverage, Examination, Judge, Verify, check_configurations};
+pub use reach::{AxisProduct, Reached, ReachedProgram, reach};
+
+use std::collections::{BTreeSet, HashSet};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use cover::{MAX_PAIRED, Rules, picks};
+use umbragraph_pipeline::diagnostic::{AxisValue, Count, Diagnostics, list_of};
+use umbragraph_pipeline::document::{Document, Value};
+use umbragraph_pipeline::expression::{self, BinaryOperator, Expression, ExpressionKind, UnaryOperator};
+use umbragraph_pipeline::model::Model;
+use umbragraph_pipeline::node::Registry;
+use umbragraph_pipeline::pipeline::{
+    self, LoadOptions, Override, Overrides, TypedPipeline, axis_value, of_preset,
+};
+use umbragraph_pipeline::shader::{ShaderCache, TargetProfile, TemplateSet};
+use umbragraph_pipeline::source::Sources;
+use varied::{FEW_VALUES, Mentions, features};
+use varied_setting::Varied;
+use witness::{Settings, Witness};
+
+/// The maximum number of configurations of features that are listed one by one.
+pub const MAX: usize = 256;
+
+/// The maximum number of configurations that are enumerated in full where shaders or passes differ: of a pipeline, or
+/// of the settings of one of its passes.
+const MAX_STATES: usize = 1 << 12;
+
+/// The maximum number of configurations that are enumerated for all passes together.
+const MAX_TOGETHER: usize = 1 << 14;
+
+/// The maximum number of whole numbers of a range that are tried one by one.
+const MAX_VALUES: usize = 256;
+
+/// One configuration.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Configuration {
+    /// The values, with those that the caller gives.
+    pub overrides: Overrides,
+    /// The preset that it is.
+    pub preset: Option<String>,
+    /// The index of each setting's value; 0 is the default, or what the caller gives.
+    pick: Vec<usize>,
+}
+
+/// The configurations of a document: the caller's own or the default first, then by the number of settings that differ
+/// from it.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct Configurations {
+    /// The configurations.
+    pub list: Vec<Configuration>,
+    /// How many there are, presets not counted.
+    pub number: Count,
+    /// The cover of the list.
+    pub cover: Cover,
+    /// Whether these are all that can differ in their shaders or passes.
+    pub(super) are_all: bool,
+    /// Whether the list shows every state of every configuration.
+    pub(super) exact: bool,
+    /// Axes that can have values which no configuration here gives them.
+    pub(super) free: Vec<FreeAxis>,
+    varied: Vec<Varied>,
+}
+
+/// An axis that can have values which no tried configuration gives it.
+#[derive(Clone, Debug)]
+pub(super) struct FreeAxis {
+    pub(super) name: String,
+    /// The pass that says so, by its name in the document; all where it is said in a subgraph, or by a name alone.
+    pub(super) pass: Option<String>,
+    /// All values that its expression yields; `None` if these are not known, and every value of the axis counts.
+    pub(super) values: Option<BTreeSet<AxisValue>>,
+    /// On what it depends.
+    pub(super) reason: String,
+}
+
+/// What configurations are loaded with.
+pub(super) struct Loading<'a> {
+    pub(super) registry: &'a Registry,
+    pub(super) shaders: &'a Arc<ShaderCache>,
+    /// As of [`LoadOptions`].
+    pub(super) is_surveyed: bool,
+    /// Ends it before the next configuration, once it is set.
+    pub(super) cancelled: &'a AtomicBool,
+}
+
+impl Configurations {
+    /// The caller's configuration alone.
+    pub fn one(base: &Overrides) -> Self {
+        let only = Configuration { overrides: base.clone(), preset: None, pick: Vec::new() };
+        Self { list: vec![only], number: Count { number: 1, exact: true }, ..Self::default() }
+    }
+
+    /// Those that the features of a document can reach on a profile where the caller gives the values `base`.
+    pub fn of_features(document: &Document, base: &Overrides, profile: &TargetProfile) -> Self {
+        let varied = features(document, base, profile);
+        let rules = Rules::new(&varied);
+        let (picks, cover) = picks(&rules, MAX);
+        let mut found = Self::of(document, base, varied, picks, cover);
+        found.list.extend(presets(document, base));
+        found
+    }
+
+    /// Those that can differ in their shaders or passes.
+    pub fn all(document: &Document, templates: &TemplateSet, profile: &TargetProfile) -> Self {
+        let model = &Model::new(document);
+        let mentions = Mentions::of(document, model, templates, profile);
+        let mut varied = mentions.varied(MAX_VALUES);
+        if product(&varied, &(0..varied.len()).collect()).is_none() {
+            varied = mentions.varied(FEW_VALUES);
+        }
+        let settings = Settings::new(&varied, &mentions.defaults);
+        let (mut picks, mut cover) = picks(&settings.rules, MAX_STATES);
+        if cover != Cover::All {
+            let groups = dependence::groups(model, varied.iter().map(|each| each.name.as_str()), templates);
+            cover = add_states(&settings, groups, &mut picks);
+            if cover != Cover::Passes {
+                add_witnesses(&settings, &conditions(&mentions, &settings), &mut picks);
+            }
+        }
+        let is_sampled = matches!(cover, Cover::Pairs | Cover::Some);
+        let exact = !is_sampled && varied.iter().all(|each| each.exhaustive);
+        let free = if exact { Vec::new() } else { free_axes(&mentions, &settings, is_sampled) };
+        let mut found = Self::of(document, &Overrides::default(), varied, picks, cover);
+        found.number.exact &= exact;
+        if !exact {
+            found.list.extend(presets(document, &Overrides::default()));
+        }
+        Self { exact, free, are_all: true, ..found }
+    }
+
+    /// Whether passes may have states that none of these shows.
+    pub(super) fn is_sampled(&self) -> bool {
+        matches!(self.cover, Cover::Pairs | Cover::Some)
+    }
+
+    /// Loads one after the other, with the shader modules of those before, until that is cancelled.
+    ///
+    /// # Errors
+    /// What is wrong with a document that is too broken to have passes at all, whatever the configuration.
+    pub(super) fn load(
+        &self,
+        document: &Document,
+        loading: Loading<'_>,
+        sources: &Sources,
+        mut each: impl FnMut(usize, &Overrides, TypedPipeline, Diagnostics),
+    ) -> Result<(), Diagnostics> {
+        let Loading { registry, shaders, is_surveyed, cancelled } = loading;
+        let schema = pipeline::check_schema(document, registry);
+        for (at, Configuration { overrides, .. }) in self.list.iter().enumerate() {
+            if cancelled.load(Ordering::Relaxed) {
+                break;
+            }
+            let mut own = Diagnostics::new();
+            let load = LoadOptions { registry, shaders, overrides, schema: Some(&schema), is_surveyed };
+            match pipeline::load(document, &load, sources, &mut own) {
+                Some(pipeline) => each(at, overrides, pipeline, own),
+                None => return Err(own),
+            }
+        }
+        Ok(())
+    }
+
+    fn of(
+        document: &Document,
+        base: &Overrides,
+        varied: Vec<Varied>,
+        picks: Vec<Vec<usize>>,
+        cover: Cover,
+    ) -> Self {
+        let configuration = |pick: Vec<usize>| Configuration {
+            overrides: base.clone().under(overrides(&varied, &pick)),
+            preset: None,
+            pick,
+        };
+        let list = picks.into_iter().map(configuration).collect();
+        let number = Rules::new(&varied).count(document.root.span);
+        Self { list, number, cover, varied, ..Self::default() }
+    }
+
+    /// Which configurations those at these (increasing) positions are, in words; `None` where they are all.
+    pub fn describe(&self, found: &[usize]) -> Option<String> {
+        let all = self.list.len();
+        let first = found.first().filter(|_| found.len() < all).and_then(|first| self.list.get(*first))?;
+        let checked = if self.cover == Cover::All { "" } else { "checked " };
+        let text = format!("in {} of {all} {checked}configurations", found.len());
+        if let Some(preset) = &first.preset {
+            return Some(format!("{text}: with --preset {preset}"));
+        }
+        let changes: Vec<String> = first
+            .pick
+            .iter()
+            .enumerate()
+            .filter(|(_, value)| **value > 0)
+            .map(|(at, value)| self.write(at, *value))
+            .collect();
+        Some(match (changes.as_slice(), self.cause(found)) {
+            ([], None) => format!("{text}, the default one among them"),
+            ([], Some(cause)) => format!("{text}: with {cause}, which are the defaults"),
+            (changes, _) => format!("{text}; the fewest choices that show it: {}", list_of(changes)),
+        })
+    }
+
+    fn write(&self, at: usize, value: usize) -> String {
+        let value = self.varied.get(at).and_then(|each| each.values.get(value)).map(Value::to_json);
+        let text = match value {
+            Some(serde_json::Value::String(word)) => word,
+            Some(value) => value.to_string(),
+            None => String::new(),
+        };
+        format!("{}={text}", self.varied.get(at).map_or("", |each| each.name.as_str()))
+    }
+
+    /// One or two default values that are in these configurations and in no others.
+    fn cause(&self, found: &[usize]) -> Option<String> {
+        let found: BTreeSet<usize> = found.iter().copied().collect();
+        let explains = |features: &[usize]| {
+            let mut picked = self.list.iter().enumerate().filter(|(_, one)| !one.pick.is_empty());
+            picked.all(|(at, one)| {
+                let holds = features.iter().all(|feature| one.pick.get(*feature) == Some(&0));
+                holds == found.contains(&at)
+            })
+        };
+        let count = self.varied.len().min(MAX_PAIRED);
+        let single = (0..count).find(|feature| explains(&[*feature])).map(|feature| vec![feature]);
+        let pair = || {
+            (0..count)
+                .flat_map(|one| (one + 1..count).map(move |two| vec![one, two]))
+                .find(|pair| explains(pair))
+        };
+        let names = single.or_else(pair)?;
+        Some(names.into_iter().map(|at| self.write(at, 0)).collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// The configuration of each preset that gives values.
+fn presets(document: &Document, base: &Overrides) -> Vec<Configuration> {
+    let presets = document.root.entries_of("presets");
+    let values = presets
+        .iter()
+        .map(|preset| (preset, of_preset(document, &preset.key, preset.key_span, &mut Diagnostics::new())));
+    values
+        .filter(|(_, values)| !values.parameters.is_empty() || !values.features.is_empty())
+        .map(|(preset, values)| Configuration {
+            overrides: values.under(base.clone()),
+            preset: Some(preset.key.clone()),
+            pick: Vec::new(),
+        })
+        .collect()
+}
+
+/// Whether the condition at a pointer, of a pass at the top of a document, holds with no values that its settings can have.
+pub(super) fn cannot_hold(
+    document: &Document,
+    model: &Model,
+    (templates, profile): (&TemplateSet, &TargetProfile),
+    pointer: &str,
+) -> bool {
+    let mentions = Mentions::of(document, model, templates, profile);
+    let varied = mentions.varied(MAX_STATES);
+    let settings = Settings::new(&varied, &mentions.defaults);
+    let place = document.root.nearest(pointer).span;
+    let condition = model.texts().iter().find(|text| text.place == place).and_then(|text| model.closed(text));
+    let Some(condition) = condition else { return false };
+    settings.named(&condition).into_iter().all(|at| varied[at].exhaustive)
+        && settings.witness(&condition, true) == Witness::Nowhere
+}
+
+/// The conditions that decide about passes and axes: those of passes, those within expressions, and the latter together
+/// with those of their pass.
+fn conditions(mentions: &Mentions<'_>, settings: &Settings<'_>) -> Vec<Expression> {
+    let is_condition =
+        |expression: &Expression| has_form_of_condition(expression) && !settings.named(expression).is_empty();
+    let both = |a: &Expression, b: &Expression| Expression {
+        range: a.range.clone(),
+        kind: ExpressionKind::Binary(BinaryOperator::And, Box::new(a.clone()), Box::new(b.clone())),
+    };
+    let not = |a: &Expression| Expression {
+        range: a.range.clone(),
+        kind: ExpressionKind::Unary(UnaryOperator::Not, Box::new(a.clone())),
+    };
+    let mut found = Vec::new();
+    for mention in mentions.list.iter().filter(|mention| mention.deciding) {
+        let Some(expression) = &mention.expression else { continue };
+        let when = mention.pass.and_then(|pass| mentions.condition_of(pass));
+        let mut add = |condition: &Expression| {
+            if let Some(when) = when.as_ref().filter(|when| *when != condition) {
+                found.push(both(when, condition));
+                found.push(both(when, &not(condition)));
+            }
+            found.push(condition.clone());
+        };
+        if is_condition(expression) {
+            add(expression);
+        }
+        expression.visit(&mut |inner| {
+            if let ExpressionKind::Conditional(condition, _, _) = &inner.kind
+                && is_condition(condition)
+            {
+                add(condition);
+            }
+        });
+    }
+    found
+}
+
+/// Whether an expression has the form of a condition.
+fn has_form_of_condition(expression: &Expression) -> bool {
+    matches!(
+        expression.kind,
+        ExpressionKind::Name(_)
+            | ExpressionKind::Unary(UnaryOperator::Not, _)
+            | ExpressionKind::Binary(..)
+            | ExpressionKind::Conditional(..)
+    )
+}
+
+/// The axes of which configurations that are left out can give values.
+fn free_axes(mentions: &Mentions<'_>, settings: &Settings<'_>, sampled: bool) -> Vec<FreeAxis> {
+    let varied = mentions.varied(MAX_STATES);
+    // The same settings, with all whole numbers of larger ranges.
+    let wide = &Settings::new(&varied, &mentions.defaults);
+    let open = |at: &usize| !settings.varied[*at].exhaustive;
+    let mut free = Vec::new();
+    for mention in &mentions.list {
+        let Some(axis) = mention.axis else { continue };
+        let expression = mention.expression.as_ref();
+        let named = expression.map(|each| settings.named(each)).unwrap_or_default();
+        let is_tried = !sampled || named.len() <= 1;
+        if is_tried && !named.iter().any(open) {
+            continue;
+        }
+        let condition = mention.pass.and_then(|pass| mentions.condition_of(pass));
+        free.push(FreeAxis {
+            name: axis.to_owned(),
+            pass: mention.pass.map(str::to_owned),
+            values: expression.and_then(|each| values_yielded(wide, each, condition.as_ref())),
+            reason: format!("\"{}\"", mention.text),
+        });
+    }
+    let is_open = |each: &&Varied| !each.exhaustive && mentions.axes.contains(each.name.as_str());
+    for each in settings.varied.iter().filter(is_open) {
+        free.push(FreeAxis {
+            name: each.name.clone(),
+            pass: None,
+            values: expression::parse(&each.name).ok().and_then(|name| values_yielded(wide, &name, None)),
+            reason: format!("\"{}\"", each.name),
+        });
+    }
+    free
+}
+
+/// All values that an expression yields where a condition may hold, if they can be gone through.
+fn values_yielded(
+    settings: &Settings<'_>,
+    expression: &Expression,
+    condition: Option<&Expression>,
+) -> Option<BTreeSet<AxisValue>> {
+    let named = settings.named(expression);
+    if named.is_empty() || !named.iter().all(|at| settings.varied[*at].exhaustive) {
+        return None;
+    }
+    let total = product(settings.varied, &named)?;
+    let mut found = BTreeSet::new();
+    for number in 0..total {
+        let pick = combination(settings.varied, &named, number);
+        if condition.is_none_or(|condition| settings.holds(condition, &pick) != Some(false)) {
+            found.extend(settings.value(expression, &pick).as_ref().and_then(axis_value));
+        }
+    }
+    // An expression over names of a subgraph yields nothing here.
+    (!found.is_empty()).then_some(found)
+}
+
+/// The number of combinations of the values of a group, unless it is too large.
+fn product(varied: &[Varied], group: &BTreeSet<usize>) -> Option<usize> {
+    let size = |total: usize, at: &usize| total.checked_mul(varied[*at].values.len().max(1));
+    group.iter().try_fold(1_usize, size).filter(|total| *total <= MAX_STATES)
+}
+
+/// Adds, for each pass, every combination of the settings on which it depends, the others at their defaults; whether that
+/// is possible.
+fn add_states(settings: &Settings<'_>, groups: Vec<BTreeSet<usize>>, picks: &mut Vec<Vec<usize>>) -> Cover {
+    let groups: BTreeSet<BTreeSet<usize>> =
+        groups.into_iter().map(|group| settings.rules.with_tied(group)).collect();
+    let mut seen: HashSet<Vec<usize>> = picks.iter().cloned().collect();
+    let mut cover = Cover::Passes;
+    for group in &groups {
+        let total = product(settings.varied, group).filter(|total| picks.len() + total <= MAX_TOGETHER);
+        let Some(total) = total else {
+            cover = Cover::Some;
+            continue;
+        };
+        for number in 0..total {
+            let pick: Vec<usize> = combination(settings.varied, group, number)
+                .into_iter()
+                .map(Option::unwrap_or_default)
+                .collect();
+            if settings.rules.allow(&pick) && seen.insert(pick.clone()) {
+                picks.push(pick);
+            }
+        }
+    }
+    cover
+}
+
+/// Adds configurations in which each condition holds and in which it does not, where none is there.
+fn add_witnesses(settings: &Settings<'_>, conditions: &[Expression], picks: &mut Vec<Vec<usize>>) {
+    for (condition, wanted) in conditions.iter().flat_map(|each| [(each, true), (each, false)]) {
+        let shows = |pick: &Vec<usize>| {
+            let pick: Vec<Option<usize>> = pick.iter().copied().map(Some).collect();
+            settings.holds(condition, &pick) == Some(wanted)
+        };
+        if picks.len() < MAX_TOGETHER
+            && !picks.iter().any(shows)
+            && let Witness::Found(pick) = settings.witness(condition, wanted)
+        {
+            picks.push(pick);
+        }
+    }
+}
+
+/// One of the combinations of the values of a group, by its number.
+fn combination(varied: &[Varied], group: &BTreeSet<usize>, number: usize) -> Vec<Option<usize>> {
+    let mut pick = vec![None; varied.len()];
+    let mut rest = number;
+    for at in group {
+        let count = varied[*at].values.len().max(1);
+        pick[*at] = Some(rest % count);
+        rest /= count;
+    }
+    pick
+}
+
+/// The values of a pick that are no defaults.
+fn overrides(varied: &[Varied], pick: &[usize]) -> Overrides {
+    let mut overrides = Overrides::default();
+    for (each, at) in varied.iter().zip(pick).filter(|(_, at)| **at > 0) {
+        let Some(value) = each.values.get(*at) else { continue };
+        let setting = Override { name: each.name.clone(), value: value.clone(), place: value.span };
+        match each.feature {
+            Some(_) => overrides.features.push(setting),
+            None => overrides.parameters.push(setting),
+        }
+    }
+    overrides
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use umbragraph_pipeline::source::Sources;
+
+    #[test]
+    fn what_the_profile_has_no_room_for_is_off_with_all_that_requires_it() {
+        let features = |limit: u32| {
+            format!(
+                "\"big\": {{ \"type\": \"bool\", \"default\": true, \
+                   \"required_limits\": {{ \"max_texture_dimension_2d\": {limit} }} }}, \
+                 \"bigger\": {{ \"type\": \"enum\", \"values\": [\"x\", \"y\"], \"default\": \"y\", \"requires\": [\"big\"] }}, \
+                 \"other\": {{ \"type\": \"bool\", \"default\": false }}"
+            )
+        };
+        let there = configurations(&features(8192));
+        assert_eq!((there.list.len(), there.number.number), (6, 6));
+        let lacking = configurations(&features(8193));
+        assert_eq!((lacking.list.len(), lacking.number.number), (2, 2));
+        assert_eq!(lacking.varied[0].values.iter().map(Value::to_json).collect::<Vec<_>>(), [false]);
+        assert_eq!(lacking.varied[1].values.iter().map(Value::to_json).collect::<Vec<_>>(), ["x"]);
+    }
+
+    fn configurations(features: &str) -> Configurations {
+        let mut sources = Sources::new();
+        let file = sources.add("t", format!("{{ \"features\": {{ {features} }} }}"));
+        let document = umbragraph_pipeline::document::parse(&sources, file).valid().unwrap();
+        Configurations::of_features(&document, &Overrides::default(), &TargetProfile::webgpu())
+    }
+
+    fn switches(count: usize) -> String {
+        let one = |at: usize| format!("\"f{at:02}\": {{ \"type\": \"bool\", \"default\": false }}");
+        (0..count).map(one).collect::<Vec<_>>().join(", ")
+    }
+
+    #[test]
+    fn few_features_are_combined_in_full_and_the_forbidden_is_left_out() {
+        assert_eq!(configurations(&switches(3)).list.len(), 8);
+        let tied = configurations(
+            "\"a\": { \"type\": \"bool\", \"default\": true }, \
+             \"b\": { \"type\": \"bool\", \"default\": false, \"requires\": [\"a\"] }, \
+             \"c\": { \"type\": \"enum\", \"values\": [\"x\", \"y\"], \"default\": \"x\", \"excludes\": [\"b\"] }",
+        );
+        assert_eq!((tied.list.len(), tied.cover), (5, Cover::All));
+        assert_eq!(tied.number, Count { number: 5, exact: true });
+    }
+
+    #[test]
+    fn of_a_group_exactly_one_feature_is_on() {
+        let member = |name: &str, on: bool| {
+            format!("\"{name}\": {{ \"type\": \"bool\", \"default\": {on}, \"one_of\": \"g\" }}")
+        };
+        let text = [member("a", true), member("b", false), member("c", false), switches(1)].join(", ");
+        let grouped = configurations(&text);
+        assert_eq!((grouped.list.len(), grouped.number), (6, Count { number: 6, exact: true }));
+        let text = [text, switches(12).replace("\"f", "\"g")].join(", ");
+        let grouped = configurations(&text);
+        assert_eq!(grouped.cover, Cover::Pairs);
+        let ons = |each: &Configuration| {
+            each.pick[..3].iter().zip([1, 0, 0]).filter(|(a, b)| (**a == 0) == (*b == 1)).count()
+        };
+        assert!(grouped.list.iter().all(|each| ons(each) == 1));
+    }
+
+    #[test]
+    fn many_features_are_covered_pair_by_pair() {
+        let many = configurations(&switches(20));
+        assert_eq!(many.cover, Cover::Pairs);
+        assert_eq!(many.number.number, 1 << 20);
+        assert!(many.list.len() <= 40, "{}", many.list.len());
+        for one in 0..20 {
+            for two in one + 1..20 {
+                for values in [[0, 0], [0, 1], [1, 0], [1, 1]] {
+                    let shown = many.list.iter().any(|each| [each.pick[one], each.pick[two]] == values);
+                    assert!(shown, "features {one} and {two} are never {values:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_some_configurations_show_is_told_with_the_fewest_choices() {
+        let three = configurations(&switches(3));
+        let with = |wanted: &dyn Fn(&[usize]) -> bool| -> Vec<usize> {
+            (0..8).filter(|at| wanted(&three.list[*at].pick)).collect()
+        };
+        assert_eq!(three.describe(&with(&|_| true)), None);
+        assert_eq!(
+            three.describe(&with(&|pick| pick[0] == 1 && pick[2] == 1)).unwrap(),
+            "in 2 of 8 configurations; the fewest choices that show it: f00=true, f02=true"
+        );
+        assert_eq!(
+            three.describe(&with(&|pick| pick[1] == 0)).unwrap(),
+            "in 4 of 8 configurations: with f01=false, which are the defaults"
+        );
+    }
+}
