@@ -40,7 +40,7 @@ impl From<String> for Files {
     }
 }
 
-/// What does not change from one pipeline to the next.
+/// The inputs that every pipeline of the bench shares.
 struct Bench {
     templates: Arc<TemplateSet>,
     sources: Sources,

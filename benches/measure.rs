@@ -1,4 +1,4 @@
-//! What several benches compute of their measurements.
+//! Statistics that several benches compute from their measurements.
 
 /// The slope of a line through points, by least squares.
 pub(crate) fn slope(points: &[(f64, f64)]) -> f64 {

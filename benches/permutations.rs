@@ -137,7 +137,7 @@ fn report(name: &str, goal: &str, ours: Duration, rival: Duration, of: &str) {
     println!("ratio {name} {:.4}", ours.as_secs_f64() / rival.as_secs_f64());
 }
 
-/// What naga alone does with texts.
+/// The work that naga alone does with a text.
 #[derive(Clone, Copy, PartialEq)]
 enum Naga {
     /// Parsing and validating.

@@ -20,9 +20,9 @@ pub(crate) struct Graph {
 pub(crate) struct Pass {
     /// The resource that it reads.
     pub(crate) reads: Vec<usize>,
-    /// What it writes.
+    /// The resources that it writes.
     pub(crate) writes: Vec<usize>,
-    /// What it reads and writes.
+    /// The resources that it both reads and writes.
     pub(crate) updates: Vec<usize>,
     /// Whether it says that it runs after the pass before it.
     pub(crate) after_previous: bool,

@@ -1,4 +1,4 @@
-//! What the shaders of `pipelines/awsm.json` cost before its first frame, by filter and by what is switched on.
+//! The cost of the shaders of `pipelines/awsm.json` before its first frame, by filter and by the features that are on.
 //!
 //! For each setting, in a process of its own with nothing compiled kept by Mesa: the distinct modules of its passes, their
 //! bytes as WGSL and as SPIR-V (overrides resolved), the time to make all pipelines, that of the first frame of 64 by 36 of the

@@ -13,7 +13,8 @@ use crate::low_level::compose::{self, Roots};
 use crate::low_level::shader::{TEMPLATE_ENDS, TargetProfile};
 use crate::node::{Node, NodeKind, Registry};
 
-/// What pipelines are loaded with: node kinds, templates, what the host stores of its meshes, and the target profile.
+/// The surroundings that pipelines are loaded with: node kinds, templates, the host's mesh layouts, and the target
+/// profile.
 ///
 /// Loads share a [`Session`]: what one has read, and the shader modules that it has proven, serve all others of the same
 /// library.
@@ -70,7 +71,7 @@ impl Library {
         self.again()
     }
 
-    /// What the host stores of the meshes of a geometry. Shaders are compared with it when a pipeline is planned.
+    /// Declares the layout of the host's meshes of a geometry. Shaders are compared with it when a pipeline is planned.
     #[must_use]
     pub fn host(mut self, geometry: impl Into<String>, interface: HostInterface) -> Self {
         self.registry.host(geometry, interface);
@@ -91,7 +92,7 @@ impl Library {
         self.again()
     }
 
-    /// What shaders and plans may rely on, in place of what WebGPU promises.
+    /// Sets the features and limits that shaders and plans may rely on, in place of what WebGPU promises.
     #[must_use]
     pub fn profile(mut self, profile: TargetProfile) -> Self {
         self.profile = profile;

@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use crate::low_level::compiler::{ImportDescriptor, Objective, PlanOptions};
 
-/// What a pipeline is planned with: the size of the picture, values of parameters and features, what the host's own
-/// textures are. A name that the pipeline does not have, or a value of a wrong type, is an error of
+/// The inputs of a plan: the size of the picture, values of parameters and features, and descriptors of the host's own
+/// textures. A name that the pipeline does not have, or a value of a wrong type, is an error of
 /// [`Pipeline::plan`](crate::Pipeline::plan) that says where in your code it was set.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]

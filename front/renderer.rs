@@ -17,7 +17,7 @@ pub struct Renderer {
     made_of: Option<MadeOf>,
 }
 
-/// What was planned last, or could not be.
+/// The inputs of the last plan, whether planning succeeded or not.
 struct MadeOf {
     pipeline: Pipeline,
     options: Options,
@@ -59,7 +59,7 @@ impl Renderer {
         self.executor.as_mut().map_or(Ok(()), |executor| executor.record(encoder, frame))
     }
 
-    /// What records, once there was a frame: for live parameters, times, exposed resources.
+    /// The executor, once there was a frame: for live parameters, times, exposed resources.
     pub fn executor(&mut self) -> Option<&mut Executor> {
         self.executor.as_mut()
     }

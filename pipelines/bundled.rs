@@ -9,7 +9,7 @@ use crate::diagnostic::{Diagnostic, codes, list_of, suggested_name};
 use crate::low_level::compose::Files;
 use crate::low_level::source::{FileId, Sources};
 
-/// What the names of bundled files begin with.
+/// The scheme with which the names of bundled files begin.
 pub(crate) const SCHEME: &str = "umbragraph:";
 
 /// Every bundled file: its name behind `umbragraph:`, and its text; sorted by name.

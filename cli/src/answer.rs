@@ -7,7 +7,7 @@ use crate::progress::Progress;
 use crate::session::Session;
 use crate::streams::{print, print_json};
 
-/// What is answered.
+/// The result of a command, in both forms of output.
 pub(crate) trait Answer {
     /// In words.
     fn text(&self) -> String;

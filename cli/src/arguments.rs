@@ -93,7 +93,7 @@ pub(crate) enum Command {
     Tune(TuneArguments),
 }
 
-/// What gives parameters and features their values.
+/// The options that give parameters and features their values.
 #[derive(Args, Clone)]
 pub(crate) struct Settings {
     /// Gives a parameter a value: JSON, a word of an enumeration, or on or off for a boolean.
@@ -131,7 +131,7 @@ pub(crate) struct Files {
     pub(crate) root: Vec<PathBuf>,
 }
 
-/// What every command can be told of a pipeline.
+/// The options that every command has for a pipeline.
 #[derive(Args, Clone)]
 pub(crate) struct Choices {
     #[command(flatten)]
@@ -145,7 +145,7 @@ pub(crate) struct Choices {
     /// Width and height of the picture.
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     pub(crate) size: [u32; 2],
-    /// What the order of the passes is chosen for: declaration, memory or few-passes.
+    /// The aim of the order of the passes: declaration, memory or few-passes.
     #[arg(long, value_name = "NAME", default_value = "declaration", value_parser = one_of("objectives", Objective::ALL, Objective::name))]
     pub(crate) objective: Objective,
 }
@@ -204,7 +204,7 @@ pub(crate) struct PermutationsArguments {
     /// A further validator for every distinct text, such as 'tint --format wgsl -o /dev/null {}'.
     #[arg(long, value_name = "COMMAND", value_parser = ExternalValidator::parse)]
     pub(crate) also: Vec<ExternalValidator>,
-    /// How long a further validator may take for one text.
+    /// The time limit of a further validator for one text.
     #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=3600))]
     pub(crate) also_time_limit: u64,
     /// The form of the diagnostics: human, json, github or sarif.
@@ -279,7 +279,7 @@ pub(crate) struct GraphArguments {
     /// The form: svg, html, dot, mermaid or json; without it that of the extension of --out, else svg.
     #[arg(long, value_name = "NAME", value_parser = one_of("forms", GraphFormat::ALL, GraphFormat::name))]
     pub(crate) format: Option<GraphFormat>,
-    /// Where it goes; without it to standard output.
+    /// The file to write; without it the output goes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// A second pipeline to compare with; html only.
@@ -330,7 +330,7 @@ pub(crate) struct DiffArguments {
     /// Width and height of the second picture alone.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) after_size: Option<[u32; 2]>,
-    /// What the order of the second plan alone is chosen for.
+    /// The aim of the order of the second plan alone.
     #[arg(long, value_name = "NAME", value_parser = one_of("objectives", Objective::ALL, Objective::name))]
     pub(crate) after_objective: Option<Objective>,
 }
@@ -385,7 +385,7 @@ pub(crate) struct FmtArguments {
 
 #[derive(Args)]
 pub(crate) struct SchemaArguments {
-    /// Which files it is the schema of.
+    /// The kind of file that the schema describes.
     #[arg(long, value_name = "KIND", value_enum, default_value = "pipeline")]
     pub(crate) of: SchemaKind,
     /// Compares with this file instead of printing; a difference is a diagnostic.
@@ -410,7 +410,8 @@ pub(crate) enum SchemaKind {
 
 #[derive(Args)]
 pub(crate) struct ReferenceArguments {
-    /// What to print: a node kind, a type, a function, a template, or a code such as UG0402; without it all are listed.
+    /// The entry to print: a node kind, a type, a function, a template, or a code such as UG0402; without it all are
+    /// listed.
     pub(crate) name: Option<String>,
     /// Writes the whole reference as Markdown files into a folder.
     #[arg(long, value_name = "FOLDER", conflicts_with = "name")]

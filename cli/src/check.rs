@@ -61,7 +61,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
     }) && is_sound
 }
 
-/// What was covered of a pipeline, as data.
+/// The coverage of a pipeline's check, as JSON.
 fn numbers(path: &Path, covered: &Surveyed) -> serde_json::Value {
     let configurations = &covered.configurations;
     let unchecked = covered.coverage.first.pipeline.as_ref().map_or(0, |pipeline| pipeline.gaps.len());

@@ -10,7 +10,7 @@ pub(crate) struct Graphics {
     pub(crate) device: Device,
     pub(crate) queue: Queue,
     pub(crate) name: String,
-    /// What the adapter can do of what older ones cannot.
+    /// The downlevel flags of the adapter: abilities that older hardware lacks.
     pub(crate) flags: wgpu::DownlevelFlags,
 }
 
@@ -78,8 +78,8 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
 }
 
 impl Graphics {
-    /// What the profile of a pipeline becomes on the device: what it has less, and what it has more of what the pipeline can
-    /// use.
+    /// The profile of a pipeline on this device: limited to what the device offers, with the device features that the
+    /// pipeline can use.
     pub(crate) fn profile(&self, pipeline: &TypedPipeline) -> TargetProfile {
         let features = pipeline.device_features() & self.device.features();
         let profile = pipeline.profile.clone().on_device(&self.device.limits(), self.flags);

@@ -13,7 +13,7 @@ use crate::arguments::FmtArguments;
 use crate::replace::replace;
 use crate::streams::{complain, print, print_contents, print_json};
 
-/// What diagnostics call standard input.
+/// The name of standard input in diagnostics.
 const STANDARD_INPUT: &str = "<standard input>";
 
 /// Formats every file that can be; whether there were no errors, and with `--check` nothing to change.

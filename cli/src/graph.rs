@@ -79,7 +79,7 @@ fn format(arguments: &GraphArguments) -> Result<GraphFormat, Diagnostic> {
     }
 }
 
-/// What there is to say of one pipeline; nothing after an error.
+/// The report of one pipeline; `None` after an error.
 pub(crate) fn report(session: &mut Session, path: &Path, choices: &Choices) -> Option<Report> {
     let checked = session.check(path, choices);
     Some(Report::new(&*checked.plan?, &*checked.graph?, session.sources()))

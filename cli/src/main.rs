@@ -82,8 +82,8 @@ fn main() -> ExitCode {
     if fine && !streams::is_lost() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Where there is no display, a layer of Mesa that looks for one complains on standard error, twice, before every
-/// picture. This keeps it from being loaded.
+/// Keeps a layer of Mesa from loading if there is no display. It looks for one and complains on standard error, twice,
+/// before every picture.
 #[cfg(all(feature = "gpu", target_os = "linux"))]
 #[expect(unsafe_code, reason = "see the proof at the place")]
 fn silence_device_selection() {

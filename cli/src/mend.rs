@@ -19,7 +19,7 @@ use crate::streams::{complain, print_contents};
 /// The maximum number of rounds; each mends at least one diagnostic.
 const MAX_ROUNDS: usize = 64;
 
-/// What was mended.
+/// The files that fixes have changed.
 #[derive(Default)]
 pub(crate) struct Mended {
     files: BTreeMap<String, File>,
@@ -74,7 +74,7 @@ pub(crate) fn mend(arguments: &CheckArguments) -> Mended {
     mended
 }
 
-/// What an edit does, for people.
+/// One edit as a line for people.
 fn line(source: &SourceFile, edit: &Edit) -> String {
     let at = source.line_column(u32::try_from(edit.range.start).unwrap_or(u32::MAX));
     let old = source.text().get(edit.range.clone()).unwrap_or_default().trim();

@@ -14,7 +14,7 @@ use crate::arguments::Settings;
 use crate::session::Session;
 
 impl Session {
-    /// What the preset, the parameter files and the command line give values to, the last over the first.
+    /// The values that the preset, the parameter files and the command line give, the last over the first.
     pub(crate) fn overrides(&mut self, settings: &Settings, document: &Document) -> Overrides {
         let files: Vec<ParameterFile> =
             settings.params.iter().filter_map(|path| self.parameter_file(path)).collect();

@@ -1,7 +1,7 @@
 //! Files that are no pipelines, given to `check`: extensions, subgraphs and parameter files.
 //!
-//! What a file is, its keys say. Each is held to the schema of its kind; what depends on the pipeline that it is put
-//! into is checked there.
+//! The keys of a file tell its kind. Each file is held to the schema of its kind. Its fit with a pipeline is checked in
+//! that pipeline.
 
 use std::path::Path;
 

@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     session.report_as(arguments.format, || outcome.human(), |diagnostics| outcome.json(diagnostics))
 }
 
-/// What is to be proven; `None` where the command line names something that does not exist.
+/// The variants to prove; `None` if the command line names something that does not exist.
 fn requests(
     arguments: &PermutationsArguments,
     session: &mut Session,

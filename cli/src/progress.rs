@@ -1,4 +1,4 @@
-//! What the command is doing, as a line on a terminal, and how long each stage took.
+//! Progress of the command as a line on a terminal, and the time of each stage.
 
 use std::io::IsTerminal as _;
 use std::time::{Duration, Instant};

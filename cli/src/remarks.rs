@@ -1,4 +1,5 @@
-//! What `check` says below its line about a pipeline: what the plan does not use, and what is left to `permutations`.
+//! Remarks that `check` prints below its line about a pipeline: what the plan does not use, and what is left to
+//! `permutations`.
 
 use std::fmt::Write as _;
 use std::path::Path;

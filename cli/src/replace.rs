@@ -29,7 +29,7 @@ pub(crate) fn replace(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Dia
 pub(crate) struct Unfinished {
     /// As it is asked for.
     pub(crate) path: PathBuf,
-    /// Where links lead to.
+    /// The path itself, or the target of its link.
     place: PathBuf,
     temporary: PathBuf,
     /// Those of a file that is there already.

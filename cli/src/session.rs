@@ -140,7 +140,7 @@ impl Session {
         self.session.text("<command line>", text)
     }
 
-    /// What a document may read.
+    /// The folders that a document may read.
     #[cfg(feature = "gpu")]
     pub(crate) fn roots(&self, document: &Path) -> Roots {
         self.roots.iter().fold(Roots::of(document), |roots, folder| roots.and(folder))
@@ -296,7 +296,7 @@ impl Session {
         CheckOptions { registry: self.registry(), templates: &self.templates, profile, overrides, plan }
     }
 
-    /// What the choices say of the plan.
+    /// The options of the plan, from the choices.
     pub(crate) fn options(choices: &Choices) -> PlanOptions {
         PlanOptions::new(choices.size[0], choices.size[1]).objective(choices.objective)
     }
@@ -376,7 +376,7 @@ pub(crate) fn profiles(document: &Document, asked: Vec<TargetProfile>) -> Vec<Ta
     if asked.is_empty() { pipeline::claimed_profiles(document, &mut Diagnostics::new()) } else { asked }
 }
 
-/// What wgpu says of a plan on a device with a profile's limits and features.
+/// A judge that runs a plan through wgpu on a device with a profile's limits and features.
 #[cfg(feature = "gpu")]
 pub(crate) fn dry_run(profile: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<> {
     let mut dry_run = pollster::block_on(DryRun::new(profile));

@@ -25,7 +25,7 @@ pub(crate) struct ExternalValidator {
     pub(crate) arguments: Vec<String>,
     /// For one text.
     pub(crate) time_limit: Duration,
-    /// Where the command is written, for diagnostics about the command itself.
+    /// The place of the command's text, for diagnostics about the command itself.
     pub(crate) place: Place,
 }
 

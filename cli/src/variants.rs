@@ -1,4 +1,4 @@
-//! What came of proving variants: for people, as JSON, as annotations of a pull request, and as files.
+//! The outcome of proving variants: for people, as JSON, as annotations of a pull request, and as files.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -23,13 +23,13 @@ pub(crate) struct Outcome {
 pub(crate) struct ReachedConfigurations {
     pub(crate) pipeline: String,
     pub(crate) configurations: Count,
-    /// How many of them were loaded, which show every pass in all its states.
+    /// The number of loaded configurations, which show every pass in all its states.
     pub(crate) loaded: usize,
     /// Loaded ones in which values of parameters do not go together.
     pub(crate) rejected: usize,
 }
 
-/// What stands under `templates` is one entry for each pass and product of axis values.
+/// The JSON output. `templates` has one entry for each pass and product of axis values.
 #[derive(Serialize)]
 struct Document<'a> {
     diagnostics: Vec<serde_json::Value>,
@@ -53,7 +53,7 @@ impl Outcome {
         self.permutations.templates.iter().fold(Count::ZERO, |sum, report| sum.plus(report.covered))
     }
 
-    /// What was covered, for people.
+    /// The coverage, for people.
     pub(crate) fn human(&self) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.

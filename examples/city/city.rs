@@ -34,7 +34,7 @@ impl City {
     }
 }
 
-/// Where a box stands: the first is the plain, the others are houses along streets.
+/// The matrix of a box: the first is the plain, the others are houses along streets.
 pub(crate) fn matrix(at: u32) -> Mat4 {
     if at == 0 {
         return Mat4::from_translation(Vec3::NEG_Y) * Mat4::from_scale(Vec3::new(200.0, 2.0, 200.0));

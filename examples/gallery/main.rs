@@ -90,7 +90,7 @@ fn shows_a_picture(outcome: &Outcome) -> bool {
     outcome.plan().resources.contains_key("target")
 }
 
-/// What a pipeline makes of a scene whose lights it reads.
+/// The picture of a scene; `None` if the pipeline leaves lights of it unread.
 fn drawn(gpu: &Gpu, outcome: &Outcome, scene: &Scene) -> Option<Picture> {
     let [width, height] = outcome.plan().viewport;
     let mut host = Host::new(gpu, outcome, scene);

@@ -108,7 +108,7 @@ impl Document {
         Self { name: name.to_owned(), ..Self::default() }
     }
 
-    /// How many triangles the scene draws, each mesh counted as often as it is placed.
+    /// The number of triangles that the scene draws, each mesh counted as often as it is placed.
     pub(crate) fn drawn_triangles(&self) -> usize {
         self.drawn_triangles
     }

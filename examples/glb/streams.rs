@@ -21,7 +21,7 @@ const OTHERS: usize = 5;
 /// A buffer view: its bytes, its stride and its target.
 pub(crate) type View<'a> = (&'a [u8], Option<usize>, Option<u32>);
 
-/// What moves a vertex: two joints, and the weight of the second one.
+/// The skinning of a vertex: two joints, and the weight of the second one.
 pub(crate) type Weight = (u8, u8, f64);
 
 /// The streams under construction, and the accessors into them.

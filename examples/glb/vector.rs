@@ -7,9 +7,9 @@ pub(crate) use glam::{DVec3 as Vec3, dvec3 as vec3};
 /// An affine transform: where a shape or node stands in the space around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Placement {
-    /// What the three axes become.
+    /// The images of the three axes.
     pub(crate) axes: [Vec3; 3],
-    /// What the origin becomes.
+    /// The image of the origin.
     pub(crate) origin: Vec3,
 }
 
@@ -63,12 +63,12 @@ impl Placement {
         Self { axes: [self.axes[0] * x, self.axes[1] * y, self.axes[2] * z], ..self }
     }
 
-    /// Where a point of the placed space lies outside.
+    /// Transforms a point of the placed space to the space outside.
     pub(crate) fn point(&self, point: Vec3) -> Vec3 {
         self.origin + self.direction(point)
     }
 
-    /// Where a direction of the placed space points outside.
+    /// Transforms a direction of the placed space to the space outside.
     pub(crate) fn direction(&self, direction: Vec3) -> Vec3 {
         self.axes[0] * direction.x + self.axes[1] * direction.y + self.axes[2] * direction.z
     }

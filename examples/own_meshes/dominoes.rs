@@ -53,7 +53,7 @@ impl Dominoes {
     }
 }
 
-/// Where a domino is: on a spiral outwards, falling when the one before has reached it.
+/// The matrix of a domino: on a spiral outwards, falling when the one before has reached it.
 pub(crate) fn domino(number: u32, time: f64) -> DMat4 {
     // An Archimedean spiral, in steps of about a third of a metre.
     let angle = (f64::from(number) * 0.94 + 16.0).sqrt() * 1.6;

@@ -1,9 +1,9 @@
 //! An application with a device, meshes and a shader of its own, which takes shadows, sky and tone mapping from
 //! `pipelines/nebula.json`.
 //!
-//! What an application does, in the order of this file: read and check the pipeline (no device is needed for that), open
-//! a device, make an executor, and each frame record into an encoder of its own. A window's surface texture would stand
-//! where the target stands; here one frame is written as a picture.
+//! The order of this file is that of an application. It reads and checks the pipeline (no device is needed for that),
+//! opens a device, makes an executor, and each frame records into an encoder of its own. A window's surface texture
+//! would stand in place of the target; here one frame is written as a picture.
 //!
 //! `cargo run --release --example own_meshes [FILE.png]`
 

@@ -11,7 +11,7 @@ use wgpu::VertexFormat::Float32x3;
 
 use super::dominoes::{COUNT, Dominoes, STRIDE};
 
-/// How the meshes are stored: said once, compared with every shader that draws them.
+/// The layout of the meshes: declared once, compared with every shader that draws them.
 pub(crate) fn interface() -> HostInterface {
     let members = [
         ("world_from_object", ValueType::MAT4, 0),

@@ -1,4 +1,4 @@
-//! What surrounds the square: the arcade, the west wall with its pergola, the gatehouse and the tower.
+//! The buildings around the square: the arcade, the west wall with its pergola, the gatehouse and the tower.
 
 use crate::architecture::{self, BAY, COLUMN_HEIGHT, SPANDREL_HEIGHT};
 use crate::glb::solids::{arch_panel, block, rod, standing};

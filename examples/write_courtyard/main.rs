@@ -24,7 +24,7 @@ use glb::solids::block;
 use glb::{Document, Light, Placement, Vec3, vec3};
 use surfaces::{MASONRY_SIZE, PAVEMENT_SIZE, Surfaces};
 
-/// Where the square ends and the gate stands.
+/// The z at which the square ends and the gate stands.
 const END: f64 = -36.0;
 
 fn main() -> std::io::Result<()> {

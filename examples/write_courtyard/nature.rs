@@ -107,7 +107,7 @@ pub(crate) fn streamer() -> Shape {
     })
 }
 
-/// How high the land lies: level around the square and the road, hills far away.
+/// The height of the land: level around the square and the road, hills far away.
 fn height(x: f64, z: f64) -> f64 {
     let from_axis = (x.abs() - 20.0).max(0.0);
     let beyond = (-z - 105.0).max(0.0);

@@ -1,4 +1,4 @@
-//! What stands on the square: the fountain, and what people have left there.
+//! Objects on the square: the fountain, and what people have left there.
 
 use crate::glb::document::NodeId;
 use crate::glb::functions::{cos, sin};
@@ -29,7 +29,7 @@ pub(crate) fn fountain(document: &mut Document, surfaces: &Surfaces) {
     }
 }
 
-/// What people have left on the square, near the camera.
+/// Things that people have left on the square, near the camera.
 pub(crate) fn standing_things(document: &mut Document, surfaces: &Surfaces) {
     let group = document.group("things", None, Placement::IDENTITY);
     let amphora = document.mesh("amphora", &[(surfaces.terracotta, &things::amphora())]);

@@ -21,7 +21,7 @@ use umbragraph_pipeline::work::{
 use crate::blend::{BlendSettings, blend_constant};
 use crate::if_said::if_said;
 
-/// What every attachment says: what is attached, and what it holds before and after.
+/// The common settings of attachments: the texture, and its contents before and after the pass.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 pub struct Attached {
     /// The texture: a reference.
@@ -36,8 +36,8 @@ pub struct Attached {
     /// without it a full-screen pass that is known to draw over all of a color without blending discards, and any
     /// other loads.
     pub contents: Option<Word<Contents>>,
-    /// What happens to it after the pass: "automatic" without it, which stores it where something reads it later or it
-    /// outlives the frame; "discard" where nobody reads it, not even the host.
+    /// The store operation after the pass. "automatic" (also without it) stores if something reads it later or it
+    /// outlives the frame. "discard" is for contents that nobody reads, not even the host.
     pub store: Option<Word<Store>>,
 }
 
@@ -45,22 +45,22 @@ pub struct Attached {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ColorSettings {
-    /// What is attached.
+    /// The texture and its contents.
     #[serde(flatten)]
     pub attached: Attached,
     /// Red, green, blue and alpha that it holds before.
     pub clear: Option<Expr>,
-    /// How colors are combined with what is there: a word, or an equation. Without it they replace it.
+    /// The blend of drawn colors with those in the attachment: a word, or an equation. Without it they replace them.
     pub blend: Option<BlendSettings>,
     /// The channels that are written, such as ["red", "green"]; all without it. The others stay as they are.
     pub write_mask: Option<Vec<ColorChannel>>,
-    /// Where its samples are resolved to, one for each texel, for a texture of several samples.
+    /// The target to which its samples are resolved, one texel from each, for a texture of several samples.
     pub resolve: Option<ResolveSettings>,
     /// The format in which it is written, where it is not the texture's own: the same with or without "-srgb".
     pub format: Option<String>,
 }
 
-/// Where the samples of a color attachment are resolved to.
+/// The target to which the samples of a color attachment are resolved.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ResolveSettings {
@@ -111,14 +111,14 @@ impl From<ColorChannel> for ColorWrites {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DepthSettings {
-    /// What is attached.
+    /// The texture and its contents.
     #[serde(flatten)]
     pub attached: Attached,
     /// The depth that it holds before; without it what was there.
     pub clear: Option<Expr>,
     /// Whether depth is written; true without it.
     pub write: Option<Expr>,
-    /// Which depths pass against what is there, such as "less-equal".
+    /// The comparison of a drawn depth with the one in the attachment, such as "less-equal".
     pub compare: Word<Compare>,
     /// The rasteriser's bias for each unit of slope of depth (unit: hardware). It moves surfaces away from the viewer
     /// in whichever direction depth grows, as "compare" tells.
@@ -129,39 +129,39 @@ pub struct DepthSettings {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StencilSettings {
-    /// What is attached.
+    /// The texture and its contents.
     #[serde(flatten)]
     pub attached: Attached,
     /// The value that it holds before (0 to 255); without it what was there.
     pub clear: Option<Expr>,
-    /// What is compared with what is there, and what "replace" writes (0 to 255); 0 without it.
+    /// The reference value that is compared with the stencil, and that "replace" writes (0 to 255); 0 without it.
     pub reference: Option<Expr>,
-    /// Which bits are compared (0 to 255); all without it.
+    /// The mask of the bits that are compared (0 to 255); all without it.
     pub read_mask: Option<Expr>,
-    /// Which bits are written (0 to 255); all without it.
+    /// The mask of the bits that are written (0 to 255); all without it.
     pub write_mask: Option<Expr>,
-    /// What is compared and done for front faces; without it everything passes and nothing changes.
+    /// The test and the operations for front faces; without it everything passes and nothing changes.
     pub front: Option<StencilFace>,
     /// The same for back faces; as for front faces without it.
     pub back: Option<StencilFace>,
 }
 
-/// What is compared, and what happens to the stencil.
+/// The stencil test, and the operations that follow it.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StencilFace {
-    /// Which references pass against what is there; "always" without it.
+    /// The comparison of the reference with the stencil; "always" without it.
     pub compare: Option<Word<Compare>>,
-    /// What happens where the stencil fails; "keep" without it.
+    /// The operation if the stencil test fails; "keep" without it.
     pub fail: Option<Word<StencilOperationName>>,
-    /// What happens where the stencil passes and depth fails; "keep" without it.
+    /// The operation if the stencil test passes and the depth test fails; "keep" without it.
     pub depth_fail: Option<Word<StencilOperationName>>,
-    /// What happens where both pass; "keep" without it.
+    /// The operation if both tests pass; "keep" without it.
     pub pass: Option<Word<StencilOperationName>>,
 }
 
 umbragraph_pipeline::webgpu_words! {
-    /// What happens to the stencil, by WebGPU's names.
+    /// The operation on the stencil value, by WebGPU's names.
     StencilOperationName = StencilOperation {
         /// Nothing.
         Keep,

@@ -22,7 +22,7 @@ use umbragraph_pipeline::work::{Color, Live};
 
 use crate::attachment::ColorSettings;
 
-/// How colors are combined with what is there.
+/// The blend of drawn colors with those in the attachment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Blend {
@@ -42,7 +42,7 @@ pub enum Blend {
     Max,
 }
 
-/// How colors are combined with what is there: a word, or an equation.
+/// The blend of drawn colors with those in the attachment: a word, or an equation.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum BlendSettings {
@@ -56,9 +56,9 @@ pub enum BlendSettings {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BlendEquation {
-    /// What becomes of red, green and blue.
+    /// The equation for red, green and blue.
     pub color: BlendComponentSettings,
-    /// What becomes of alpha; as of color without it.
+    /// The equation for alpha; the one for color without it.
     pub alpha: Option<BlendComponentSettings>,
     /// Red, green, blue and alpha of the factor "constant".
     pub constant: Option<Expr>,
@@ -70,9 +70,9 @@ pub struct BlendEquation {
 pub struct BlendComponentSettings {
     /// The operation; "add" without it.
     pub operation: Option<Word<Operation>>,
-    /// What is drawn is multiplied by it; "one" without it.
+    /// The factor of the drawn color; "one" without it.
     pub src_factor: Option<Word<Factor>>,
-    /// What is there is multiplied by it; "zero" without it. "min" and "max" take no factors.
+    /// The factor of the color in the attachment; "zero" without it. "min" and "max" take no factors.
     pub dst_factor: Option<Word<Factor>>,
 }
 

@@ -125,7 +125,7 @@ pub struct Clear {
     pub buffer: Ref,
     /// The first byte, a multiple of 4 (unit: bytes); 0 without it.
     pub offset: Option<Expr>,
-    /// How many bytes, a multiple of 4 (unit: bytes); all without it.
+    /// The number of bytes, a multiple of 4 (unit: bytes); all without it.
     pub size: Option<Expr>,
 }
 

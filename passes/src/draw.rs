@@ -29,8 +29,9 @@ const MAX_DETAIL: f64 = 255.0;
 pub struct Draw {
     /// The contract under "geometry" that the meshes follow: its name, or after an equals sign an expression that yields it.
     pub geometry: Word<String>,
-    /// Which of the host's meshes: a word that the host knows. The pipelines that come with the module write "opaque",
-    /// "transparent" (what is blended), "casters", and where maps are kept "static_casters" and "dynamic_casters".
+    /// The filter of the host's meshes: a word that the host knows. The pipelines that come with the module write
+    /// "opaque", "transparent" (blended meshes) and "casters". Where maps are kept, they write "static_casters" and
+    /// "dynamic_casters".
     pub mesh_filter: String,
     /// The blackboard data whose views are drawn, such as what a camera or a cascade fit publishes.
     pub views: Ref,
@@ -40,14 +41,14 @@ pub struct Draw {
     /// The attachments.
     #[serde(flatten)]
     pub attachments: Attachments,
-    /// Which faces are not drawn: "back" without it. Meshes that are double-sided are drawn from both sides.
+    /// The faces that are culled: "back" without it. Meshes that are double-sided are drawn from both sides.
     pub cull: Option<Word<Cull>>,
     /// In which order opaque meshes are drawn: "state" without it.
     pub order: Option<Word<DrawOrder>>,
     /// The level of detail that the host is told to draw, 0 the finest, which it is without this: a number, or a list
     /// with one for each view, whose last counts for all beyond. Of what has fewer levels the host draws the last.
     pub detail: Option<Expr>,
-    /// Which views are drawn: "always" without it.
+    /// The views that are drawn: "always" without it.
     pub redraw: Option<Word<RedrawWhen>>,
     /// With "changed", changed meshes are drawn in every so many frames, each view in its turn: 1 without it. A number,
     /// or a list with one for each view, whose last counts for all beyond. A view that is another is drawn at once.
@@ -61,7 +62,7 @@ pub struct Draw {
     pub base: Option<Ref>,
 }
 
-/// Which views are drawn.
+/// The views that are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RedrawWhen {
@@ -72,7 +73,7 @@ pub enum RedrawWhen {
     Changed,
 }
 
-/// Which faces are not drawn. Front faces are counter-clockwise.
+/// The faces that are culled. Front faces are counter-clockwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Cull {

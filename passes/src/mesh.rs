@@ -45,9 +45,9 @@ pub struct Mesh {
     /// A buffer that says how much is drawn, instead of "count" and "instances": four u32 (vertices, instances, first
     /// vertex, first instance), or five with indices (indices, instances, first index, base vertex, first instance).
     pub indirect: Option<IndirectSettings>,
-    /// What vertices make: "triangle-list" without it.
+    /// The primitive topology: "triangle-list" without it.
     pub topology: Option<Word<Topology>>,
-    /// Which faces are not drawn: "none" without it.
+    /// The faces that are culled: "none" without it.
     pub cull: Option<Word<Cull>>,
     /// The attachments.
     #[serde(flatten)]
@@ -92,7 +92,7 @@ pub struct IndexSettings {
 }
 
 umbragraph_pipeline::webgpu_words! {
-    /// What the elements of a vertex buffer belong to.
+    /// The step mode of a vertex buffer: its elements belong to vertices or instances.
     Step = VertexStepMode {
         /// Vertices.
         Vertex,
@@ -112,7 +112,7 @@ umbragraph_pipeline::webgpu_words! {
 }
 
 umbragraph_pipeline::webgpu_words! {
-    /// What vertices make, by WebGPU's names.
+    /// The primitive topology, by WebGPU's names.
     Topology = PrimitiveTopology {
         /// Points of one pixel.
         PointList,

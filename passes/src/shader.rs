@@ -30,11 +30,11 @@ pub struct ShaderSettings {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EntryPointSettings {
-    /// That of the vertex stage.
+    /// The entry point of the vertex stage.
     pub vertex: Option<String>,
-    /// That of the fragment stage.
+    /// The entry point of the fragment stage.
     pub fragment: Option<String>,
-    /// That of the compute stage.
+    /// The entry point of the compute stage.
     pub compute: Option<String>,
 }
 

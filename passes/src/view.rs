@@ -22,7 +22,7 @@ pub struct View {
     pub to: Ref,
     /// The blackboard data with the views, such as what a cascade fit publishes.
     pub from: Ref,
-    /// Which of its views, from 0.
+    /// The index of the view, from 0.
     pub index: Expr,
 }
 

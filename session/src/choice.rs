@@ -47,7 +47,7 @@ pub struct Choice {
     pub profile: TargetProfile,
     /// Values of parameters and features, the last over the first.
     pub overrides: Overrides,
-    /// What the plan is made for.
+    /// The options of the plan.
     pub plan: PlanOptions,
     /// Resources that the host looks at between frames, as if the pipeline said that they are `exposed`.
     pub exposed: BTreeSet<String>,
@@ -71,7 +71,7 @@ impl Choice {
         Self { exposed, ..self }
     }
 
-    /// What a load depends on, besides the document and the templates.
+    /// The inputs of a load besides the document and the templates.
     pub(crate) fn configuration(&self) -> Configuration {
         Configuration {
             profile: self.profile.clone(),
@@ -81,7 +81,7 @@ impl Choice {
     }
 }
 
-/// What a load depends on, besides the document and the templates.
+/// The inputs of a load besides the document and the templates.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Configuration {
     profile: TargetProfile,

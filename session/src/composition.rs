@@ -23,7 +23,7 @@ pub(crate) struct Composition {
     pub(crate) files: Vec<FileId>,
     /// The texts that places are in.
     pub(crate) sources: Sources,
-    /// What the schema says of it, once that was asked.
+    /// The diagnostics of the schema, filled in at the first request.
     pub(crate) schema: OnceLock<Diagnostics>,
 }
 

@@ -46,7 +46,7 @@ pub trait Storage: Send {
     }
 }
 
-/// What a file is read as.
+/// The role in which a file is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
     /// A document: comments and layout mean nothing.
@@ -355,7 +355,7 @@ impl FileTable {
         known.answer()
     }
 
-    /// Where a place of settled texts is in the current ones; `None` where it has no counterpart.
+    /// Maps a place in settled texts to the current ones; `None` if it has no counterpart.
     pub(crate) fn place(&self, span: Span) -> Option<Span> {
         let known = self.paths.get(&span.file).and_then(|path| self.known.get(path));
         match known.and_then(|known| Some((known.tokens.as_ref()?, known.moved.as_ref()?))) {

@@ -38,7 +38,7 @@ struct Inner {
 pub struct Planned {
     /// Pipeline, graph and plan.
     pub report: CheckReport,
-    /// What is to be said of this configuration, besides the diagnostics of [`Loaded`].
+    /// The diagnostics of this configuration, besides those of [`Loaded`].
     pub diagnostics: Diagnostics,
     configuration: Configuration,
     options: PlanOptions,
@@ -93,7 +93,7 @@ impl Loaded {
         &self.0.composition.sources
     }
 
-    /// What is to be said of the templates and of the files.
+    /// The diagnostics of the templates and of the files.
     pub fn diagnostics(&self) -> Diagnostics {
         let mut diagnostics = self.0.templates.diagnostics.clone();
         diagnostics.extend(self.0.composition.diagnostics.clone());

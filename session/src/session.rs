@@ -27,7 +27,7 @@ pub struct Session {
     registry: Arc<Registry>,
     roots: Roots,
     list: Vec<Template>,
-    /// What is to be said of the host's own mistakes, such as a folder that is not there.
+    /// Diagnostics of the host's own mistakes, such as a folder that is not there.
     always: Diagnostics,
     templates: Option<Arc<Templates>>,
     loads: BTreeMap<Target, Loaded>,
@@ -106,7 +106,7 @@ impl Session {
         self.cancel.clone()
     }
 
-    /// What was done since this was asked last.
+    /// The counts of work since the last call; they begin again at zero.
     pub fn take_done(&mut self) -> Done {
         std::mem::take(&mut self.done)
     }
@@ -150,7 +150,7 @@ impl Session {
         self.read_templates().set.clone()
     }
 
-    /// What is to be said of the templates.
+    /// The diagnostics of the templates.
     pub fn template_diagnostics(&mut self) -> Diagnostics {
         self.read_templates().diagnostics.clone()
     }
@@ -210,7 +210,7 @@ impl Session {
         self.load(target)
     }
 
-    /// What is to be said of the files of a pipeline and of the templates, placed in the texts as they are.
+    /// The diagnostics of the files of a pipeline and of the templates, placed in the texts as they are.
     ///
     /// # Errors
     /// [`Cancel::set`].

@@ -16,13 +16,13 @@ use crate::graph::{CheckOptions, Coverage, Examination, Verify, check_configurat
 use crate::loaded::Loaded;
 use crate::templates::Proof;
 
-/// What else is said of the plans for a profile: a dry run's diagnostics, for one.
+/// Further checks of the plans for a profile, such as a dry run.
 pub type Judges<'a> = &'a mut dyn FnMut(&TargetProfile) -> Box<dyn FnMut(&Arc<Plan>) -> Diagnostics>;
 
 /// Sets of variants whose proofs are kept.
 const KEPT_PROOFS: usize = 16;
 
-/// How the configurations of a pipeline are checked.
+/// The settings of a check over the configurations of a pipeline.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Survey {
@@ -30,7 +30,7 @@ pub struct Survey {
     pub profiles: Vec<TargetProfile>,
     /// Values that every configuration has.
     pub overrides: Overrides,
-    /// What plans are made for.
+    /// The options of the plans.
     pub plan: PlanOptions,
     /// Whether only the configuration of these values is checked.
     pub only_one: bool,
@@ -88,10 +88,10 @@ pub struct Surveyed {
     pub configurations: Configurations,
     /// The names of the profiles.
     pub profiles: Vec<String>,
-    /// How many configurations differ in their shaders or passes, with all values of parameters; `None` where one was
-    /// asked for.
+    /// The number of configurations that differ in their shaders or passes, with all values of parameters; `None` if
+    /// only one configuration was requested.
     pub reachable: Option<Count>,
-    /// What is to be said, besides the diagnostics of [`Loaded`].
+    /// The diagnostics, besides those of [`Loaded`].
     pub diagnostics: Diagnostics,
 }
 

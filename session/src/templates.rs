@@ -21,7 +21,7 @@ pub struct Template {
     pub text: TemplateText,
 }
 
-/// Where the text of a template is.
+/// The source of a template's text.
 #[derive(Clone, Debug)]
 pub enum TemplateText {
     /// In a file, below some roots.

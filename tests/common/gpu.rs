@@ -106,7 +106,7 @@ pub struct Host<'a> {
     pub scene: SceneResources,
     pub executor: Executor,
     pub target: wgpu::Texture,
-    /// What is imported besides.
+    /// The imports besides the target.
     pub imports: Vec<(&'static str, wgpu::Texture)>,
     pub options: PlanOptions,
 }
@@ -171,7 +171,7 @@ impl<'a> Host<'a> {
         read(self.gpu, &self.target)
     }
 
-    /// What CPU passes had to say of the last frame.
+    /// The notices of CPU passes about the last frame.
     pub fn notices(&self) -> Vec<String> {
         self.executor.notices().map(|notice| format!("{}: {}", notice.code.id, notice.message)).collect()
     }

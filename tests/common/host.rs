@@ -80,7 +80,7 @@ pub fn quiet_frame() -> FrameInput {
     frame
 }
 
-/// What a CPU pass publishes for a frame, once the plan has the sizes that it wants.
+/// The data that a CPU pass publishes for a frame, planned again with the sizes that it wants.
 #[track_caller]
 pub fn published(plan: &Plan, pass: &str, frame: &FrameInput) -> BlackboardData {
     let mut passes = CpuPasses::new(Arc::new(plan.clone()));

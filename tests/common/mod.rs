@@ -1,4 +1,4 @@
-//! What the integration tests share.
+//! Helpers that the integration tests share.
 
 #![allow(dead_code, missing_docs, unreachable_pub)]
 
@@ -33,7 +33,7 @@ pub fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// What a text came to.
+/// The result of checking a text.
 pub struct Outcome {
     pub sources: Sources,
     pub diagnostics: Diagnostics,
@@ -83,7 +83,7 @@ pub struct With<'a> {
     pub templates: &'a [(&'a str, &'a str)],
     /// Width and height of the picture; 640 by 480 without it.
     pub size: Option<[u32; 2]>,
-    /// What shaders may rely on; WebGPU without it.
+    /// The features and limits that shaders may rely on; WebGPU without it.
     pub profile: Option<TargetProfile>,
     /// Whether transients keep their own memory.
     pub without_aliasing: bool,

@@ -37,7 +37,7 @@ pub struct Case {
     parameters: Vec<(&'static str, String)>,
     features: Settings,
     change: Option<Change>,
-    /// How many frames are drawn, of which the last is the picture.
+    /// The number of frames that are drawn; the last one is the picture.
     frames: u64,
 }
 
@@ -145,7 +145,7 @@ fn case(
     }
 }
 
-/// What a pipeline's parameter `debug_view` may be.
+/// The values of a pipeline's parameter `debug_view`.
 fn debug_views(pipeline: &str) -> Vec<String> {
     let outcome = check_file(&format!("pipelines/{pipeline}.json"), &With::default());
     let pipeline = outcome.checked.pipeline.as_ref().unwrap_or_else(|| panic!("{}", outcome.text()));
@@ -231,10 +231,10 @@ pub fn folder() -> PathBuf {
     root().join("tests/golden")
 }
 
-/// What drew the references.
+/// The adapter that drew the references.
 const DRAWN_BY: &str = "llvmpipe (LLVM 15.0.6, 256 bits) on vulkan";
 
-/// How far a picture may lie from its reference.
+/// The tolerance between a picture and its reference on an adapter.
 pub fn tolerance(gpu: &Gpu) -> Tolerance {
     if gpu.name == DRAWN_BY {
         // Processors round differently: with and without AVX-512 some 30 pixels of `lore` differ by two levels.

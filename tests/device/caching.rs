@@ -32,7 +32,7 @@ fn lamp(name: &str, kind: LightKind, position: DVec3) -> Light {
         .property("cast_shadow")
 }
 
-/// What happens in a frame: the camera and the lights move and rest in turns, lights come and go, one changes its kind.
+/// The input of a frame: camera and lights move and rest in turns, lights come and go, one changes its kind.
 fn frame(scene: &Scene, at: u64, [width, height]: [u32; 2]) -> FrameInput {
     let mut input = scene.frame_input(f64::from(width) / f64::from(height), time(at));
     let walked = (at / 16).min(3) as f64 + if at / 16 < 3 { (at % 16) as f64 / 16.0 } else { 0.0 };
@@ -82,7 +82,7 @@ fn play(host: &mut Host<'_>, scene: &Scene, at: u64, size: [u32; 2]) -> Vec<[u8;
     read(host.gpu, &host.target).rgba_pixels().collect()
 }
 
-/// What the passes of static casters have drawn.
+/// The counts of the passes of static casters.
 fn static_casters<'a>(host: &'a Host<'_>) -> impl Iterator<Item = (&'a str, PassCounts)> {
     host.executor.pass_counts().filter(|(name, _)| name.ends_with(".static"))
 }
@@ -190,7 +190,7 @@ fn where_nothing_moves_nothing_is_drawn_and_nothing_created() {
     assert_eq!(created[2], created[9]);
 }
 
-/// What all passes of casters have drawn in some frames together.
+/// The counts of all passes of casters in some frames together.
 fn drawn(host: &Host<'_>) -> PassCounts {
     let mut sum = PassCounts::default();
     let casters = host

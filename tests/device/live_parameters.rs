@@ -147,7 +147,7 @@ fn the_picture_with_a_live_parameter_set_is_that_of_a_new_plan() {
     assert!(compared >= 8 && moved >= 2, "{compared} pictures compared, {moved} other than before");
 }
 
-/// What of each system is structural, which changes as the systems do.
+/// Counts live and structural parameters of each system; the figures change as the systems do.
 #[test]
 fn of_the_systems_parameters_most_are_live() {
     let mut counts = [0, 0];

@@ -67,8 +67,8 @@ fn a_host_whose_blocks_lie_elsewhere_is_found_without_a_device() {
     );
 }
 
-/// What an application has to write: `shadows.rs`, and each line beside it that is about the module; without imports of
-/// other crates.
+/// Counts the lines that an application has to write: `shadows.rs`, and each line beside it that is about the module.
+/// Imports of other crates do not count.
 #[test]
 fn fewer_than_fifty_lines_concern_the_module() {
     let lines = |file: &str| -> Vec<String> {

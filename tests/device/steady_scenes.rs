@@ -1,4 +1,4 @@
-//! What a steady frame of the example scenes allocates on the heap: `awsm`, recorded by the module and by hand, and the CPU
+//! Heap allocations of a steady frame of the example scenes: `awsm`, recorded by the module and by hand, and the CPU
 //! passes alone. The frame by hand is that of `benches/record`; both run the same CPU passes and draw the same meshes.
 
 #[path = "../../benches/record/hand/mod.rs"]

@@ -49,7 +49,7 @@ fn differing(a: &Picture, b: &[f64], by: f64) -> f64 {
     count as f64 / b.len() as f64
 }
 
-/// What the march finds at each pixel, with steps of 4 cm, sixteen of them.
+/// The contact shadow of each pixel from a march on the CPU: sixteen steps of 4 cm.
 fn marched(depth: &[f64], camera: &Camera, light: &Light, strength: f64, fade: Option<f64>) -> Vec<f64> {
     const STEPS: usize = 16;
     let [width, height] = SIZE;

@@ -9,8 +9,8 @@ use umbragraph::frame::{FrameInput, Light, LightKind};
 use umbragraph::scene::{NoFiles, Scene, from_slice};
 use umbragraph_test_support::gpu;
 
-/// What the map of each cascade holds of boards above each other, of which the node has so many levels of detail, from one
-/// of them on.
+/// The map of each cascade over boards above each other. The boards are `count` levels of detail of one node, from
+/// `first` on.
 fn maps(first: usize, count: usize) -> Option<Vec<Vec<f32>>> {
     const MAPS: [&str; 4] = ["map_0", "map_1", "map_2", "map_3"];
     let gpu = gpu::device()?;

@@ -1,4 +1,4 @@
-//! What extends a system by something that is not in it, as data alone: files of `pipelines/extended`.
+//! Extensions of a system as data alone: files of `pipelines/extended`.
 
 use crate::common::gpu::{Host, read, render, render_frame, scene};
 use crate::common::{With, check_file, root, with_small_maps};

@@ -192,7 +192,7 @@ fn forward_and_reverse_depth_give_the_same_shadows_of_moments() {
     }
 }
 
-/// How far shadows in a small picture are from those of a picture four times as large that is then made as small.
+/// Compares shadows in a small picture with a picture four times as large that is then scaled down.
 #[test]
 fn mips_of_moments_bring_a_small_picture_closer_to_a_large_one() {
     let Some(gpu) = gpu::device() else { return };

@@ -97,7 +97,7 @@ const OWN: [(&str, &str); 10] = [
     ("images.axes.json", r#"{ "inherits": ["lib/texels.wgsl.jinja"], "axes": {} }"#),
 ];
 
-/// What a pipeline of these resources and passes leaves in the texture "plain".
+/// The texels that a pipeline of these resources and passes leaves in the texture "plain".
 #[track_caller]
 fn run(gpu: &Gpu, size: [u32; 3], resources: &str, passes: &str) -> Texels {
     let [width, height, layers] = size;

@@ -17,7 +17,7 @@ use umbragraph_test_support::image::Picture;
 
 const AWSM: &str = "pipelines/awsm.json";
 const SIZE: [u32; 2] = [480, 320];
-/// How high lamps stand, in metres.
+/// The height of the lamps in metres.
 const LAMP: f64 = 2.2;
 const RADIUS: f64 = 0.2;
 const ANGLE: f64 = 20.0;
@@ -102,7 +102,7 @@ fn frame(scene: &Scene, light: Light) -> FrameInput {
     scene.frame_input(1.5, 0.0).camera(camera).lights(vec![light])
 }
 
-/// What a pixel of the plane shows: x, the distance along the view axis, and the visibility.
+/// Samples of the plane, one per pixel: x, the distance along the view axis, and the visibility.
 fn seen(picture: &Picture, camera: &Camera) -> Vec<[f64; 3]> {
     let [width, height] = SIZE.map(f64::from);
     let half = (0.5 * 0.3_f64).tan();

@@ -52,7 +52,7 @@ fn defaults_agree_with_ray_traced_shadows() {
     }
 }
 
-/// Where edges of hard shadows run between texels, nine of them say better where than four.
+/// Edges of hard shadows that run between texels: nine texels place them better than four.
 #[test]
 fn smooth_edges_are_nearer_to_those_of_rays() {
     const SIZE: [u32; 2] = [320, 180];
@@ -216,7 +216,7 @@ fn the_first_frame_after_a_walk_out_of_a_wall_is_that_of_a_fresh_run() {
     }
 }
 
-/// What the sky shows, a single depth, or a wall before the eye leave the shadows whole.
+/// A view of the sky, of a single depth, or of a wall close to the camera leaves the shadows whole.
 #[test]
 fn a_view_of_nothing_or_of_one_depth_is_fitted_too() {
     let Some(gpu) = gpu::device() else { return };

@@ -109,7 +109,7 @@ struct Subject<'a> {
 }
 
 impl Subject<'_> {
-    /// What the pipeline comes to, or `None` where the values are rejected.
+    /// The plan with these values, or `None` if they are rejected.
     fn plan(
         &self,
         context: &Context,
@@ -218,7 +218,8 @@ fn every_parameter_and_feature_of_what_extends_them_changes_something() {
     assert!(checked("pipelines/extended", [5, 9]) >= 1);
 }
 
-/// How many pipelines of a folder were looked at, of one out of so many of them, and of so many of its settings.
+/// Checks the pipelines of a folder, one out of `files`, and one out of `settings` of its settings; returns their
+/// number.
 fn checked(folder: &str, [files, settings]: [u64; 2]) -> usize {
     let entries = std::fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path());
     let mut paths: Vec<_> =

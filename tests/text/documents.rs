@@ -1,4 +1,4 @@
-//! What the documents for contributors name is there, and what node kinds say of themselves is so.
+//! Names in the documents for contributors exist, and node kinds describe themselves correctly.
 
 use crate::common::{With, check_file, root};
 use umbragraph::data::{DataShape, ValueType};
@@ -69,7 +69,7 @@ fn node_kinds_publish_what_they_say() {
     assert!(seen.len() >= 7, "{seen:?}");
 }
 
-/// What stands at a JSON pointer of a pipeline with all that it extends, as it is written.
+/// The text at a JSON pointer of a pipeline with all that it extends.
 fn written(pipeline: &str, pointer: &str) -> Option<String> {
     let path = root().join(format!("pipelines/{pipeline}.json"));
     let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());

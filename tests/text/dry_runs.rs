@@ -1,4 +1,4 @@
-//! What `check` passes, wgpu takes: the tree's pipelines and mutations of the teaching ones, run dry.
+//! Plans that `check` passes are accepted by wgpu: the tree's pipelines and mutations of the teaching ones, run dry.
 //!
 //! A mutation replaces one number or word of a document by another of its kind. Most are rejected; what is not has to
 //! run on wgpu's backend without a driver, on a device with just what the profile promises.
@@ -70,7 +70,7 @@ fn lessons() -> Vec<String> {
     paths
 }
 
-/// What wgpu says of a document that `check` passes; nothing of others.
+/// The diagnostics of wgpu for a document that `check` passes; `None` for other documents.
 fn said(dry_run: &mut DryRun, path: &str, text: &str) -> Option<String> {
     let outcome = check_with(path, text, &With::default());
     if outcome.diagnostics.has_errors() {

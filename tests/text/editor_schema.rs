@@ -19,7 +19,7 @@ struct Validator<'a> {
 }
 
 impl Validator<'_> {
-    /// What a value breaks, each with its pointer.
+    /// The rules that a value breaks, each with its pointer.
     fn violations(&self, value: &Value, schema: &Value, at: &str) -> Vec<String> {
         let Value::Object(rules) = schema else {
             assert!(schema.is_boolean(), "{schema}");

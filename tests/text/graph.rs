@@ -1,4 +1,4 @@
-//! What the compiler makes of pipelines: order, culling, hazards, lifetimes, store operations.
+//! The compiler's decisions on pipelines: order, culling, hazards, lifetimes, store operations.
 
 use crate::common::{With, check, check_file};
 use umbragraph::diagnostic::Diagnostics;

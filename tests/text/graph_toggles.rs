@@ -1,4 +1,4 @@
-//! What toggles mean for graphs and plans: what stays alive, what is stored, what shares memory, what is rejected.
+//! Effects of toggles on graphs and plans: lifetimes, stores, shared memory, and rejections.
 
 use umbragraph::Plan;
 use umbragraph::diagnostic::{Diagnostics, codes};

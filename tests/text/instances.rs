@@ -1,4 +1,4 @@
-//! What is done once for all instances of a subgraph.
+//! Work that is done once for all instances of a subgraph.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,7 +13,7 @@ use umbragraph::low_level::source::Sources;
 use umbragraph::node::Node;
 use umbragraph::work::{CpuContext, CpuNode, CpuWork, Work};
 
-/// How often [`Counted`] is decoded and declared.
+/// The number of times that [`Counted`] is decoded and declared.
 static COUNTED: [AtomicUsize; 2] = [AtomicUsize::new(0), AtomicUsize::new(0)];
 
 /// A node kind that counts what is done with it.

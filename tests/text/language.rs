@@ -1,4 +1,4 @@
-//! What the pipeline language can say: subgraphs, loops, several files.
+//! The pipeline language: subgraphs, loops, several files.
 
 use crate::common::check;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! What is published of lights, without a device: who has which map, how shaders find a place in it, and
-//! what is said of those that have none.
+//! Published light data, without a device: the map of each light, its place for shaders, and notices about lights
+//! without one.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

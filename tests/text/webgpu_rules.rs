@@ -125,7 +125,7 @@ const FETCHED: &str = r#"@group(0) @binding(0) var words: texture_storage_2d<r32
 @fragment fn paint() -> @location(0) vec4<f32> { return vec4<f32>(1.0); }
 "#;
 
-/// What the own template and the document of a rule begin with.
+/// The common beginning of a rule's own template and document.
 struct Ground {
     template: &'static str,
     resources: &'static str,

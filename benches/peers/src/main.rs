@@ -5,9 +5,9 @@
 //! creates nothing. Both are given graphs again each time, since the rival is built for that; building them is not
 //! counted for either. Its pool is fresh each time and then used a second time, which is its steady state.
 //!
-//! What the rival does not do: name cycles (its sort fails), reject unordered writers (its versions are chained by
-//! hand), part a texture into mips and layers, tell why a pass is culled, choose formats or check sizes, plan without a
-//! device, or give the plan as a value.
+//! The rival lacks seven abilities. It does not name cycles (its sort fails) and does not reject unordered writers (its
+//! versions are chained by hand). It does not part a texture into mips and layers, tell why a pass is culled, or choose
+//! formats and check sizes. It cannot plan without a device or give the plan as a value.
 
 use std::time::{Duration, Instant};
 

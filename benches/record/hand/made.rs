@@ -1,5 +1,5 @@
-//! What is made once for a plan before its frames: textures, the buffer of blocks with its constants, pipelines and bind
-//! groups.
+//! Objects that are made once for a plan, before its frames: textures, the buffer of blocks with its constants,
+//! pipelines and bind groups.
 
 use std::sync::Arc;
 

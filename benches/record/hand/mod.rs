@@ -26,7 +26,7 @@ pub(crate) struct ByHand {
     pub(crate) counts: Counts,
 }
 
-/// What a frame has asked of wgpu.
+/// The number of wgpu calls in a frame, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Counts {
     pub(crate) passes: u64,

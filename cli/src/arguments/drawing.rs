@@ -14,7 +14,7 @@ pub(crate) struct RenderArguments {
     /// The glTF scene (.gltf or .glb).
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: PathBuf,
-    /// Where the picture goes: a .png; for several frames a .png with # where the number goes, an .apng or a .gif.
+    /// The picture to write: a .png; for several frames a .png with # in place of the number, an .apng or a .gif.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// Renders so many frames, in which what earlier ones left lives on; the scene's animations play.
@@ -54,8 +54,8 @@ pub(crate) struct Film {
     /// Seconds since the start of the scene's animations, of the first frame.
     #[arg(long, alias = "time", value_name = "SECONDS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_seconds)]
     pub(crate) at: f64,
-    /// How the camera moves: orbit, walk, random (elsewhere in every frame; random:SEED), or a file with its keys. Without it
-    /// the scene's own camera.
+    /// The path of the camera: orbit, walk, random (elsewhere in every frame; random:SEED), or a file with its keys.
+    /// Without it the scene's own camera.
     #[arg(long, value_name = "orbit|walk|random|FILE", value_parser = CameraArgument::parse)]
     pub(crate) camera: Option<CameraArgument>,
 }
@@ -66,7 +66,7 @@ pub(crate) struct Shot {
     pub(crate) index: u32,
     /// Seconds.
     pub(crate) time: f64,
-    /// How much of the whole way is behind it.
+    /// The fraction of the whole path that lies behind it.
     pub(crate) part: f64,
 }
 

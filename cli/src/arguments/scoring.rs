@@ -39,13 +39,14 @@ pub(crate) struct TuneArguments {
     /// The parameter file that is written: the values of the command line, and over them those that were found.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) out: PathBuf,
-    /// How many sets of values are tried.
+    /// The number of sets of values to try.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) budget: u32,
-    /// Where the search begins to roll its dice: the same seed finds the same values.
+    /// The seed of the search: the same seed finds the same values.
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// What is made better: iou, the intersection over union of hard masks, or mean-error, against lights with an extent.
+    /// The score to improve: iou, the intersection over union of hard masks, or mean-error, against lights with an
+    /// extent.
     #[arg(long = "score", value_enum, value_name = "NAME", default_value_t)]
     pub(crate) measure: Measure,
     #[command(flatten)]

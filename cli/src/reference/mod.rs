@@ -23,7 +23,7 @@ use crate::streams::{complain, print};
 struct Entry {
     /// The name by which it is asked for.
     name: String,
-    /// What it is, in one line.
+    /// A description in one line.
     summary: String,
     /// All that there is to say, as Markdown.
     text: String,

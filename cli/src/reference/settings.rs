@@ -197,7 +197,7 @@ fn properties(schema: &Json, wanted: impl Fn(&str) -> bool) -> String {
     table(["key", "type", "what"], &rows)
 }
 
-/// Which values there are, of what of a type that is no object with named keys.
+/// The alternatives of a type that is no object with named keys, as a table.
 fn alternatives(schema: &Json) -> String {
     let rows: Vec<[String; 2]> = ["anyOf", "oneOf"]
         .iter()

@@ -136,7 +136,7 @@ fn declarations(text: &str, included: bool) -> Vec<[String; 2]> {
     rows
 }
 
-/// Where each binding is, and how it is declared.
+/// The place and the declaration of each binding.
 fn bindings(text: &str) -> impl Iterator<Item = (&str, &str)> {
     text.lines().filter_map(|line| {
         let declared = line.trim().strip_prefix("@group(")?;
@@ -165,7 +165,7 @@ fn quoted_after<'a>(text: &'a str, words: &'a str) -> impl Iterator<Item = &'a s
     text.split(words).skip(1).filter_map(|rest| rest.strip_prefix('"')?.split('"').next())
 }
 
-/// What a heading is called in links.
+/// The name of a heading in links.
 fn anchor(heading: &str) -> String {
     let letters =
         heading.chars().filter(|letter| letter.is_alphanumeric() || matches!(letter, '_' | '-' | ' '));

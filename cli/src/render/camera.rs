@@ -1,4 +1,4 @@
-//! Where the camera is in each frame.
+//! The path of the camera over the frames.
 //!
 //! `orbit` goes once around the middle of the scene, at the height and distance of the scene's own camera; `walk` goes
 //! straight on, as far in all frames as the scene's radius, without leaving its height. A file gives keys, between which
@@ -24,7 +24,7 @@ use serde::Deserialize;
 use umbragraph::diagnostic::Diagnostic;
 use umbragraph::frame::{Bounds, Camera};
 
-/// What `--camera` asks for.
+/// The value of `--camera`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum CameraArgument {
     Orbit,
@@ -48,7 +48,7 @@ impl CameraArgument {
     }
 }
 
-/// How the camera moves.
+/// A path of the camera, with the keys of a file read.
 #[derive(Debug)]
 pub(crate) enum CameraPath {
     /// As the scene says.
@@ -59,7 +59,7 @@ pub(crate) enum CameraPath {
     Keys(Vec<Key>),
 }
 
-/// Where the camera is at a time.
+/// The place of the camera at a time.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Key {

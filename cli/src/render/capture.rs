@@ -11,7 +11,7 @@ use umbragraph::low_level::language::TextureShape;
 use super::files::{self, Compression, Format};
 use super::layout::{Content, sheet};
 
-/// What one `--capture` asks for.
+/// The value of one `--capture`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct CaptureArgument {
     reference: String,
@@ -71,10 +71,10 @@ pub(super) struct CaptureFile {
     format: Format,
 }
 
-/// What is captured of a plan, and the document that captures it.
+/// The captures of a plan, and the document that adds them to its pipeline.
 ///
 /// # Errors
-/// What does not exist or has no picture, files that cannot be written: all of it at once.
+/// Resources that do not exist or have no picture, and files that cannot be written: all of them at once.
 pub(super) fn captures(
     plan: &Plan,
     arguments: &[CaptureArgument],

@@ -78,7 +78,7 @@ pub(crate) fn check_folder(path: &Path) -> Result<(), Diagnostic> {
     }
 }
 
-/// How hard PNG files are compressed.
+/// The effort that compression of PNG files takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Compression {
     pub(crate) fast: bool,

@@ -23,7 +23,7 @@ pub(super) struct Sheet {
     is_texel: Vec<bool>,
 }
 
-/// What texels are of.
+/// The kind of the numbers in texels, and their shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Content {
     pub(super) is_depth: bool,

@@ -52,7 +52,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> bool {
     false
 }
 
-/// What is to be said of what was rendered.
+/// Renders the frames, writes the files, and tells in words what was written.
 ///
 /// # Errors
 /// Those that the session does not have already.
@@ -128,7 +128,7 @@ fn render(
     Ok(said)
 }
 
-/// What is written, as the arguments say it.
+/// The form of the output, from the arguments.
 struct Output {
     /// The format of an animation or of numbered pictures; `None` of a single PNG.
     animation: Option<Format>,
@@ -155,7 +155,7 @@ impl Output {
     }
 }
 
-/// How often a frame is planned again, so that CPU passes get the sizes that they want.
+/// The most times that a frame is planned again, until CPU passes have the sizes that they want.
 const ROUNDS: usize = 8;
 
 /// A scene, drawn frame by frame.
@@ -211,7 +211,7 @@ impl<'a> Drawing<'a> {
         })
     }
 
-    /// What a frame sees at a time, with the camera where its path says; meshes are placed.
+    /// The input of a frame at a time, with the camera on its path; meshes are placed.
     pub(crate) fn input(&mut self, path: &CameraPath, shot: Shot) -> FrameInput {
         let Shot { index, time, part } = shot;
         let index = u64::from(index);
@@ -229,7 +229,7 @@ impl<'a> Drawing<'a> {
         self.draws.update(&self.graphics.queue, self.scene, &self.pose);
     }
 
-    /// Where everything stands since the last [`Self::input`].
+    /// The pose of the scene since the last [`Self::input`].
     #[cfg(feature = "score")]
     pub(crate) fn pose(&self) -> &Pose {
         &self.pose
@@ -306,7 +306,7 @@ impl<'a> Drawing<'a> {
         Ok(self.executor.set_plan(plan)?)
     }
 
-    /// What CPU passes had to say of the last frame, and the lights that no pass read.
+    /// The notices of CPU passes about the last frame, and the lights that no pass read.
     fn notices(&self) -> Vec<Diagnostic> {
         let unread = self.unread_lights.as_deref().filter(|names| !names.is_empty()).map(|names| {
             let names = list_of(names.iter().map(String::as_str));

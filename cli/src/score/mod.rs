@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &ScoreArguments) -> bool {
 struct Scored {
     adapter: String,
     triangles: usize,
-    /// What they take with the boxes around them.
+    /// The memory of the triangles and of the tree of boxes around them, in bytes.
     bytes: usize,
     /// In the order of the scene; names may be there twice.
     lights: Vec<(String, Scores)>,

@@ -9,14 +9,14 @@ use super::nothing;
 use crate::progress::Progress;
 use crate::render::Drawing;
 
-/// What rays say of a frame: of the camera's, and of those to each light that casts shadows.
+/// The ray-traced truth of a frame: camera rays, and rays to each light that casts shadows.
 pub(crate) struct View<'r> {
     truth: Truth<'r>,
     /// `None` for one that a frame cannot use.
     lights: Vec<(Light, Option<LightTruth>)>,
 }
 
-/// How the picture of one light answers.
+/// The rendered picture of one light, scored against its truth.
 pub(crate) struct Answer<'v> {
     traced: &'v LightTruth,
     /// The position of the light among those that cast shadows.
@@ -24,12 +24,12 @@ pub(crate) struct Answer<'v> {
     pub(crate) scores: Scores,
     /// Whether the picture gives it no shadows.
     pub(crate) is_lit_everywhere: bool,
-    /// What was drawn.
+    /// The rendered pixels.
     pub(crate) pixels: Vec<u8>,
 }
 
 impl<'r> View<'r> {
-    /// What rays say of a frame; `None` if the camera sees no surface.
+    /// Traces a frame; `None` if the camera sees no surface.
     ///
     /// # Errors
     /// No light casts shadows.
@@ -79,12 +79,12 @@ impl<'r> View<'r> {
         Ok(answers)
     }
 
-    /// What an answer shows, for the next frame to be held against.
+    /// The visibility that an answer shows, to be compared with the next frame.
     pub(crate) fn seen(&self, answer: &Answer<'_>) -> Seen {
         Seen::new(&self.truth, answer.traced, Rendered::new(&answer.pixels))
     }
 
-    /// Where and how an answer differs.
+    /// A picture of the pixels in which an answer differs from the truth.
     pub(crate) fn difference(&self, answer: &Answer<'_>) -> Vec<u8> {
         difference::picture(&self.truth, answer.traced, Rendered::new(&answer.pixels))
     }

@@ -61,7 +61,7 @@ pub(super) fn text(
     Ok(document::format::format(&sources, file)?.apply(&text).unwrap_or(text))
 }
 
-/// What the file was tuned on, and what it brought.
+/// The comment of the parameter file: the scenes it was tuned on, and the scores before and after.
 fn comment(found: &Found, arguments: &TuneArguments) -> String {
     let name = |path: &std::path::Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let [width, height] = arguments.choices.size;

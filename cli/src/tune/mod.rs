@@ -1,10 +1,12 @@
 //! `umbragraph tune`: the values of parameters with which shadows agree best with ray-traced ones.
 //!
-//! What is made small is the mean over the scenes of a loss: one minus the intersection over union of all lights and camera
-//! positions of the scene, or the mean error of soft shadows. The method is CMA-ES (Hansen and Ostermeier; the crate
-//! `cmaes`) over coordinates between 0 and 1 (`space`), from the values at the start on; where it has converged it begins
-//! again around the best with twice as many candidates, until as many sets of values were tried as the budget says. Values
-//! that the pipeline rejects lose against all others. The same seed finds the same values on the same adapter.
+//! The search minimises the mean of a loss over the scenes. The loss of a scene is one minus the intersection
+//! over union, over all its lights and camera positions. For soft shadows it is the mean error.
+//!
+//! The method is CMA-ES (Hansen and Ostermeier; the crate `cmaes`) over coordinates between 0 and 1 (`space`), from the
+//! values at the start. After it has converged, it begins again around the best with twice as many candidates. It ends
+//! when as many sets of values were tried as the budget allows. Values that the pipeline rejects lose against all
+//! others. The same seed finds the same values on the same adapter.
 //!
 //! A parameter that changes no pixel at the start, whatever its value, is left out until half of the budget is spent, and
 //! tried again around the best then; one that changes none there either is a finding.
@@ -44,10 +46,10 @@ use crate::score::view::View;
 use crate::session::Session;
 use crate::shadow_term;
 
-/// How far the first candidates lie from the start, in coordinates.
+/// The distance of the first candidates from the start, in coordinates.
 const SPREAD: f64 = 0.15;
 
-/// Where parameters are put to see whether they change anything.
+/// The coordinates that are tried to see whether a parameter changes anything.
 const PROBES: [f64; 3] = [0.9, 0.1, 0.5];
 
 /// Searches what the arguments ask for; whether there were no errors.
@@ -179,7 +181,7 @@ struct Search<'a> {
     left_out: Vec<Tuned>,
     /// Whether anything is known of them.
     has_looked: bool,
-    /// How many sets of values are tried for now.
+    /// The number of sets of values after which this part of the search ends.
     limit: usize,
     /// The losses of values that were tried, by how they are written.
     known: HashMap<String, f64>,
@@ -306,7 +308,7 @@ impl Search<'_> {
         }
     }
 
-    /// What is to be said of parameters that change nothing.
+    /// A warning for each parameter that changes nothing.
     fn findings(&self) -> Vec<Diagnostic> {
         let of = |one: &Tuned| {
             let message = format!("the parameter \"{}\" changes no pixel of the shadow term", one.name);

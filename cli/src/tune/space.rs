@@ -47,7 +47,7 @@ impl Over {
 /// The decades that a range from 0 on reaches down.
 const DECADES: f64 = 1e4;
 
-/// How a range is divided.
+/// The mapping of a coordinate to a value in the range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Scale {
     Linear,

@@ -1,4 +1,4 @@
-//! What a search has found: scores before and after, and which values are worth their cost.
+//! The result of a search: scores before and after, and which values are worth their cost.
 //!
 //! A set of values is *worth its cost* (Pareto) where no other one that was tried scores as well for fewer texels and taps.
 
@@ -16,7 +16,7 @@ use crate::arguments::{Measure, TuneArguments};
 /// The rows that people are shown.
 const ROWS: usize = 12;
 
-/// What a search has found.
+/// The result of a search.
 pub(super) struct Found {
     pub(super) adapter: String,
     /// The names of the scenes' files.

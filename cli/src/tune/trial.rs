@@ -34,10 +34,10 @@ pub(crate) struct Subject<'r> {
     pub(crate) view: View<'r>,
 }
 
-/// What a trial came to.
+/// The outcome of a trial.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome {
-    /// What is to be made small: the mean over the scenes.
+    /// The loss to minimise: the mean over the scenes.
     pub(crate) loss: f64,
     /// Of each scene.
     pub(crate) scenes: Vec<Scores>,
@@ -46,7 +46,7 @@ pub(crate) struct Outcome {
     pub(crate) pictures: u64,
 }
 
-/// What values cost, by what does not depend on the machine.
+/// The cost of values, in counts that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Cost {
     /// The texels within which shadow maps are drawn in a frame, the mean over all views.
@@ -144,7 +144,7 @@ impl Trials<'_> {
     }
 }
 
-/// What is to be made small of the scores of a scene; `None` where there is no such score.
+/// The loss of a scene from its scores; `None` if there is no such score.
 pub(crate) fn loss(scores: &Scores, measure: Measure) -> Option<f64> {
     match measure {
         Measure::Iou => scores.iou().map(|iou| 1.0 - iou),

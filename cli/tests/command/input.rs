@@ -1,4 +1,4 @@
-//! What documents may read, what is no regular file, and what names say to a terminal.
+//! The files that documents may read, paths that are no regular files, and names that would control a terminal.
 #![cfg(unix)]
 
 use std::os::unix::fs::symlink;

@@ -11,7 +11,7 @@ use umbragraph_test_support::{gpu, property};
 
 const PART: u32 = 4;
 
-/// What moves, as keys of a camera path of 200 frames.
+/// Two movements of the camera, as keys of a path of 200 frames.
 const WALK: &str = r#"{ "keys": [ { "time": 0, "position": [1.9, 4, 16.2], "target": [0.2, 2.66, -3.8] },
     { "time": 6.7, "position": [4.9, 4, 12.2], "target": [3.2, 2.66, -7.8] } ] }"#;
 const TURN: &str = r#"{ "keys": [ { "time": 0, "position": [1.9, 4, 16.2], "target": [-8, 2.66, -3.8] },

@@ -11,7 +11,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// What the command says, on both streams, and its exit status.
+/// The output of the command on both streams, and its exit status.
 fn said(arguments: &str, more: &[&str]) -> String {
     said_in(&root(), arguments, more)
 }

@@ -20,7 +20,7 @@ pub(crate) struct Sun {
     pub(crate) casts_shadows: bool,
 }
 
-/// What Bevy's world says about the frame.
+/// The part of Bevy's world that the frame needs.
 #[derive(Resource)]
 pub(crate) struct Scene {
     pub(crate) pipelines: EntityHashMap<umbragraph::Pipeline>,
@@ -30,7 +30,7 @@ pub(crate) struct Scene {
     pub(crate) index: u64,
     /// The objects, sorted by mesh: matrix, that of normals, color.
     pub(crate) objects: RawBufferVec<[f32; 4]>,
-    /// Which objects are of which mesh.
+    /// The ranges of objects that share a mesh.
     pub(crate) batches: Vec<(AssetId<Mesh>, Range<u32>)>,
 }
 

@@ -12,7 +12,7 @@ use crate::extract::Scene;
 /// The bytes of a vertex.
 const STRIDE: u64 = 32;
 
-/// How Bevy stores meshes, and this plugin objects.
+/// The layout of meshes in Bevy's buffers, and of objects in those of this plugin.
 pub(crate) fn interface() -> HostInterface {
     let vertex = [("position", Float32x3, 0), ("normal", Float32x3, 12), ("texcoord", Float32x2, 24)];
     let matrices = [("world_from_object", ValueType::MAT4, 0), ("normal_from_object", ValueType::MAT4, 64)];

@@ -14,7 +14,7 @@ use crate::{Graph, Tint, UmbragraphPlugin};
 /// Width and height of the picture.
 pub const SIZE: [u32; 2] = [640, 384];
 
-/// What was read back last: texels of four bytes.
+/// The picture that was read back last: texels of four bytes.
 #[derive(Resource, Default)]
 pub struct Picture(pub Vec<u8>);
 

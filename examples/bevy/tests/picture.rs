@@ -1,4 +1,4 @@
-//! What the plugin draws is the committed picture, and follows the pipeline's file.
+//! The plugin draws the committed picture, and follows the pipeline's file.
 
 use std::io::BufWriter;
 use std::path::Path;

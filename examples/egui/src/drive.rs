@@ -31,14 +31,14 @@ impl Drive {
         Self { folder, frame: 0, rect: None, before: None, pictures: Default::default() }
     }
 
-    /// Where the slider of a parameter is.
+    /// Notes the place of the slider of a parameter.
     pub(crate) fn sees(&mut self, name: &str, rect: Rect) {
         if name == NAME {
             self.rect = Some(rect);
         }
     }
 
-    /// What happens before a frame.
+    /// Advances the scripted pointer before a frame.
     pub(crate) fn step(
         &mut self,
         context: &egui::Context,

@@ -111,7 +111,7 @@ pub struct Published {
     pub name: String,
     /// Its type.
     pub value_type: ValueType,
-    /// What it is, with its unit, for the reference.
+    /// A description, with its unit, for the reference.
     #[serde(skip)]
     pub description: &'static str,
 }

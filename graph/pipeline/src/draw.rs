@@ -190,7 +190,7 @@ impl HostInterface {
             .collect()
     }
 
-    /// What is wrong with the places of vertex attributes: WebGPU wants each within the stride of its buffer, and both at
+    /// Messages about misplaced vertex attributes. WebGPU wants each within the stride of its buffer, and both at
     /// multiples of 4 bytes (attributes of less than 4 bytes at multiples of their size).
     pub(super) fn misplaced_attributes(&self) -> Vec<String> {
         let own = self.vertex_buffers_of.iter().flat_map(|(_, buffers)| buffers);

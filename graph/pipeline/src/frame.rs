@@ -1,4 +1,4 @@
-//! What the host tells a frame: camera, lights, bounds, time.
+//! Input of a frame from the host: camera, lights, bounds, time.
 //!
 //! World space is right-handed, in metres. A camera or light looks along −Z of its own space, +Y is its up, as in
 //! glTF. Positions and rotations are `f64`, because passes need whole texels a kilometre from the origin;

@@ -48,7 +48,8 @@
 //! registry.register::<Wave>();
 //! ```
 //!
-//! What a node keeps from frame to frame is its state. Each executor has its own, which begins with the type's default:
+//! State is the data that a node keeps from frame to frame. Each executor has its own, which begins with the type's
+//! default:
 //!
 //! ```
 //! # use umbragraph_pipeline::data::BlackboardData;
@@ -91,8 +92,8 @@ pub trait Node: DeserializeOwned + JsonSchema + 'static {
     /// A pass of a subgraph is declared once for each instance, with the same settings.
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced>;
 
-    /// What its passes publish, for the reference: a shape, or one for each way of using the kind, which is said before
-    /// it. Arrays whose length the settings decide may have any.
+    /// The data that its passes publish, for the reference: a shape for each way of using the kind, with the way's name
+    /// before it. Arrays whose length the settings decide may have any.
     fn published() -> Vec<(&'static str, DataShape)> {
         Vec::new()
     }
@@ -112,7 +113,7 @@ pub trait NodeKind: Send + Sync {
     /// # Errors
     /// Settings that fit the schema, but not the type behind it.
     fn decode(&self, settings: &document::Value) -> Result<Box<dyn Settings>, serde_json::Error>;
-    /// What its passes publish; see [`Node::published`].
+    /// The data that its passes publish; see [`Node::published`].
     fn published(&self) -> Vec<(&'static str, DataShape)>;
 }
 

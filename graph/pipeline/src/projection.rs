@@ -107,7 +107,7 @@ impl Projection {
         }
     }
 
-    /// What the picture's corners see at a distance along the view axis: left bottom, right bottom, left top, right top.
+    /// The corners of the picture at a distance along the view axis: left bottom, right bottom, left top, right top.
     pub fn corners(self, aspect: f64, distance: f64) -> [DVec2; 4] {
         let signs = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
         let half_height = match self {

@@ -23,7 +23,7 @@ impl Error {
         Self(Box::new(Found { diagnostics, sources: sources.clone() }))
     }
 
-    /// What is wrong.
+    /// The diagnostics.
     pub fn diagnostics(&self) -> &Diagnostics {
         &self.0.diagnostics
     }
@@ -62,7 +62,7 @@ impl fmt::Debug for Error {
 
 impl std::error::Error for Error {}
 
-/// What is wrong without its place, for an error of a device that has none.
+/// Prints code, message and help without the place, for an error of a device that has none.
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.code, self.message)?;

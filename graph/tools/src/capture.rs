@@ -16,7 +16,7 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place, codes, lis
 use umbragraph_pipeline::language::{Reference, TextureShape};
 use umbragraph_pipeline::pipeline::{SubresourceRange, is_of};
 
-/// What is captured: a texture, or the version of it that one pass wrote.
+/// The subject of a capture: a texture, or the version of it that one pass wrote.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Capture {
     /// `NAME`, `NAME@PASS`, or `NAME@-1` for what the frame before left.

@@ -1,4 +1,4 @@
-//! What a pipeline has and a plan of it does not use: no defect, but worth a line.
+//! Remarks on parts of a pipeline that a plan of it does not use: no defect, but worth a line.
 //!
 //! Culled passes, with the reason; dispatches of fewer invocations than a texture that they write has texels; entry points of the shaders that no pass runs; parameters that nothing of the plan
 //! follows from. The last are found by their uses, as unused settings are (`unused`), but in what the plan keeps: its
@@ -15,7 +15,7 @@ use umbragraph_pipeline::pipeline::{TypedPipeline, Usage};
 use umbragraph_pipeline::shader::Stage;
 use umbragraph_pipeline::work::{Dispatch, Work};
 
-/// What a plan does not use.
+/// The parts of a pipeline that a plan does not use.
 #[derive(Clone, Debug, Default)]
 pub struct Remarks {
     /// The culled passes, each with the first step of the reason.
@@ -30,7 +30,7 @@ pub struct Remarks {
 }
 
 impl Remarks {
-    /// What the plan of a checked pipeline does not use; nothing where there is no plan.
+    /// The remarks on the plan of a checked pipeline; empty without a plan.
     pub(crate) fn of(model: &Model, checked: &CheckReport) -> Self {
         let (Some(pipeline), Some(plan)) = (&checked.pipeline, &checked.plan) else { return Self::default() };
         let reason = |name: &String| why_culled(plan, name).next().unwrap_or_default();

@@ -3,7 +3,7 @@
 //! A setting is used if the model of the document knows a use of it, or if a template that some pass names has an axis of
 //! its name. What presets give values is not used for that.
 //!
-//! What a host reads of a pipeline in its own code is not known here: so it is a note.
+//! A host may read settings in its own code, which is not known here: so the diagnostic is a note.
 
 use std::collections::BTreeSet;
 

@@ -36,8 +36,9 @@ pub struct Cascades {
     /// The name of a directional light. Without it: the brightest that casts shadows, of equally bright ones the
     /// alphabetically first.
     pub light: Option<String>,
-    /// What a `shadow_atlas` publishes: then the cascades of every directional light that has layers there are fitted,
-    /// and published as descriptors (see [`crate::lights::descriptor`]) instead of the values of one light.
+    /// The blackboard data of a `shadow_atlas`. With it the node fits the cascades of every directional light that has
+    /// layers there. It then publishes descriptors (see [`crate::lights::descriptor`]) instead of the values of one
+    /// light.
     pub placement: Option<Ref>,
     /// With a placement: the layers of the array, which is the maximum number of cascades of all directional lights
     /// together; the number of cascades without it.
@@ -45,12 +46,12 @@ pub struct Cascades {
     /// The far distance of each cascade, in metres along the view axis, strictly increasing. The formulas of "splits"
     /// use the last one only.
     pub far: Expr,
-    /// How the far distances come about; without it they are those of "far".
+    /// The rule for the far distances; without it they are those of "far".
     pub splits: Option<SplitSettings>,
     /// The texels of each cascade's map in x and in y: one number for all, or a list with one for each.
     pub resolution: Expr,
-    /// Where cascades share one map: the texel of each one's upper left corner, as a list of [x, y]. Without it each
-    /// cascade has a layer of its own.
+    /// The upper left texel of each cascade in a map that all share, as a list of [x, y]. Without it each cascade has a
+    /// layer of its own.
     pub tiles: Option<Expr>,
     /// Width and height of the map, in texels. Without it: the smallest that holds the tiles, or with layers the
     /// largest resolution.
@@ -67,12 +68,12 @@ pub struct Cascades {
     pub border: Option<Expr>,
     /// The world direction that is up in the map; [0, 1, 0] without it.
     pub up: Option<Expr>,
-    /// How far the near plane is pulled towards the light: "casters" (also without it) to the bounds of what casts
-    /// shadows, a number of metres beyond the slice, or "scene" to the bounds of the scene, with the far plane at their
-    /// other end, so that depth stays as it is while the camera moves.
+    /// The distance by which the near plane is pulled towards the light. "casters" (also without it) pulls it to the
+    /// bounds of the casters, a number that many metres beyond the slice. "scene" sets both planes to the bounds of the
+    /// scene, so that depth stays as it is while the camera moves.
     #[schemars(with = "Option<AnyExpr>")]
     pub near_pull: Option<Expr>,
-    /// How far behind the slice the far plane stands, in metres; 0 without it.
+    /// The distance of the far plane behind the slice, in metres; 0 without it.
     pub far_extension: Option<Expr>,
     /// Whether cascades are narrowed to the bounds of the scene, which gives the far ones more texels; false without it.
     /// Texels stay in place while the bounds do not change much.
@@ -88,7 +89,7 @@ pub struct Cascades {
     pub blend: Option<BlendSettings>,
 }
 
-/// How far distances come about.
+/// The rule for the far distances.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SplitSettings {
@@ -97,7 +98,7 @@ pub struct SplitSettings {
     /// The number of cascades, 1 to 8; without it as many as there are far distances. With the scheme "explicit" the
     /// first so many far distances are used.
     pub count: Option<Expr>,
-    /// Where the formulas begin, in metres along the view axis; without it the camera's near plane.
+    /// The near distance in the formulas, in metres along the view axis; without it the camera's near plane.
     pub near: Option<Expr>,
     /// The weight of the logarithmic part in the scheme "practical", 0 to 1; 0.5 without it.
     pub lambda: Option<Expr>,
@@ -109,7 +110,7 @@ pub struct SplitSettings {
 pub struct BlendSettings {
     /// The zone as a fraction, from 0 (none) to 1.
     pub fraction: Expr,
-    /// What it is a fraction of; "far" without it.
+    /// The distance that the fraction refers to; "far" without it.
     pub of: Option<Word<BlendOf>>,
 }
 

@@ -22,7 +22,7 @@ use serde::Deserialize;
 
 use super::MAX_CASCADES;
 
-/// How the far distances of cascades come about.
+/// The rule for the far distances of cascades.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SplitScheme {
@@ -40,7 +40,7 @@ pub enum SplitScheme {
     Whole,
 }
 
-/// What the fraction of a blend zone is a fraction of.
+/// The distance that the fraction of a blend zone refers to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BlendOf {

@@ -31,7 +31,7 @@ pub struct CubeShadows {
     pub capacity: Expr,
     /// The width and height of each face, in texels.
     pub side: Expr,
-    /// What is said of every light.
+    /// The common settings of every light.
     #[serde(flatten)]
     pub described: DescribedSettings,
 }

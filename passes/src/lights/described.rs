@@ -31,7 +31,7 @@ const MAX_CADENCE: u32 = 64;
 pub struct DescribedSettings {
     /// The blackboard data to publish.
     pub to: Ref,
-    /// What a `shadow_atlas` publishes.
+    /// The blackboard data of a `shadow_atlas`.
     pub placement: Ref,
     /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
     pub reverse: Option<Expr>,

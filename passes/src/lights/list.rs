@@ -43,15 +43,15 @@ pub struct LightList {
     pub lights: Expr,
     /// The maximum number of descriptors; 1 without it.
     pub descriptors: Option<Expr>,
-    /// What a `shadow_atlas` publishes; without it no light casts shadows.
+    /// The blackboard data of a `shadow_atlas`; without it no light casts shadows.
     pub placement: Option<Ref>,
-    /// What a `spot_shadows` publishes.
+    /// The blackboard data of a `spot_shadows`.
     pub tiles: Option<Ref>,
-    /// What a `cube_shadows` publishes.
+    /// The blackboard data of a `cube_shadows`.
     pub cubes: Option<Ref>,
-    /// What a `cascades` with a placement publishes.
+    /// The blackboard data of a `cascades` with a placement.
     pub layers: Option<Ref>,
-    /// Which lights have a slot of textures as large as the picture; none without it.
+    /// Slots of textures as large as the picture, for some of the lights; none without it.
     pub slots: Option<SlotSettings>,
     /// The priority below which the shadows of lights that do not say how hard they are are hard; 0 without it.
     pub hard_below: Option<Expr>,

@@ -23,13 +23,13 @@ pub const MAX_SLOTS: u32 = 32;
 /// The number of four-component vectors that map lights to slots.
 pub(super) const GROUPS: u32 = MAX_SLOTS / 4;
 
-/// Which lights have a slot of textures as large as the picture.
+/// Slots of textures as large as the picture, for some of the lights.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SlotSettings {
     /// The maximum number of slots, 32 at most: the most important lights have one.
     pub capacity: Expr,
-    /// Which of the lights that cast shadows ask for one; all without it.
+    /// The lights that ask for a slot, of those that cast shadows; all without it.
     pub of: Option<Word<SlotsOf>>,
 }
 

@@ -26,7 +26,7 @@ use crate::views::spot::SpotView;
 pub struct SpotShadows {
     /// The maximum number of spots; those that the placement gives tiles beyond it have no shadows.
     pub capacity: Expr,
-    /// What is said of every light.
+    /// The common settings of every light.
     #[serde(flatten)]
     pub described: DescribedSettings,
 }

@@ -1,4 +1,4 @@
-//! What is drawn for reference pictures, in which settings.
+//! The cases of reference pictures: pipelines, scenes and settings.
 //!
 //! Maps are small and cascades end within the scene, so that seams, borders and filters are some pixels wide in pictures
 //! that are cheap to render and to keep.
@@ -59,7 +59,7 @@ impl Variant {
     }
 }
 
-/// What is done to a scene before it is drawn.
+/// A change to a scene before it is drawn.
 pub type Change = fn(&mut Scene);
 
 fn every_other_material_unshadowed(scene: &mut Scene) {
@@ -485,7 +485,7 @@ pub const MAPS: &[([&str; 3], Settings, Settings)] = &[
     (["extended/lore_evsm", "courtyard", "soft_moments"], &[], &[("reverse_z", "false")]),
 ];
 
-/// What extends a system by something that it has on its list, a scene that shows it, the number of frames drawn,
+/// Systems that a file extends: the file, the system, a scene that shows the difference, the number of frames,
 /// parameters and features.
 pub const EXTENDED: &[(&str, &str, &str, u64, Settings, Settings)] = &[
     ("lore_pcss", "lore", "courtyard", 1, &[("resolutions", "[1024,1024,512,512]")], &[]),

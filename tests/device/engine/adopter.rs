@@ -144,7 +144,7 @@ fn a_frame_without_bounds_or_casting_lights_says_so() {
     assert!(all_lit.iter().all(|texel| texel[3] < 0.5 || texel[0] > 0.99));
 }
 
-/// What an adopter writes in Rust about the module.
+/// Counts the lines of Rust about the module that an adopter writes.
 #[test]
 fn an_adopter_writes_at_most_fifty_lines_about_the_module() {
     let lines = |file: &str| -> Vec<String> {

@@ -39,7 +39,7 @@ fn an_engine_draws_into_the_cascades_of_awsm_what_plain_draws_draw() {
     }
 }
 
-/// What is wrong with how an engine stores things is found without a device, by the name of what differs.
+/// A host layout that does not fit is found without a device, by the name of the part that differs.
 #[test]
 fn storage_that_does_not_fit_is_named() {
     let stated = |name: &str, host: HostInterface, wanted: &str| {

@@ -1,4 +1,4 @@
-//! What goes wrong between an engine and a device is an error value with a name in it, and the next frame is possible.
+//! Errors between an engine and a device are values that name the cause, and the next frame is possible.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -207,7 +207,7 @@ fn resizing_each_frame_no_viewport_a_dropped_encoder_and_two_executors_in_one_ar
     assert!(one.differing(&two, 0) == 0 && one.rgba_pixels().any(|pixel| pixel[0] > 100));
 }
 
-/// What no device has room for: a texture of 64 GiB.
+/// A texture of 64 GiB, for which no device has room.
 #[test]
 fn too_little_memory_names_what_it_is_for_and_the_next_plan_is_made() {
     let Some(gpu) = own_device() else { return };

@@ -142,7 +142,7 @@ pub(crate) struct Meshes {
     indices: wgpu::Buffer,
     /// The indices of boxes and pyramids.
     ranges: [std::ops::Range<u32>; 2],
-    /// How many vertices lie before the pyramids' in the whole ones.
+    /// The number of vertices before those of the pyramids, in the buffer of whole vertices.
     boxes: i32,
     objects: wgpu::Buffer,
     materials: Vec<wgpu::Buffer>,

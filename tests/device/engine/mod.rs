@@ -1,4 +1,4 @@
-//! What an engine asks of the front door: its meshes as it stores them, its cameras, its textures, its threads.
+//! Demands of an engine on the facade: its meshes as it stores them, its cameras, its textures, its threads.
 
 mod adopter;
 mod cameras;

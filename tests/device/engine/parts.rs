@@ -164,7 +164,7 @@ fn a_target_is_encoded_once_whatever_its_format() {
     }
 }
 
-/// What is given by handle stays, with its part, over a plan that does not have the import.
+/// A texture or value set by handle stays, with its part, over a plan that does not have the import.
 #[test]
 fn given_imports_and_live_values_outlive_a_plan_without_them() {
     let Some(gpu) = gpu::device() else { return };

@@ -1,5 +1,5 @@
-//! What is in vertex buffers can change from instance to instance: one draw of two squares, each at a place and of a color
-//! of its own.
+//! Contents of vertex buffers can change from instance to instance: one draw of two squares, each at a place and of a
+//! color of its own.
 
 use umbragraph::draw::{DrawPass, DrawSource, HostInterface, HostVertexBuffer, PropertySet};
 use umbragraph::executor::read_bytes;

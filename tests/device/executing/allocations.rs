@@ -1,4 +1,5 @@
-//! What a steady frame allocates on the heap, with a live parameter that changes in each: as much as the same calls of wgpu made by hand, and nothing more.
+//! Heap allocations of a steady frame with a live parameter that changes in each. They are as many as the same calls of
+//! wgpu made by hand cause, and no more.
 //!
 //! wgpu allocates itself when passes are begun, encoded and ended, so a count of zero cannot be asked of any recorder.
 //! The rival is a recording of the same calls, written down here, over objects of the same kinds on the same device.

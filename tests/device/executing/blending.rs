@@ -6,7 +6,7 @@ use crate::common::gpu::import;
 use crate::executing::stage::{SIDE, color, executor, fill, plan, show, target, try_plan_with};
 use crate::executing::views::frame;
 
-/// What a fill of some color leaves of another that was there, 255 for 1.
+/// The blend of a fill over another color, 255 for 1.
 #[track_caller]
 fn combined(there: &str, settings: &str, drawn: &str) -> Option<[u8; 4]> {
     let gpu = gpu::device()?;

@@ -1,4 +1,4 @@
-//! What is said of contents: storage that replaces or keeps, attachments that load or discard.
+//! Declared contents: storage that replaces or keeps, attachments that load or discard.
 
 use umbragraph_test_support::gpu;
 

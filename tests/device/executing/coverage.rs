@@ -1,4 +1,4 @@
-//! What a full-screen pass is known to cover, and what stays where it is not.
+//! Coverage of full-screen passes: known full coverage culls the pass before, partial coverage keeps its pixels.
 
 use umbragraph_test_support::gpu;
 

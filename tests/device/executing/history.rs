@@ -1,4 +1,4 @@
-//! What earlier frames left: read frames back, begun with, forgotten, and taken over by other plans.
+//! Contents of earlier frames: read frames back, begun with, forgotten, and taken over by other plans.
 
 use std::sync::Arc;
 

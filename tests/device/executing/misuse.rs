@@ -13,7 +13,7 @@ use crate::executing::views::frame;
 
 const RED_TEXEL: [u8; 4] = [255, 0, 0, 255];
 
-/// What a host's script leaves in the picture, over blue; the squares are red and green, the materials 1 and 1/5.
+/// The picture that a host's script leaves over blue; the squares are red and green, the materials 1 and 1/5.
 fn outcome(
     script: impl Fn(&mut dyn umbragraph::draw::DrawPass, &wgpu::Buffer) + Send + Sync + 'static,
 ) -> Option<[u8; 4]> {

@@ -1,4 +1,4 @@
-//! What the executor makes of plans, frames and hosts of every kind.
+//! The executor with plans, frames and hosts of every kind.
 //!
 //! A host of squares ([`squares`]) and a node kind whose views each frame chooses ([`views`]) let a test say exactly
 //! what is drawn where.

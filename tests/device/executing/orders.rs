@@ -1,4 +1,4 @@
-//! What the document says of orders and versions, as it is drawn.
+//! Declared orders and versions, as they are drawn.
 
 use umbragraph_test_support::gpu;
 

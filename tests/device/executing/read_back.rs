@@ -4,7 +4,7 @@ use umbragraph::executor::{Texels, read_back};
 use umbragraph_test_support::gpu::{self, Gpu};
 use wgpu::TextureFormat as Format;
 
-/// What is read of a texture of one texel for each so many bytes.
+/// The texels read back from a texture with one row of these bytes.
 #[track_caller]
 fn read(gpu: &Gpu, format: Format, bytes: &[u8]) -> Texels {
     let size = format.block_copy_size(None).expect("a format of one aspect");

@@ -1,4 +1,4 @@
-//! What samplers see of a texture: filters, addresses, and levels of detail.
+//! Samplers: filters, addresses, and levels of detail.
 
 use umbragraph_test_support::gpu;
 
@@ -16,7 +16,7 @@ struct Settings { blue: f32 }
 }
 "#;
 
-/// What a sampler sees at a place of a level, or at a slant.
+/// A shader that samples at a place of a level, or at a slant.
 const SEEN: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
 struct Settings { place: vec3<f32> }
 @group(1) @binding(0) var<uniform> settings: Settings;

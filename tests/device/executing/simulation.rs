@@ -48,7 +48,7 @@ struct Unit {
     at: usize,
 }
 
-/// What a unit holds: red of the left and the right half, or a number of a buffer.
+/// The content of a unit: red of the left and the right half, or a number of a buffer.
 type Value = [u32; 2];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +74,7 @@ impl Resource {
     }
 }
 
-/// What a pass does to what it writes.
+/// The effect of a pass on the units that it writes.
 #[derive(Clone, Debug)]
 enum Deed {
     Fill(u32),
@@ -237,7 +237,7 @@ impl Graph {
     }
 }
 
-/// What is wrong with the pictures of a graph, if anything is.
+/// The first error in the pictures of a graph, if there is one.
 fn error(gpu: &Gpu, graph: &Graph, random: &mut Random) -> Option<String> {
     let plan: Arc<Plan> = match try_plan_of_text(graph.text.clone(), SIDE) {
         Ok(plan) => plan,

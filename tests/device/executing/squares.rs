@@ -69,7 +69,7 @@ pub(crate) struct Squares {
     pub(crate) lacks_material: bool,
     /// Whether a texture is given where a buffer is wanted.
     pub(crate) confuses_material: bool,
-    /// What it does in a draw pass; all squares with material 0 if nothing else is said.
+    /// The calls of the host in a draw pass; without it all squares are drawn with material 0.
     pub(crate) script: Option<Script>,
     objects: u32,
     corners: wgpu::Buffer,
@@ -144,7 +144,7 @@ impl Squares {
     }
 }
 
-/// How the squares are stored.
+/// The layout of the squares in buffers.
 pub(crate) fn interface() -> HostInterface {
     let object =
         [("rectangle", ValueType::VEC4, 0), ("color", ValueType::VEC4, 16), ("depth", ValueType::F32, 32)];

@@ -1,4 +1,4 @@
-//! What CPU passes keep from frame to frame: each executor on a plan has its own.
+//! State that CPU passes keep from frame to frame: each executor on a plan has its own.
 
 use std::sync::Arc;
 

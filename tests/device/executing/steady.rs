@@ -1,4 +1,4 @@
-//! What is created when, and what is measured.
+//! Objects that steady frames create, and measurements of passes.
 
 use umbragraph::{Executor, Frame};
 use umbragraph_test_support::gpu;

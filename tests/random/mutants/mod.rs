@@ -62,10 +62,10 @@ fn shaders(case: &Case, templates: &[(&str, &str)]) -> Option<(crate::common::Ou
     Some((outcome, texts))
 }
 
-/// How many faults of a template each case has shown.
+/// The number of faults of a template that each case has shown.
 type Hits = Mutex<BTreeMap<(String, usize), u32>>;
 
-/// What becomes of a fault: cases of which no shader changes are not drawn.
+/// The verdict on a fault. Cases are drawn only if one of their shaders changes.
 fn verdict(baselines: &[Baseline], hits: &Hits, template: &str, fault: &Violation) -> Verdict {
     let mut order: Vec<usize> =
         (0..baselines.len()).filter(|at| baselines[*at].contains(template, &fault.place)).collect();
@@ -238,7 +238,7 @@ fn in_parallel<T: Sync, R: Send>(jobs: usize, list: &[T], work: impl Fn(&T) -> R
     results.into_inner().expect("no panic").into_values().collect()
 }
 
-/// What a case is without faults; it has to match its reference.
+/// The baseline of a case without faults; it has to match its reference.
 fn baseline(case: &Case) -> Baseline {
     let gpu = gpu::device().expect("the device of before");
     let start = Instant::now();

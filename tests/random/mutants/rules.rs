@@ -1,4 +1,4 @@
-//! Where a fault can be planted in a template, and what it then reads.
+//! Places of a template at which a fault can be planted, and the text with the fault.
 //!
 //! Only WGSL is changed: not tags and expressions of the template language, comments, attributes, or declarations (of types,
 //! and of overrides, whose values are pipelines' own).
@@ -13,7 +13,7 @@ use std::ops::Range;
 pub(crate) struct Violation {
     /// The line, from 1.
     pub(crate) line: usize,
-    /// What was done.
+    /// The rule that was applied.
     pub(crate) rule: &'static str,
     /// The bytes of the project's template that it takes the place of.
     pub(crate) place: Range<usize>,
@@ -23,7 +23,7 @@ pub(crate) struct Violation {
     pub(crate) text: String,
 }
 
-/// What stands between spaces, and in its place.
+/// Replacements of operators, spaces included: old, new, name of the rule.
 const OPERATORS: &[(&str, &str, &str)] = &[
     (" + ", " - ", "operator"),
     (" - ", " + ", "operator"),
@@ -167,7 +167,7 @@ fn call(template: &str, at: usize) -> Option<(Range<usize>, String, &'static str
     Some((at..end, is, rule))
 }
 
-/// What stands between the parentheses of a call, and where it ends.
+/// The text between the parentheses of a call, argument by argument, and the place after it.
 fn arguments(template: &str, open: usize) -> Option<(Vec<Range<usize>>, usize)> {
     let (mut depth, mut start, mut found) = (0, open + 1, Vec::new());
     for (at, byte) in template.bytes().enumerate().skip(open) {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use umbragraph_test_support::random::Random;
 
-/// What a shader sees of a format.
+/// The sample type of a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Seen {
     Float,
@@ -45,7 +45,7 @@ pub(crate) struct Texture {
     is_read: bool,
 }
 
-/// What a shader adds to its sum.
+/// A summand of a shader.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Term {
     /// A word of the buffer.
@@ -64,7 +64,7 @@ pub(crate) struct Target {
     pub(crate) clears: bool,
 }
 
-/// What a pass does.
+/// The work of a pass.
 #[derive(Clone, Debug)]
 pub(crate) enum Deed {
     Fill {

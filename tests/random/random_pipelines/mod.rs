@@ -33,7 +33,7 @@ use umbragraph_test_support::random::Random;
 const STRICTER: &[(&str, &str)] =
     &[("UG0401", "wgpu clears what nobody has written: it is valid, and hardly meant")];
 
-/// What `check` says: of the plan, and of each shader for the profile.
+/// Checks a drawn pipeline: the plan, and each shader for the profile.
 fn check(drawn: &Drawn) -> Outcome {
     let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
     let mut templates = TemplateSet::new();

@@ -1,4 +1,4 @@
-//! What a random pipeline leaves in its textures, as a CPU says it.
+//! The contents of a random pipeline's textures, computed on the CPU.
 //!
 //! Passes run one after the other. Each channel of each texel is an interval that holds every value which the rounding
 //! of formats, filters and sums allows; whole numbers are cut off at both ends of it. What nothing fixes (memory that
@@ -84,8 +84,8 @@ impl<'d> Image<'d> {
         self.texels[at] = stored(self.of.format, value);
     }
 
-    /// What a sampler gives: the texel in whose middle the coordinates lie, but for what the fixed point of weights takes of those
-    /// around, and else something between these.
+    /// Samples the image. At the middle of a texel the result is that texel, up to the fixed point of the weights.
+    /// Elsewhere it lies between the texels around.
     fn sample(&self, uv: [f64; 2]) -> Texel {
         let place = [uv[0] * self.width as f64 - 0.5, uv[1] * self.height as f64 - 0.5];
         let is_middle = place.iter().all(|one| (one - one.round()).abs() < 1e-3);
@@ -112,7 +112,7 @@ fn places(width: usize, height: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..height).flat_map(move |y| (0..width).map(move |x| [x, y]))
 }
 
-/// What a format keeps of a value.
+/// The value that a format keeps of a texel.
 fn stored(format: &str, value: Texel) -> Texel {
     let unorm = |slack: f64| {
         move |one: Interval| Interval {
@@ -221,7 +221,7 @@ impl Simulation<'_> {
     }
 }
 
-/// What each texture holds after the frame, by its name.
+/// The contents of each texture after the frame, by its name.
 pub(crate) fn simulate(drawn: &Drawn) -> BTreeMap<String, Vec<Texel>> {
     let images = drawn.textures.iter().map(Image::new).collect();
     let mut simulation = Simulation { images, words: vec![Interval::exactly(0.0); WORDS] };

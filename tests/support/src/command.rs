@@ -1,4 +1,4 @@
-//! What a command has printed, for tests that run one.
+//! Output of a command, for tests that run one.
 
 use std::process::Output;
 
@@ -10,7 +10,7 @@ pub fn text(bytes: &[u8]) -> String {
 /// The standard error of a command that has failed with a status and says all of these; none of them by a panic.
 ///
 /// # Panics
-/// Where it has not.
+/// If it has not.
 #[track_caller]
 pub fn rejected(output: &Output, status: i32, says: &[&str]) -> String {
     let errors = text(&output.stderr);

@@ -17,7 +17,7 @@ pub const TRUTH: &str = "UMBRAGRAPH_TRUTH";
 /// A file to which each skipped test appends its reason, so that a runner can count across processes.
 pub const SKIP_LOG: &str = "UMBRAGRAPH_SKIP_LOG";
 
-/// Where the value of a variable comes from.
+/// A source of the values of environment variables.
 pub type Lookup<'a> = &'a dyn Fn(&str) -> Option<OsString>;
 
 /// Looks a variable up in the environment of this process.

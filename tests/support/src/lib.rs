@@ -1,4 +1,4 @@
-//! What the tests of umbragraph share, and what nothing but tests may depend on.
+//! Helpers that the tests of umbragraph share; nothing but tests may depend on this crate.
 //!
 //! * [`command`]: what a command has printed.
 //! * [`image`]: 8-bit PNG pictures, their comparison under a tolerance, and golden pictures kept in the tree.

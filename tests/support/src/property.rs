@@ -1,4 +1,4 @@
-//! How many cases a property is tried on, and from which seed.
+//! The number of cases that a property is tried on, and their seed.
 //!
 //! Ordinarily both are fixed, so that nobody's test fails by chance. `cargo xtask soak` sets other seeds and more cases,
 //! and prints what repeats them. A failure that it finds is kept as a test of its own, by name: seeds of generators that
@@ -10,7 +10,7 @@ use crate::environment::{self, Lookup};
 
 /// A seed in place of the fixed one.
 pub const SEED: &str = "UMBRAGRAPH_SEED";
-/// How many times as many cases.
+/// The variable with the factor for the number of cases.
 pub const TIMES: &str = "UMBRAGRAPH_TIMES";
 
 /// The configuration of a property that is ordinarily tried on so many cases.
@@ -25,7 +25,7 @@ pub fn seed() -> u64 {
     number(&environment::process, SEED).unwrap_or(1)
 }
 
-/// How many times as many cases as ordinarily.
+/// The factor for the ordinary number of cases.
 #[must_use]
 pub fn times() -> u32 {
     number(&environment::process, TIMES).unwrap_or(1)

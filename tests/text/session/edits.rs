@@ -49,7 +49,7 @@ impl Files for Edited<'_> {
     }
 }
 
-/// What a fresh start takes.
+/// The inputs of a session that starts fresh.
 struct Fresh {
     sources: Sources,
     templates: Arc<TemplateSet>,

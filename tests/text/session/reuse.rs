@@ -1,4 +1,4 @@
-//! What did not change is not done again.
+//! Work is not repeated for parts that did not change.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use umbragraph::low_level::shader::TargetProfile;
 
 use crate::session::{PART, WHOLE, choice, plan, session, two_files};
 
-/// What was done since the last call, but for the counts of templates.
+/// The counts of work since the last call, without those of templates.
 fn done(session: &mut Session) -> [usize; 5] {
     let Done { read, parsed, composed, loaded, planned, .. } = session.take_done();
     [read, parsed, composed, loaded, planned]

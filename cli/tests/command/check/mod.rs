@@ -437,7 +437,8 @@ fn passes_whose_template_is_broken_are_counted_as_such() {
     assert!(diagnostics.contains("UG0501") && diagnostics.ends_with("1 error\n"), "{diagnostics}");
 }
 
-/// What is read was written in this frame by then, though the attachment names the mip level and the reader nothing.
+/// "show" reads the version of "paint", which this frame has written before "scratch" discards it. The attachment names
+/// the mip level, the reader does not.
 #[test]
 fn what_is_discarded_after_it_was_read_is_no_diagnostic() {
     let folder = ScratchFolder::new("check-discarded-later");

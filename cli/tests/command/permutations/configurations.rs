@@ -1,4 +1,5 @@
-//! Which configurations a pipeline reaches, which of them stand for all, and what is said of those that it does not.
+//! The configurations that a pipeline reaches, those that stand for all, and the report of those that it does not
+//! reach.
 
 use super::*;
 

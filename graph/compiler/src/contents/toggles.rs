@@ -1,4 +1,4 @@
-//! What toggles mean for a plan, which is one for all of their states.
+//! Effects of toggles on a plan, which is one for all of their states.
 //!
 //! A pass that can be off, and an access that happens only without or only with a passthrough, have [`Condition`]s.
 //! Seen from a reader in a frame in which it runs, another pass runs always, never, or [sometimes](Runs). Resources

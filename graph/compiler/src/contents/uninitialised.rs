@@ -37,7 +37,7 @@ const SHOWN: usize = 8;
 /// More mips than any texture has.
 const MAX_MIPS: u64 = 32;
 
-/// What exists of a read.
+/// The subresources of a read that exist.
 struct Wanted {
     mips: (u64, u64),
     /// Layers or slices of mip 0, or bytes.
@@ -134,7 +134,7 @@ fn check_lasting(
     }
 }
 
-/// What exists of what is left of an access, in words: empty for all of it, `None` for nothing.
+/// The existing subresources of an access among those that are left, in words: empty for all of it, `None` for nothing.
 pub(crate) fn existing(resolved: &ResolvedResources<'_>, one: &Access, left: &Left) -> Option<String> {
     let wanted = wanted(resolved, one)?;
     let gaps = gaps(&wanted, left);

@@ -33,7 +33,7 @@ use umbragraph_pipeline::frame::FrameInput;
 use umbragraph_pipeline::pipeline::{LiveSettings, Located as _, ResourceKind};
 use umbragraph_pipeline::work::{CpuContext, CpuRun, CpuWork, PassHandle, ResourceHandle, Subresource, Work};
 
-/// How many inputs of a pass are given without allocating.
+/// The number of inputs up to which a pass gets them without an allocation.
 const FEW_INPUTS: usize = 8;
 
 /// The CPU passes of a plan, with their state and data.
@@ -157,7 +157,7 @@ impl CpuPasses {
         self.data.get(self.plan.pipeline.find_resource(name)?.index())?.as_ref()
     }
 
-    /// What passes had to say last: limits that were reached, what was left out and why.
+    /// The notices of the last run of the passes: limits that were reached, parts that were left out and why.
     pub fn notices(&self) -> impl Iterator<Item = &Diagnostic> {
         self.data.iter().flatten().flat_map(|data| data.notices().iter())
     }
@@ -187,7 +187,7 @@ impl CpuPasses {
     }
 }
 
-/// What an executor needs besides.
+/// Methods that only an executor needs.
 impl CpuPasses {
     /// Lets the node at a position of the plan, if there is one, take over live settings; `None` after a diagnostic.
     pub fn update(&mut self, at: usize, settings: &mut LiveSettings<'_>) -> Option<()> {

@@ -1,4 +1,5 @@
-//! What changes from frame to frame without a device: live parameters, what CPU passes keep and publish, and the toggles.
+//! State that changes from frame to frame without a device: live parameters, data and state of CPU passes, and the
+//! toggles.
 
 pub(crate) mod cpu_passes;
 pub(crate) mod parameters;

@@ -41,7 +41,7 @@ pub struct Parameters {
     given: Vec<Value>,
     /// Whether each has been set since the plan was made.
     is_set: Vec<bool>,
-    /// What was set in plans before, by name.
+    /// The values that were set in plans before, by name.
     kept: BTreeMap<String, Value>,
     is_changed: bool,
     id: u64,

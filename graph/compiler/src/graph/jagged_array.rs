@@ -1,6 +1,6 @@
 //! Lists of different lengths, one after another in one piece of memory.
 //!
-//! What belongs to each pass or resource is mostly one or two things. A vector of vectors would put each of these lists
+//! Most passes and resources have one or two entries in each list. A vector of vectors would put each of these lists
 //! somewhere else in memory, and a graph of 10,000 passes would be a walk over all of it.
 
 /// Lists by number.

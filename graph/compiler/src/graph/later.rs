@@ -48,7 +48,7 @@ impl Later {
     }
 }
 
-/// What `after` and the names of versions say.
+/// The order of passes that `after` and the names of versions declare.
 #[derive(Default)]
 pub(crate) struct Stated {
     /// By pass those that follow it; empty where no pass says anything.

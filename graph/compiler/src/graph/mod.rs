@@ -9,7 +9,7 @@
 //! - write after write: writers of one subresource range run in their order;
 //! - explicit: `after`.
 //!
-//! How writers get their order, and readers their versions, is in `writers`; this file has the result.
+//! Module `writers` orders writers and gives readers their versions; this file has the result.
 //!
 //! Cost: linear in passes, accesses and edges, for a bounded number of writers that touch one subresource range out of
 //! order.

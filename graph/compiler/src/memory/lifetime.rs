@@ -1,4 +1,4 @@
-//! Which resources share one physical resource, and how large each of those is.
+//! Aliasing: the resources that share one physical resource, and the size of each physical resource.
 //!
 //! A lifetime runs from the first to the last pass of the order that uses a resource. Two resources of one class
 //! (descriptors that wgpu can exchange for one another) share if their lifetimes do not touch: taking resources by
@@ -20,7 +20,7 @@ use std::collections::{BTreeSet, BinaryHeap};
 /// A resource that wants a place: its class, its bytes, and the first and last pass that use it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AllocationRequest {
-    /// What can be exchanged for one another: classes are numbered from 0.
+    /// The class, numbered from 0: only resources of one class share memory.
     pub(crate) class: usize,
     /// Its bytes.
     pub(crate) bytes: u64,

@@ -1,4 +1,5 @@
-//! Where resources lie: textures and buffers of a plan, which resources share one, and which take turns from frame to frame.
+//! Memory of a plan: its textures and buffers, the resources that share one, and those that take turns from frame to
+//! frame.
 
 pub(crate) mod history;
 pub(crate) mod lifetime;

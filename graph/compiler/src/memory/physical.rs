@@ -1,4 +1,4 @@
-//! Where resources lie: the textures and buffers of a plan.
+//! Physical resources: the textures and buffers of a plan.
 
 use serde::Serialize;
 use wgpu_types::{BufferUsages, TextureFormat, TextureUsages};

@@ -107,7 +107,7 @@ impl Rules<'_> {
         None
     }
 
-    /// What shaders write is not written in the vertex stage, and is read and written at once in few formats.
+    /// Checks a storage binding. The vertex stage cannot write it, and few formats can be read and written at once.
     fn storage(&self, program: &Program, binding: &ProgramBinding) -> Option<Diagnostic> {
         let features = self.plan.pipeline.profile.features;
         let (template, name) = (&program.template, &binding.name);

@@ -1,4 +1,4 @@
-//! What sizes change about a pass: the number of workgroups, what is copied, the bytes of its blocks, and whether
+//! Parts of a pass that depend on sizes: the number of workgroups, copies, the bytes of its blocks, and whether
 //! attachments fit.
 //!
 //! Planning a pass ends here, and planning it again for another size is nothing else.

@@ -62,7 +62,7 @@ pub struct Plan {
     /// The parameters: which can change from frame to frame, and what makes the others structural.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, PlannedParameter>,
-    /// How the order was chosen.
+    /// The objective and method of the order, with its bytes.
     pub order: OrderReport,
     /// The pipeline.
     #[serde(skip)]
@@ -124,7 +124,7 @@ pub struct PlannedPass {
     pub variants: Vec<String>,
     /// The constant blocks.
     pub blocks: Vec<PackedBlock>,
-    /// What is evaluated again when a live parameter changes.
+    /// The settings that are evaluated again when a live parameter changes.
     #[serde(skip)]
     pub live: Vec<PlannedSetting>,
     /// The pass.

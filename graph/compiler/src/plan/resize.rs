@@ -1,8 +1,8 @@
 //! Planning again where only sizes change: another viewport, other sizes of the host's textures or data.
 //!
-//! What passes are kept and why, their order, formats, usages, shader variants, load and store operations, and which
-//! passes are recorded as one are taken over. Sizes, workgroups, blocks, classes and memory are made again, with the
-//! diagnostics about them. The result is what planning from scratch yields.
+//! The new plan takes over decisions that sizes do not change: kept passes and their reasons, order, formats, usages,
+//! shader variants, load and store operations, and merged render passes. Sizes, workgroups, blocks, classes and memory
+//! are made again, with the diagnostics about them. The result is equal to a plan from scratch.
 //!
 //! Planned from scratch is what changes more: the `memory` order, which weighs bytes; other formats or usages of the
 //! host's textures; a number of samples, which formats depend on; layers where there were none, which render passes

@@ -4,8 +4,8 @@ use smallvec::SmallVec;
 
 use umbragraph_pipeline::pipeline::{Aspect, IndexRange, SubresourceRange};
 
-/// What a subresource range covers of mips, layers, aspects and bytes: the first, and the first after it. Everything
-/// has no end.
+/// A box of mips, layers, aspects and bytes that a subresource range covers: the first, and the first after it. A whole
+/// range has no end.
 pub(crate) type Extents = [(u64, u64); 4];
 
 /// The box of a subresource range.

@@ -1,4 +1,4 @@
-//! Which orders between accesses of one resource follow from others.
+//! Orders between accesses of one resource that follow from others.
 //!
 //! Of an earlier, a middle and a later access that overlap, in frames in which each two of them can happen, the earlier
 //! comes before the later as soon as it comes before the middle one, and that before the later. So from an access one

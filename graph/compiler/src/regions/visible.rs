@@ -1,4 +1,4 @@
-//! What is seen of older writes, through newer ones that cover ranges of them or can be off.
+//! Visibility of older writes, through newer ones that cover ranges of them or can be off.
 //!
 //! A look goes back through the writers of a resource, the newest first. What has not been covered so far is a set of
 //! disjoint boxes (mips × layers × aspects × bytes), each with the states of toggles in which it is open. A writer
@@ -7,8 +7,8 @@
 //! seen if some box that it writes is open in a state in which it runs. This is exact: no state is forgotten, and none
 //! has to be enumerated.
 //!
-//! How many mips, layers and bytes there are is not known yet. What lies beyond all that is named may not exist, so it
-//! keeps older writes in sight, but is never said to be missing.
+//! The numbers of mips, layers and bytes are not known yet. A range beyond all named ones may not exist, so it keeps
+//! older writes in sight, but is never said to be missing.
 //!
 //! **Passing on.** A writer that can be off and loads what it writes over feeds on what is below it, so that whoever
 //! reads it depends on that, too. A look that has found many writers goes [on](View::pass_on) only for what two such
@@ -158,20 +158,20 @@ impl<'a, W: Copy + Ord> View<'a, W> {
         !self.is_coarse && self.boxes.iter().filter_map(|open| common(open.extents, extents)).any(exists)
     }
 
-    /// What no write of the frames in which the looker is there covers, as far as that is certain: some of it may not
+    /// The boxes that no write covers in frames in which the looker runs, as far as that is certain: some of it may not
     /// exist.
     pub(crate) fn unwritten(&self) -> Vec<Extents> {
         let open = self.boxes.iter().filter(|open| !self.is_coarse && open.newest.is_none());
         open.map(|open| open.extents).collect()
     }
 
-    /// What is not covered in every state, as far as that is certain: some of it may not exist.
+    /// The boxes that are not covered in every state, as far as that is certain: some of it may not exist.
     pub(crate) fn open(&self) -> Vec<Extents> {
         self.boxes.iter().filter(|_| !self.is_coarse).map(|open| open.extents).collect()
     }
 
-    /// What no write covers in some state, of what a write covers in another, each with the newest such write: some of it
-    /// may not exist.
+    /// The boxes that a write covers in one state and no write covers in another, each with the newest such write. Some
+    /// of it may not exist.
     pub(crate) fn toggled(&self) -> Vec<(Extents, W, Condition)> {
         let open = self.boxes.iter().filter(|_| !self.is_coarse);
         open.filter_map(|open| open.newest.map(|(writer, condition)| (open.extents, writer, condition)))

@@ -1,4 +1,4 @@
-//! What a plan is made for: the viewport, the host's own textures, and what the order of the passes is to be good for.
+//! Inputs of a plan: the viewport, the host's own textures, and the objective of the order.
 
 pub(crate) mod objective;
 pub(crate) mod options;

@@ -1,4 +1,4 @@
-//! What an order is chosen for, and how it was.
+//! Objectives of an order, and the report on the order that was chosen.
 
 use serde::Serialize;
 
@@ -30,13 +30,13 @@ impl Objective {
     }
 }
 
-/// How the order was chosen, and its bytes.
+/// The objective and method of an order, and its bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct OrderReport {
     /// The objective.
     pub objective: Objective,
-    /// How.
+    /// The method.
     pub method: OrderMethod,
     /// For `memory`: what was reached, and against what.
     pub memory: Option<MemoryOrder>,

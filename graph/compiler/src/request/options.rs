@@ -1,4 +1,4 @@
-//! What a plan is made for: the caller's knowledge of a frame in advance.
+//! Options of a plan: the caller's knowledge of a frame in advance.
 
 use std::collections::BTreeMap;
 

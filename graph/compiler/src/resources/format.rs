@@ -27,7 +27,7 @@ pub(crate) struct FormatRequirements<'a> {
     pub(crate) bindings: Vec<(PassHandle, BindingType, TextureView)>,
     /// The formats in which it is seen, each with the pass.
     pub(crate) views: Vec<(PassHandle, TextureFormat)>,
-    /// What it is copied or resolved to or from, and whether resolved, which needs the same format.
+    /// Textures that it is copied or resolved to or from, and whether resolved, which needs the same format.
     pub(crate) alike: Vec<(ResourceHandle, bool)>,
     /// Whether some attachment blends.
     pub(crate) blends: bool,

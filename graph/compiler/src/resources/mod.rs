@@ -1,5 +1,5 @@
-//! What each resource is, whatever the order of the passes: its size, its format, its usages, and the rules of WebGPU for
-//! those.
+//! Resolved properties of each resource, whatever the order of the passes: its size, format and usages, and WebGPU's
+//! rules for them.
 
 pub(crate) mod format;
 pub(crate) mod resolved;

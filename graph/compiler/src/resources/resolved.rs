@@ -1,4 +1,4 @@
-//! What each resource is, whatever the order of the passes: its size, format, usages and class.
+//! Resolved properties of each resource, whatever the order of the passes: its size, format, usages and class.
 //!
 //! Two resources of one class can stand for one another on a device: the same format, size, layers, mips, samples,
 //! dimension and usages, or, for buffers, the same usages and the same size class: the next power of two of their bytes.

@@ -1,13 +1,14 @@
-//! What WebGPU forbids of a texture as it is made, whatever is done with it: the rows of its validation of
-//! `createTexture` that limits (in [`crate::resources::size`]) and accesses of formats (in [`crate::resources::format`]) do not tell.
+//! WebGPU's rules for creating a texture, whatever is done with it. These are the rows of its validation of
+//! `createTexture` that limits (in [`crate::resources::size`]) and accesses of formats (in
+//! [`crate::resources::format`]) do not cover.
 //!
 //! - several samples: one mip level, one layer, no volume, no storage, a format that can be an attachment;
 //! - volumes: no depth or stencil, no compressed format;
 //! - compressed formats: width and height in whole blocks.
 //!
-//! That views reinterpret formats only between sRGB and not is a rule of `format`; that mip levels are as many as halve
-//! the sides, and cubes square, rules of `size`. One-dimensional textures and transient attachments are not in the
-//! language. Source: <https://www.w3.org/TR/webgpu/#abstract-opdef-validating-gputexturedescriptor>.
+//! Module `format` checks that views change a format only between sRGB and linear. Module `size` checks that mip levels
+//! are no more than the sides allow, and that cubes are square. One-dimensional textures and transient attachments are
+//! not in the language. Source: <https://www.w3.org/TR/webgpu/#abstract-opdef-validating-gputexturedescriptor>.
 
 use wgpu_types::{TextureFormat, TextureUsages};
 

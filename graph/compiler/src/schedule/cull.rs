@@ -7,8 +7,8 @@
 //! pass remembers the first reason found, breadth first, so that following the reasons leads to an output on a
 //! shortest way; each culled one says who would have had to read it.
 //!
-//! Where a look at the writers of a resource was [coarse](crate::regions::visible), passes are kept of which perhaps nothing is
-//! seen. Their reasons say so.
+//! A [coarse](crate::regions::visible) look at the writers of a resource may keep passes of which nothing is visible.
+//! Their reasons say so.
 
 use std::collections::{BTreeSet, VecDeque};
 

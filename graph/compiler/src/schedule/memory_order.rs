@@ -30,9 +30,9 @@ use umbragraph_pipeline::work::PassHandle;
 const EXACT_PASSES: usize = 20;
 /// The maximum number of steps of that search.
 const MAX_STEPS: usize = 2_000_000;
-/// How many of the ready passes, the first and the latest, the heuristic weighs.
+/// The number of ready passes at either end, the first and the latest, that the heuristic weighs.
 const WINDOW: usize = 16;
-/// How many ways to one set of passes are remembered.
+/// The maximum number of ways to one set of passes that are remembered.
 const MAX_WAYS: usize = 8;
 
 /// The best order found, how, and its bytes.
@@ -93,7 +93,7 @@ struct Model {
 struct Needed {
     class: usize,
     bytes: u64,
-    /// How many live passes use it.
+    /// The number of live passes that use it.
     users: u32,
 }
 

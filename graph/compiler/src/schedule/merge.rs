@@ -1,4 +1,4 @@
-//! Which neighbouring passes can be recorded as one render pass.
+//! Neighbouring passes that can be recorded as one render pass.
 //!
 //! Draws fit into one render pass if they have the same attachments (texture, mip, layer), all but the first load all
 //! of them, and nothing else connects them: no other resource that one of them writes is used by another, and what is
@@ -13,7 +13,7 @@ use crate::resources::resolved::ResolvedResources;
 use umbragraph_pipeline::pipeline::{Access, Aspect, Condition, TypedPipeline};
 use umbragraph_pipeline::work::{AttachmentTarget, Draw, LoadOperation, PassHandle, ResourceHandle, Work};
 
-/// What has to be equal: the attachments and their aspects, and the toggle.
+/// The state that passes of one render pass share: the attachments and their aspects, and the toggle.
 pub(crate) type Key = (Vec<(AttachmentTarget, Aspect)>, Option<Condition>);
 
 /// The attachments of a pass; `None` for one that shares no render pass with others.

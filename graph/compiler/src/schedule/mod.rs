@@ -1,4 +1,4 @@
-//! Which passes run, in which order, and which of them share a render pass.
+//! Schedule of the passes: those that run, their order, and the render passes that they share.
 
 pub(crate) mod cull;
 pub(crate) mod memory_order;

@@ -1,4 +1,4 @@
-//! What a transfer copies on the device: boxes of texels and ranges of bytes, one for each mip level.
+//! Copies of a transfer on the device: boxes of texels and ranges of bytes, one for each mip level.
 //!
 //! A transfer says subresource ranges and expressions; here they become numbers, and what WebGPU does not copy becomes
 //! a diagnostic. Textures are copied to textures of the same format (but for `-srgb`), sample count and extent, all

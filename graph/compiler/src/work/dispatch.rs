@@ -1,4 +1,4 @@
-//! How many workgroups a compute pass runs.
+//! Workgroup counts of compute passes.
 
 use crate::resources::resolved::ResolvedResources;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Place, codes, shorten};

@@ -1,4 +1,4 @@
-//! What a draw reads of vertex and index buffers: as many elements as it counts.
+//! Ranges of vertex and index buffers that a draw reads: as many elements as it counts.
 //!
 //! WebGPU rejects a draw that counts more than its buffers hold. Of an indexed draw that are indices, and elements by
 //! instance; which vertices indices name is not known, and what lies beyond is cut off by the device.
@@ -13,7 +13,7 @@ pub(crate) enum Counted {
     Instances,
 }
 
-/// What is read of a buffer.
+/// The layout of a buffer that a draw reads.
 pub(crate) struct DrawnBuffer {
     pub(crate) buffer: ResourceHandle,
     /// The count of its elements.
@@ -48,7 +48,7 @@ impl DrawnBuffer {
         if elements == 0 { 0 } else { (elements - 1) * self.stride + self.last }
     }
 
-    /// How many elements so many bytes have; `None` where there is no end.
+    /// The number of elements in so many bytes; `None` if there is no end.
     pub(crate) fn elements(&self, bytes: u64) -> Option<u64> {
         match (bytes.checked_sub(self.last), self.stride) {
             (None, _) => Some(0),

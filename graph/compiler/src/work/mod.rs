@@ -1,4 +1,4 @@
-//! What sizes come to in the work of a pass: copies, numbers of workgroups, and what draws need of their buffers.
+//! Sizes in the work of a pass: copies, workgroup counts, and the elements that draws need of their buffers.
 
 pub(crate) mod copies;
 pub(crate) mod dispatch;

@@ -1,4 +1,4 @@
-//! How passes use resources.
+//! Usages: the ways in which passes use resources.
 
 use crate::access::subresource_range::Aspect;
 
@@ -56,7 +56,7 @@ pub enum Usage {
     BlackboardWrite,
 }
 
-/// What an access does with the contents.
+/// The effect of an access on the contents.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Effect {
     Reads,
@@ -69,7 +69,7 @@ enum Effect {
 }
 
 impl Usage {
-    /// What it does, the usages that a texture and a buffer must be created with, and its name in diagnostics.
+    /// Its effect, the usages that a texture and a buffer must be created with, and its name in diagnostics.
     fn properties(self) -> (Effect, wgpu_types::TextureUsages, wgpu_types::BufferUsages, &'static str) {
         use Effect::{Loads, Reads, Replaces, Writes};
         use wgpu_types::{BufferUsages as B, TextureUsages as T};

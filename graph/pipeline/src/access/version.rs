@@ -7,7 +7,7 @@ pub enum Version {
     Newest,
     /// The one that the named pass wrote.
     WrittenBy(String),
-    /// What was there before the first write of the frame.
+    /// The contents before the first write of the frame.
     Before,
 }
 

@@ -31,8 +31,7 @@ pub struct TypedPipeline {
     pub features: BTreeMap<String, Feature>,
     /// The derived values, by name.
     pub derived: BTreeMap<String, Derived>,
-    /// What follows from parameters, in an order in which each needs only those before it: derived values, and what
-    /// subgraphs are given.
+    /// Values that follow from parameters: derived values, and arguments of subgraphs. Each needs only those before it.
     pub following: Vec<Following>,
     /// Values that subgraphs are given and that follow from parameters, by names that no document can write.
     pub given: BTreeMap<String, Value>,
@@ -44,7 +43,7 @@ pub struct TypedPipeline {
     pub passthroughs: BTreeMap<ResourceHandle, Passthrough>,
     /// The contracts with the host's draws, by name.
     pub geometry: BTreeMap<String, GeometryDeclaration>,
-    /// What hosts store of the meshes of a contract, as the registry says it.
+    /// The mesh layouts of hosts by contract, as the registry has them.
     pub hosts: BTreeMap<String, HostInterface>,
     /// The resources; a [`ResourceHandle`] is a position here.
     pub resources: Vec<Resource>,
@@ -60,7 +59,7 @@ pub struct TypedPipeline {
     pub broken_settings: BTreeSet<String>,
     /// The passes that are not there because of diagnostics of their own, and the subgraphs and loops of such.
     pub gaps: Vec<String>,
-    /// What it wants, has and lacks, where that was to be written down.
+    /// The record of what it wants, has and lacks, if the load was told to keep one.
     pub survey: Option<Survey>,
     /// The texts that places are in.
     pub sources: Sources,

@@ -1,4 +1,4 @@
-//! What stands at a place of the document, so that an error can be about it.
+//! Entries of the document with their places, so that an error can be about them.
 
 use crate::pipeline::pass::{Access, Pass};
 use crate::pipeline::resource::Resource;

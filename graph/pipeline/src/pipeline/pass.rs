@@ -69,7 +69,7 @@ impl Pass {
         &self.work
     }
 
-    /// What it uses: what its work accesses, and the fallback of that.
+    /// Its accesses: those of its work, and of the fallback.
     pub fn accesses(&self) -> &[Access] {
         &self.accesses
     }
@@ -114,7 +114,7 @@ pub struct Access {
     pub resource: ResourceHandle,
     /// The subresource range of it.
     pub range: SubresourceRange,
-    /// How.
+    /// The usage.
     pub usage: Usage,
     /// The version that is read.
     pub version: Version,

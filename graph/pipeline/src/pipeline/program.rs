@@ -175,7 +175,7 @@ impl Program {
 }
 
 impl ProgramVariant {
-    /// What its vertex stage reads.
+    /// The vertex attributes that its vertex stage reads.
     pub fn vertex_inputs(&self) -> &[VertexInput] {
         self.entry_point(Stage::Vertex).map_or(&[], |entry| &entry.inputs)
     }

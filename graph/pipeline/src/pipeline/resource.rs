@@ -13,7 +13,7 @@ use umbragraph_text::source::Span;
 pub struct Resource {
     /// Its name.
     pub name: String,
-    /// Where it is declared; for blackboard data, where the pass that publishes it names it.
+    /// The place of its declaration; for blackboard data, the place where the publishing pass names it.
     pub place: Span,
     /// Its JSON pointer.
     pub pointer: String,
@@ -98,7 +98,8 @@ pub struct History {
     pub of: ResourceHandle,
     /// The number of frames back; 0 for the resource that this frame writes.
     pub back: u32,
-    /// How many earlier frames can be read. Their resources follow that of this frame, in the order of their age.
+    /// The number of earlier frames that can be read. Their resources follow that of this frame, in the order of their
+    /// age.
     pub frames: u32,
 }
 

@@ -1,4 +1,4 @@
-//! What a configuration asks for and has, for those who look at all configurations together.
+//! Requests and contents of one configuration, for those who look at all configurations together.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -46,7 +46,7 @@ pub struct Absent {
     pub pointer: String,
 }
 
-/// What one configuration wants, has and lacks, for the proof of all variants together.
+/// The programs and passes that one configuration wants, has and lacks, for the proof of all variants together.
 #[derive(Clone, Debug, Default)]
 pub struct Survey {
     /// The programs that passes want, in their order.

@@ -34,12 +34,12 @@ impl RenderWork {
     }
 }
 
-/// What attachments of all kinds have in common.
+/// The common properties of attachments of all kinds.
 #[derive(Clone, Copy, Debug)]
 pub struct Attachment<'a> {
     /// The target.
     pub to: &'a Subresource,
-    /// How the texture is used.
+    /// The usage of the texture.
     pub usage: Usage,
     /// The load operation without its value.
     pub load: LoadOperation<()>,
@@ -84,7 +84,7 @@ pub struct ColorAttachment {
 }
 
 impl ColorAttachment {
-    /// How the texture is used.
+    /// The usage of the texture.
     pub fn usage(&self) -> Usage {
         match self.load {
             LoadOperation::Load => Usage::ColorAttachmentLoad,
@@ -111,7 +111,7 @@ pub struct DepthAttachment {
 }
 
 impl DepthAttachment {
-    /// How the texture is used.
+    /// The usage of the texture.
     pub fn usage(&self) -> Usage {
         match (self.load, self.write) {
             (LoadOperation::Load, false) => Usage::DepthAttachmentReadOnly,
@@ -137,7 +137,7 @@ pub struct StencilAttachment {
 }
 
 impl StencilAttachment {
-    /// How the texture is used.
+    /// The usage of the texture.
     pub fn usage(&self) -> Usage {
         match self.load {
             LoadOperation::Load if self.state.is_read_only(None) => Usage::StencilAttachmentReadOnly,

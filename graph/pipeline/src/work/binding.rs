@@ -1,4 +1,4 @@
-//! What stands at the bindings of a shader, and how a block is filled.
+//! Bindings of a shader with their sources, and the layout of blocks.
 
 use serde::{Deserialize, Serialize};
 
@@ -50,7 +50,7 @@ pub enum SlotSource {
     Buffer {
         /// The bytes.
         buffer: Subresource,
-        /// How the shader uses it.
+        /// The usage by the shader.
         usage: Usage,
     },
     /// A sampler.
@@ -93,7 +93,7 @@ pub struct BlockValues {
 pub struct BoundTexture {
     /// The part.
     pub texture: Subresource,
-    /// How the shader uses it.
+    /// The usage by the shader.
     pub usage: Usage,
     /// The dimension of the view.
     pub shape: TextureShape,
@@ -102,7 +102,7 @@ pub struct BoundTexture {
 }
 
 impl BoundTexture {
-    /// What the shader sees; of depth and stencil the depth, where nothing is said.
+    /// The view that the shader samples; of depth and stencil the depth, unless an aspect is given.
     pub fn view(&self) -> TextureView {
         let Subresource { resource, range: SubresourceRange { mip, layer, aspect, .. }, .. } = self.texture;
         let aspect = if aspect == Aspect::All { Aspect::DepthOnly } else { aspect };
@@ -215,7 +215,7 @@ umbragraph_text::webgpu_words! {
     }
 }
 
-/// Where the values of blackboard data go in a block: one entry for each run of words.
+/// The layout of blackboard data in a block: one entry for each run of words.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct BlockLayout {
     /// The size of the block in bytes.

@@ -11,7 +11,7 @@ use crate::work::Subresource;
 /// A function from what the host says of a frame to named data and views. The node itself is part of the plan; each
 /// executor has a clone of it, which takes over live settings. Equal nodes compute the same.
 pub trait CpuNode: Clone + PartialEq + Send + Sync + std::fmt::Debug + 'static {
-    /// What is kept from frame to frame; `()` for nothing. Each executor has one for each pass.
+    /// The state that is kept from frame to frame; `()` for nothing. Each executor has one for each pass.
     type State: Default + Send + Sync + 'static;
 
     /// Computes the data of one frame. `data` comes cleared; whatever the input is, it must end up finite.

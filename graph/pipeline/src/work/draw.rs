@@ -1,4 +1,4 @@
-//! What is drawn: a triangle that covers everything, vertices of the pipeline, or the host's meshes.
+//! Draws: a triangle that covers everything, vertices of the pipeline, or the host's meshes.
 
 use serde::{Deserialize, Serialize};
 
@@ -102,13 +102,13 @@ pub struct SceneDraw {
     pub program: ProgramHandle,
     /// The bindings of groups 0 and 1; groups 2 and 3 are the host's.
     pub bindings: Vec<BoundSlot>,
-    /// Which faces are not drawn; meshes that are double-sided are drawn from both sides whatever this says.
+    /// The faces that are culled; double-sided meshes are drawn from both sides whatever this says.
     pub cull: Option<wgpu_types::Face>,
     /// In which order.
     pub order: DrawOrder,
     /// The level of detail of each view's draws, 0 the finest; the last counts for all beyond.
     pub detail: Vec<u32>,
-    /// Where the depth attachment keeps what was drawn from frame to frame: when views are drawn again.
+    /// The rule for drawing views again, if the depth attachment keeps its contents from frame to frame.
     pub redraw: Option<Redraw>,
 }
 

@@ -1,10 +1,10 @@
-//! What a pass does, as data: the executor and the compiler interpret it, no pass touches the device itself.
+//! The work of passes, as data: the executor and the compiler interpret it, no pass touches the device itself.
 //!
 //! A node kind turns its settings into one [`Work`]. Render and compute work is pure data (attachments, programs,
 //! bindings, sizes as expressions), so it can be checked, planned, compared and drawn without a GPU. CPU work is a
 //! function from frame input to named data and views; it knows no GPU either.
 //!
-//! What a pass accesses follows from its work ([`Work::accesses`]) and is said nowhere else.
+//! The accesses of a pass follow from its work ([`Work::accesses`]) and are declared nowhere else.
 
 mod attachment;
 mod binding;
@@ -105,7 +105,7 @@ impl Work {
         }
     }
 
-    /// What it accesses and how, in the order in which it is done.
+    /// Its accesses with their usages, in the order in which they happen.
     pub fn accesses(&self) -> Vec<(&Subresource, Usage)> {
         let mut all = Vec::new();
         match self {

@@ -12,7 +12,7 @@ pub struct TransferWork {
     pub source: Option<TransferEnd>,
     /// To where.
     pub destination: TransferEnd,
-    /// How the destination is used: what stays of what was there.
+    /// The usage of the destination, which tells whether earlier contents stay.
     pub written: Usage,
     /// The width and height of the texels that are copied; all of a mip level without it.
     pub extent: Option<[Deferred; 2]>,

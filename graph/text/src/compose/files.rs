@@ -1,4 +1,4 @@
-//! Where the texts that a document names come from: the disk, memory, or what a host makes of [`Files`].
+//! Sources of the texts that a document names: the disk, memory, or a host's own [`Files`].
 //!
 //! [`Disk`] reads what lies below its [`Roots`]. [`read_bytes`] is all that opens files: regular ones alone, since a pipe
 //! may wait for ever and a device never end, and no more of them than is wanted, whatever they say of their size.
@@ -135,7 +135,7 @@ impl Files for Memory {
 /// Of a folder so many files are compared with the name of one that is not there.
 const MAX_BESIDE: usize = 1000;
 
-/// How the names of documents end.
+/// The endings of the names of documents.
 const DOCUMENTS: [&str; 2] = [".json", ".jsonc"];
 
 /// The help for a file that is not there: the one beside it, of those whose names end in one of some ways, that was
@@ -206,8 +206,8 @@ pub fn add_bytes(bytes: Vec<u8>, name: String, sources: &mut Sources) -> Result<
 /// The bytes of a regular file; `None` where there are more than `max`.
 ///
 /// # Errors
-/// What is no regular file, what the system rejects, and a file that changed while it was read: its beginning and its end
-/// may be of two texts.
+/// A path to something other than a regular file, an error of the system, and a file that changed while it was read:
+/// its beginning and its end may be of two texts.
 pub fn read_bytes(path: &Path, max: u64) -> std::io::Result<Option<Vec<u8>>> {
     let check = |metadata: &std::fs::Metadata| match (metadata.is_file(), metadata.is_dir()) {
         (true, _) => Ok((metadata.len(), metadata.modified().ok())),

@@ -53,7 +53,7 @@ fn in_section(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
 /// The places of a document that belong to groups of shared settings.
 #[derive(Debug)]
 pub struct SharedPlaces<'d> {
-    /// Where such a range begins, with its end, the name of the group and its pointer.
+    /// The ranges by file and first byte, each with its end, the name of the group and its pointer.
     ranges: BTreeMap<(FileId, u32), (u32, &'d str, String)>,
 }
 

@@ -1,4 +1,4 @@
-//! What a document may read.
+//! Folders that a document may read.
 //!
 //! A document names files: those that it extends and includes, subgraphs, buffers of a scene. It comes from anywhere, so
 //! that not everything that its reader could read is its business. [`Roots`] are the folders below which it reads: the
@@ -50,7 +50,7 @@ impl Roots {
         self
     }
 
-    /// Where a path leads, if that is below a root.
+    /// The target of a path, if that is below a root.
     ///
     /// # Errors
     /// A path that leads elsewhere, or nowhere.
@@ -68,7 +68,7 @@ impl Roots {
     }
 }
 
-/// Where the longest part of a path that exists leads.
+/// The target of a path that does not exist, found from the longest part of it that does.
 fn nearest(path: &Path) -> Option<PathBuf> {
     let existing = path.ancestors().skip(1).find_map(|rest| {
         let folder = if rest.as_os_str().is_empty() { Path::new(".") } else { rest };

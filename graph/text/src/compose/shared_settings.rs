@@ -15,8 +15,8 @@
 //! of the pass, whichever that is: so a draw and a full-screen pass share what they bind. A subgraph sees its own groups,
 //! and behind them those of the pipeline; a subgraph in a file of its own does not see the latter.
 //!
-//! What a pass takes over keeps the place where it is written: diagnostics about it point to the group, and name the
-//! passes.
+//! Settings that a pass takes over keep the place where they are written: diagnostics about them point to the group,
+//! and name the passes.
 //!
 //! Limits: [`MAX_LEVELS`] groups that extend one another, [`MAX_VALUES`] values taken over in one document.
 
@@ -83,7 +83,7 @@ struct Sharing<'s> {
     diagnostics: &'s mut Diagnostics,
     /// Groups by the place of their key, laid over those that they extend; `None` for one with a diagnostic.
     whole: BTreeMap<Span, Option<Value>>,
-    /// How many values were taken over.
+    /// The number of values that were taken over.
     values: usize,
 }
 

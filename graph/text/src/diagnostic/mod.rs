@@ -71,7 +71,7 @@ impl From<Span> for Place {
 /// A further place that belongs to a diagnostic.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Related {
-    /// Where.
+    /// The place.
     pub place: Place,
     /// The message for that place.
     pub message: String,
@@ -120,7 +120,7 @@ pub struct Diagnostic {
     pub severity: Severity,
     /// The message: one sentence without a full stop, with the offending name in it.
     pub message: String,
-    /// Where.
+    /// The place.
     pub place: Place,
     /// The JSON pointer of the offending value, where the place is in a document; else empty.
     pub pointer: String,
@@ -155,7 +155,7 @@ impl Diagnostic {
         Self { severity: Severity::Warning, ..Self::error(code, place, message) }
     }
 
-    /// What diagnostics that say the same have in common.
+    /// A key that is equal for diagnostics that say the same.
     pub fn key(&self) -> (Code, Place, String) {
         (self.code, self.place.clone(), self.message.clone())
     }

@@ -1,4 +1,4 @@
-//! What a misspelt name was meant to be: the help that proposes it, and the fix that writes it.
+//! Suggestions for misspelt names: the help that proposes the closest one, and the fix that writes it.
 //!
 //! All diagnostics about a name that is none of those known take one way, [`Diagnostic::suggest`]: the closest known
 //! name is the help; where no other is as close, and it is known where the name is written, putting it there is the
@@ -10,7 +10,7 @@ use super::Diagnostic;
 use crate::source::Span;
 
 const MAX_NAME: usize = 64;
-/// How a help begins that names what was probably meant.
+/// The beginning of a help that suggests a name.
 pub(crate) const DID_YOU_MEAN: &str = "did you mean";
 /// Shorter names begin too many others by chance.
 const MIN_BEGUN: usize = 4;

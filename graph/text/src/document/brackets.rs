@@ -27,7 +27,7 @@ pub(super) struct Unclosed {
     pub(super) at: usize,
     /// The closing bracket.
     pub(super) closer: char,
-    /// What stands where it should be closed already; empty at the end of the text.
+    /// The token before which it should be closed; empty at the end of the text.
     pub(super) before: Range<usize>,
     /// The place and the text of the missing closing bracket.
     pub(super) correction: (usize, String),
@@ -47,7 +47,7 @@ pub(super) struct Found {
 #[derive(Clone, Copy)]
 struct Open {
     at: usize,
-    /// Where its line starts, and how far that is indented.
+    /// The start of its line, and the line's indentation.
     line: usize,
     indentation: usize,
     is_brace: bool,
@@ -57,10 +57,10 @@ struct Open {
 struct Scan<'t> {
     text: &'t str,
     open: Vec<Open>,
-    /// How many of the open ones are brackets and braces.
+    /// The numbers of open brackets and of open braces.
     count: [usize; 2],
     found: Found,
-    /// Where the line starts, and how far it is indented if a token stood on it already.
+    /// The start of the line, and its indentation if a token stood on it already.
     line: usize,
     indentation: Option<usize>,
     /// Whether what the outermost bracket holds is indented.

@@ -1,4 +1,4 @@
-//! Where the keys of an object stand, for those who ask for many.
+//! Keys of an object by name, for those who look up many.
 //!
 //! Objects keep the order of the text in a list; to look for each key of one object in another, as merging does, would
 //! cost the product of their lengths. [`Keys`] hashes the keys of a long list once, while it may still grow.

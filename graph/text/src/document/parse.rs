@@ -18,8 +18,8 @@ const MAX_VALUES: usize = 1_500_000;
 /// The maximum number of places that are told beside the first that is no JSON.
 const MAX_FURTHER: usize = 3;
 
-/// Where a text has more values than are read, counted by what begins or parts them outside of strings: a scan of a
-/// hundredth of a second, where the tree of such a text would take seconds and gigabytes.
+/// The place at which a text has more values than are read, counted by brackets and commas outside of strings. The scan
+/// takes a hundredth of a second; the tree of such a text would take seconds and gigabytes.
 fn beyond_the_values(text: &str) -> Option<usize> {
     if text.len() <= MAX_VALUES {
         return None;

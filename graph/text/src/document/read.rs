@@ -25,7 +25,7 @@ use super::{Entry, Expected, Hole, Keys, Kind, Value};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes};
 use crate::source::{FileId, Span};
 
-/// How deep a text may nest: as deep as `jsonc-parser` goes.
+/// The maximum depth of nesting: as deep as `jsonc-parser` goes.
 const MAX_DEPTH: usize = 512;
 
 /// The maximum number of holes; a text with more is none that somebody writes.
@@ -36,10 +36,10 @@ pub(super) struct Reader<'t> {
     file: FileId,
     text: &'t str,
     tokens: Tokens<'t>,
-    /// What is read of the objects and arrays that are not at their end yet, those of the innermost last.
+    /// The entries and elements of objects and arrays that are not closed yet, those of the innermost last.
     entries: Vec<Entry>,
     elements: Vec<Value>,
-    /// How many arrays and objects are open.
+    /// The numbers of open arrays and of open objects.
     open: [usize; 2],
     /// The end of the last token.
     end: usize,

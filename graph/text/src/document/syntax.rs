@@ -1,4 +1,4 @@
-//! What is wrong with a text that is no JSON, by `jsonc-parser`'s own parser, and the one way to mend it where there is one.
+//! Syntax errors of a text, by `jsonc-parser`'s own parser, and their fix if there is exactly one.
 //!
 //! A comma too many or too few, a key without quotes, a string in single quotes and a plus in front of a number each have
 //! one correction. It is a fix where the text behind it is read further than before. A bracket that is never closed is
@@ -214,7 +214,7 @@ impl Correction {
     }
 }
 
-/// Where the first error is in a text of which a range is replaced; `None` where the text is too long to tell.
+/// The place of the first error in a text of which a range is replaced; `None` if the text is too long to tell.
 fn error_after(text: &str, range: Range<usize>, replacement: &str) -> Option<Option<usize>> {
     let (before, behind) = (text.get(..range.start)?, text.get(range.end..)?);
     let mended = (text.len() <= MAX_MENDED).then(|| [before, replacement, behind].concat())?;

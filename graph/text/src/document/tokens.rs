@@ -48,7 +48,7 @@ pub(super) enum Fault {
 pub(super) struct Tokens<'t> {
     text: &'t str,
     scanner: Scanner<'t>,
-    /// Where the text of the scanner begins.
+    /// The place in the text at which the scanner's text begins.
     base: usize,
     /// Tokens that were taken back, the next one first.
     back: VecDeque<Lexeme<'t>>,
@@ -113,7 +113,7 @@ impl<'t> Tokens<'t> {
         let token = Token::String(inside.strip_suffix(',').unwrap_or(inside).into());
         Lexeme { token, range: range.start..end, fault: Some(Fault::OpenString) }
     }
-    /// What stands where the scanner stops.
+    /// A token for the text at which the scanner stops.
     fn malformed(&mut self, start: usize) -> Option<Lexeme<'t>> {
         let rest = self.text.get(start..).filter(|rest| !rest.is_empty())?;
         let line = || rest.split(['\n', '\r']).next().unwrap_or_default();

@@ -187,7 +187,7 @@ pub(super) fn arrange(layout: &Layout<'_>, wanted: &[Wanted<'_>]) -> Vec<Edit> {
     edits
 }
 
-/// What stands between two members that are kept, or one and a bracket.
+/// The gap between two members that are kept, or between one and a bracket.
 struct Slot<'s, 't> {
     layout: &'s Layout<'t>,
     before: Option<usize>,

@@ -1,4 +1,4 @@
-//! What belongs to a member of a container in a text: its comments, its comma, its line.
+//! Layout of the members of a container in a text: the comments, the comma and the line of each.
 //!
 //! Only the text between the values is read, and that holds space, comments and commas alone: the cost is that of one
 //! container however long the text is, and errors elsewhere in the text do no harm.

@@ -17,8 +17,8 @@ use crate::source::{Sources, Span};
 
 /// Writes another name at places, perhaps of several files; the edits by the names of the files.
 ///
-/// A place is a part of a string between its quotes, as it is written: [`written`] finds it where the string has escapes.
-/// What JSON does not take as it is, is written as an escape.
+/// A place is a part of a string between its quotes, as it is written: [`written`] finds it if the string has escapes.
+/// Characters that JSON does not allow are written as escapes.
 ///
 /// # Errors
 /// Places that overlap, or that a file does not have.

@@ -22,8 +22,8 @@ pub fn set(text: &str, value: &Value, new: &Json) -> Result<Edits, EditError> {
     Edits::new(edits)
 }
 
-/// Writes values into a document as the defaults of its parameters, or of its features, by the name of the `section`.
-/// What a file declares that this one extends or includes gets a member here that says no more than the default.
+/// Writes values into a document as the defaults of its parameters, or of its features, by the name of the `section`. A
+/// declaration in a file that this one extends or includes gets a member here that has nothing but the default.
 ///
 /// # Errors
 /// A document whose section, or a declaration in it, is no object.

@@ -288,7 +288,7 @@ pub struct Function {
     pub arguments: (usize, usize),
     /// A call of it.
     pub usage: &'static str,
-    /// What it gives.
+    /// A description of its result.
     pub description: &'static str,
 }
 

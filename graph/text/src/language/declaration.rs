@@ -19,14 +19,14 @@ pub struct PipelineDeclaration {
     /// The target profiles that the pipeline claims to run on, such as "webgpu".
     #[serde(default)]
     pub profiles: Vec<String>,
-    /// What an extension can have as well.
+    /// The sections that extensions can have as well.
     #[serde(flatten)]
     pub sections: Sections,
     /// The passes: each has one key that names its node kind, and may have common keys beside it.
     pub passes: BTreeMap<String, serde_json::Value>,
 }
 
-/// What pipelines and extensions have in common: other files, and declarations.
+/// The common sections of pipelines and extensions: other files, and declarations.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 pub struct Sections {
     /// The schema, for editors.
@@ -256,8 +256,9 @@ pub struct FeatureDeclaration {
     /// The name of a group: exactly one of the features with the same name here is on. Switching one on switches those off
     /// that are on by default alone.
     pub one_of: Option<String>,
-    /// What the feature needs of the target at least: limits by name, such as "max_storage_buffers_per_shader_stage".
-    /// Where the target profile, or the device, has less, the feature is off and cannot be switched on.
+    /// The minimum limits that the feature needs of the target, by name, such as
+    /// "max_storage_buffers_per_shader_stage". If the target profile, or the device, has less, the feature is off and
+    /// cannot be switched on.
     #[serde(default)]
     pub required_limits: BTreeMap<String, u64>,
     /// Optional features of WebGPU that it needs, such as "float32-filterable". Where the target profile, or the device,
@@ -282,7 +283,7 @@ pub enum FeatureType {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ConstraintDeclaration {
-    /// What has to hold: an expression that yields a boolean.
+    /// The condition that has to hold: an expression that yields a boolean.
     pub holds: Expr,
     /// The severity of the diagnostic where it does not hold; "error" without it.
     #[serde(default)]
@@ -313,7 +314,7 @@ pub struct ToggleDeclaration {
     pub description: Option<String>,
 }
 
-/// What the host's draws provide: the contract between pipeline and application. Shaders see these names only.
+/// The contract between pipeline and application: the data that the host's draws provide. Shaders see these names only.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GeometryDeclaration {

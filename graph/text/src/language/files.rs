@@ -18,7 +18,7 @@ pub struct ExtensionDeclaration {
     pub format: Option<u32>,
     /// The extension's name.
     pub name: Option<String>,
-    /// What a pipeline can have as well.
+    /// The sections that pipelines can have as well.
     #[serde(flatten)]
     pub sections: Sections,
     /// For extension points of the pipeline, by name, the passes that are put there, in their order.

@@ -14,7 +14,7 @@ pub(super) struct Scope {
     pub(super) owner: Option<Id>,
     /// Whether the names of the pipeline are known, too.
     pub(super) sees_pipeline: bool,
-    /// What expressions and references can name.
+    /// The names that expressions and references can use.
     pub(super) values: BTreeMap<String, Id>,
     pub(super) passes: BTreeMap<String, Id>,
     pub(super) others: BTreeMap<(DeclarationKind, String), Id>,

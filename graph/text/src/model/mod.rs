@@ -1,4 +1,4 @@
-//! What the names and strings of a document mean, found out once.
+//! Meaning of the names and strings of a document, resolved once.
 //!
 //! A [`Model`] is made of a composed document. Every string is read once, by its sign ([`Text`]), so node kinds of any
 //! author are understood without code of theirs; every name is resolved once, to the [`Declaration`] that it means where it stands ([`Use`]). `why`, the

@@ -29,7 +29,7 @@ struct Resolver<'m, 's> {
     data: BTreeMap<(Option<Id>, String), Id>,
 }
 
-/// Where a string stands.
+/// The surroundings of a string.
 struct Site<'s> {
     scope: &'s Scope,
     within: Id,

@@ -1,4 +1,4 @@
-//! Which combinations of values features allow, and a few that stand for all.
+//! Combinations of values that features allow, and a few that stand for all.
 //!
 //! All are listed where they are few. Else the list is a pairwise cover: the given values, every setting changed alone,
 //! and as many more as show each value of a setting together with each value of every other (most defects need no more

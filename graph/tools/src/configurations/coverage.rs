@@ -1,7 +1,7 @@
 //! Checks a pipeline in every configuration of a list, all the way to its plan.
 //!
-//! What several configurations show is said once, with their number and the fewest choices that show it. Warnings are
-//! about things that nobody uses; one that some sound configuration does not show is none.
+//! A diagnostic of several configurations is reported once, with their number and the fewest choices that show it.
+//! Warnings are about things that nobody uses. A warning is dropped if some valid configuration does not show it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -29,17 +29,17 @@ pub struct Coverage {
     pub variants: BTreeSet<(String, AxisValues)>,
     /// The violations that the verifier found in plans, where it ran: defects of the compiler.
     pub violations: Vec<String>,
-    /// What the plan of the first configuration does not use.
+    /// The parts that the plan of the first configuration does not use.
     pub remarks: Remarks,
 }
 
-/// What else is said of a plan.
+/// A further check of a plan.
 pub type Judge<'a> = &'a mut dyn FnMut(&Arc<Plan>) -> Diagnostics;
 
 /// A second opinion on a plan: violations in words.
 pub type Verify = fn(&Plan, &PlanOptions) -> Vec<String>;
 
-/// What configurations are checked for.
+/// The inputs of a check over configurations.
 pub struct Examination<'a> {
     /// The configurations.
     pub configurations: &'a Configurations,
@@ -47,7 +47,7 @@ pub struct Examination<'a> {
     pub shaders: &'a Arc<ShaderCache>,
     /// A second algorithm that checks each plan.
     pub verify: Option<Verify>,
-    /// What is added to the diagnostics of a plan: those of a dry run, for one.
+    /// A further check of each plan, whose diagnostics are added: a dry run, for one.
     pub judge: Judge<'a>,
     /// Ends the examination before the next configuration, once it is set.
     pub cancelled: &'a AtomicBool,

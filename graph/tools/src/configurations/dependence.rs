@@ -16,7 +16,7 @@ use umbragraph_pipeline::shader::TemplateSet;
 /// One entry of `passes`, `resources` or `subgraphs`.
 struct Node {
     own: BTreeSet<usize>,
-    /// What it names.
+    /// The declarations that it names.
     named: BTreeSet<Id>,
     /// Whether its dependencies are also those of what refers to it.
     transparent: bool,

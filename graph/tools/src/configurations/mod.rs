@@ -83,7 +83,7 @@ pub struct Configuration {
 pub struct Configurations {
     /// The configurations.
     pub list: Vec<Configuration>,
-    /// How many there are, presets not counted.
+    /// The number of configurations, presets not counted.
     pub number: Count,
     /// The cover of the list.
     pub cover: Cover,
@@ -108,7 +108,7 @@ pub(super) struct FreeAxis {
     pub(super) reason: String,
 }
 
-/// What configurations are loaded with.
+/// The inputs of loading a configuration.
 pub(super) struct Loading<'a> {
     pub(super) registry: &'a Registry,
     pub(super) shaders: &'a Arc<ShaderCache>,
@@ -171,7 +171,7 @@ impl Configurations {
     /// Loads one after the other, with the shader modules of those before, until that is cancelled.
     ///
     /// # Errors
-    /// What is wrong with a document that is too broken to have passes at all, whatever the configuration.
+    /// The diagnostics of a document that is too broken to have passes at all, whatever the configuration.
     pub(super) fn load(
         &self,
         document: &Document,
@@ -212,7 +212,7 @@ impl Configurations {
         Self { list, number, cover, varied, ..Self::default() }
     }
 
-    /// Which configurations those at these (increasing) positions are, in words; `None` where they are all.
+    /// The configurations at these (increasing) positions, in words; `None` if they are all.
     pub fn describe(&self, found: &[usize]) -> Option<String> {
         let all = self.list.len();
         let first = found.first().filter(|_| found.len() < all).and_then(|first| self.list.get(*first))?;

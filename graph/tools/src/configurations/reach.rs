@@ -1,4 +1,5 @@
-//! What the configurations of a pipeline reach: every program of every pass, with all values that its axes can have.
+//! Programs that the configurations of a pipeline reach: every program of every pass, with all values that its axes can
+//! have.
 //!
 //! Each configuration is loaded in full, so what a load checks (bindings, blocks and their members, contracts with the
 //! host, the union of a pass's variants) holds for every one of them. Their shader variants are kept apart as a list of
@@ -33,7 +34,7 @@ pub struct Reached {
     /// The number of configurations for which the programs stand. It is a lower bound where numbers and lists were tried
     /// with some of their values, or passes have too many states.
     pub configurations: Count,
-    /// How many of them were loaded: all, or as many as show every pass in all its states.
+    /// The number of loaded configurations: all, or as many as show every pass in all its states.
     pub loaded: usize,
     /// The number of loaded ones in which values of parameters do not go together, so that nobody can use them.
     pub rejected: usize,
@@ -62,11 +63,11 @@ pub struct ReachedProgram {
 /// other diagnostic is reported once, with the settings that show it.
 ///
 /// A node kind or an expression can reject values that are each within their range: four levels with three distances.
-/// Where only features are switched that is an error, since features can say what they require and exclude. Where a
-/// parameter is involved it is a note: whoever chooses such values is told so then, and no shader is reached; these
+/// If only features are switched, that is an error, since features can say what they require and exclude. If a
+/// parameter is involved, it is a note: whoever chooses such values gets an error then, and no shader is reached. These
 /// configurations are counted apart.
 ///
-/// What `judge` says of a plan is added: a dry run's diagnostics, for one. It is asked of each configuration that has a
+/// The diagnostics of `judge` on a plan are added: those of a dry run, for one. It judges each configuration that has a
 /// pass with other work, or other shaders, than all before.
 pub fn reach(
     document: &Document,
@@ -137,7 +138,7 @@ pub fn reach(
     Reached { programs, configurations: number, loaded, rejected: number_rejected }
 }
 
-/// What is said of plans, where a pass is as in none before.
+/// A judge of plans that skips those whose passes were all judged before.
 struct Realized<'j> {
     judge: Judge<'j>,
     works: HashSet<u64>,

@@ -87,7 +87,7 @@ impl Number<'_> {
         found
     }
 
-    /// Where two sides are equal, or change their order.
+    /// Finds the values at which two sides are equal, or change their order.
     fn roots(&self, left: &Expression, right: &Expression, found: &mut Vec<f64>) {
         let difference = |value: f64| {
             let scope = self.with(value);

@@ -84,7 +84,7 @@ pub(super) fn features(document: &Document, base: &Overrides, profile: &TargetPr
     varied.into_values().collect()
 }
 
-/// What decides about the shaders and passes of a document.
+/// The strings of a document that decide about its shaders and passes.
 pub(super) struct Mentions<'d> {
     pub(super) document: &'d Document,
     pub(super) model: &'d Model,

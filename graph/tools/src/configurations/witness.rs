@@ -1,8 +1,8 @@
 //! Settings with which a condition holds, and the values that an expression can have.
 //!
-//! Where pipelines have too many configurations to go through, those are wanted in which each condition holds, and those
-//! in which it does not. They are found by search: one setting after the other gets a value, and a branch ends as soon as
-//! the condition is decided, `false && anything` being false.
+//! Some pipelines have too many configurations to check each. For these the search looks for configurations in which
+//! each condition holds, and for others in which it does not. One setting after the other gets a value. A branch ends
+//! as soon as the condition is decided, `false && anything` being false.
 //!
 //! Limits: 20,000 steps for one condition, and 4,096 combinations for the values of one expression; what is not found
 //! within them is unknown.

@@ -1,4 +1,4 @@
-//! What differs between two plans, in words: passes, their order, what they do, resources, variants, bytes.
+//! Differences between two plans, in words: passes, their order and work, resources, variants, bytes.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -17,7 +17,7 @@ const SCRIPT: &str = include_str!("page.js");
 /// The height of the pictures below passes, which the script has too.
 const PICTURE: usize = 60;
 
-/// What was seen and measured of frames, to be shown on the page.
+/// Captures and times of frames, to be shown on the page.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Observed {
     /// Pictures of resources by their names, or by `NAME@PASS`, each as a `data:` URL.

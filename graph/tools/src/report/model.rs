@@ -1,4 +1,4 @@
-//! What there is to say about a plan and its graph, as a value.
+//! A report on a plan and its graph, as a value.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -66,7 +66,7 @@ pub struct PassReport {
     pub writes: Vec<String>,
     /// The attachments.
     pub attachments: Vec<AttachmentReport>,
-    /// How it is set up besides: attachments, draws, bindings and their values, copies, each by its name.
+    /// Its further settings: attachments, draws, bindings and their values, copies, each by its name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub settings: BTreeMap<String, String>,
     /// The workgroups.

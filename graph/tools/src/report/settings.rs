@@ -1,6 +1,6 @@
-//! How a pass is set up beyond what it reads and writes: the state of attachments and draws, what its bindings are and
-//! the values that are uploaded to them, copies. Each setting is a name and a value, both in words, so that pages can
-//! list them and [`super::diff`] can compare them without knowing what they mean.
+//! Settings of a pass beyond its reads and writes: the state of attachments and draws, its bindings and their uploaded
+//! values, copies. Each setting is a name and a value, both in words, so that pages can list them and [`super::diff`]
+//! can compare them without knowing what they mean.
 
 use std::collections::BTreeMap;
 

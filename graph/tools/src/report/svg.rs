@@ -26,7 +26,7 @@ const LANE: usize = 38;
 const BOX_WIDTH: usize = 100;
 const BOX_HEIGHT: usize = 46;
 const CHART: usize = 96;
-/// Where the legend begins: beside the title, so that it is seen of wide pictures too.
+/// The place of the legend: beside the title, so that it is visible on wide pictures too.
 const LEGEND: usize = 520;
 
 const STYLE: &str = "

@@ -1,4 +1,4 @@
-//! What the compiler made of a thing, in words.
+//! Facts about a name that the compiler decided, in words.
 
 use std::collections::BTreeSet;
 
@@ -110,7 +110,7 @@ pub(super) fn of_pass(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> V
 /// The longest list of a fact's own lines.
 const MOST: usize = 64;
 
-/// Where a pass runs and why, or why it does not.
+/// The position of a pass and why it is kept, or why it does not run.
 fn state(pipeline: &TypedPipeline, plan: &Plan, name: &str) -> Vec<PlanFact> {
     let Some(handle) = pipeline.find_pass(name) else { return Vec::new() };
     match plan.position(handle) {
@@ -211,7 +211,7 @@ fn used(subject: &Subject<'_>, uses: &[SubgraphUse<'_>]) -> Vec<PlanFact> {
     uses.iter().rev().map(one).collect()
 }
 
-/// Who uses a resource, and what stands for it on the device.
+/// The users of a resource, and its memory on the device.
 pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[SubgraphUse<'_>]) -> Vec<PlanFact> {
     let mut facts = used(subject, uses);
     let Some(pipeline) = subject.checked.pipeline.as_deref() else {
@@ -300,7 +300,7 @@ pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[SubgraphUse
     facts
 }
 
-/// Who uses a toggle or a subgraph; whether a preset is taken.
+/// The users of a toggle or a subgraph; whether a preset is taken.
 pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Vec<PlanFact> {
     let root = &subject.composed.document.root;
     match found.kind {
@@ -391,7 +391,7 @@ fn places_using(model: &Model, id: Id) -> impl Iterator<Item = Span> {
     model.uses_of(id).map(|one| model.declaration(one.within).place)
 }
 
-/// Who names a parameter, feature or derived value, or has a shader with an axis of its name.
+/// The users of a parameter, feature or derived value: entries that name it, and shaders with an axis of its name.
 fn mentions(subject: &Subject<'_>, model: &Model, own: Option<Id>, name: &str) -> Vec<PlanFact> {
     let root = &subject.composed.document.root;
     let users: BTreeSet<Span> = own.into_iter().flat_map(|id| places_using(model, id)).collect();

@@ -17,9 +17,9 @@ pub struct Given {
     /// The value as JSON text.
     #[serde(serialize_with = "as_json")]
     pub value: String,
-    /// Where.
+    /// The place.
     pub at: Location,
-    /// How the file comes in, of a default or a preset.
+    /// The role of the file, for a default or a preset.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layer: Option<Layer>,
 }

@@ -1,5 +1,5 @@
-//! Where does this come from? What a name of a pipeline stands for, which file and line set each of its values, and what
-//! the compiler made of it.
+//! Answers to "where does this come from?" about a name of a pipeline: its meaning, the file and line that set each of
+//! its values, and the compiler's decisions.
 //!
 //! [`why`] looks a name up among everything that a pipeline names (one name may be that of a pass and of a feature:
 //! both are told), and tells of each thing

@@ -31,7 +31,7 @@ impl std::fmt::Display for Location {
 /// One value with the place that set it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Origin {
-    /// Which value: keys joined by dots.
+    /// The path of the value: keys joined by dots.
     pub path: String,
     /// The value that counts.
     #[serde(flatten)]
@@ -47,9 +47,9 @@ pub struct Written {
     /// The value as JSON text; for a value that was deleted, "null".
     #[serde(serialize_with = "as_json")]
     pub value: String,
-    /// Where it is written.
+    /// The place in a file.
     pub at: Location,
-    /// How the file comes in.
+    /// The role of the file in the document.
     pub layer: Layer,
     /// The group of shared settings that it is taken over from.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -197,7 +197,7 @@ fn text(sources: &Sources, place: Span) -> String {
     }
 }
 
-/// How the file of a place comes in.
+/// The role of the file of a place.
 pub(super) fn layer(subject: &Subject<'_>, place: Span) -> Layer {
     subject.composed.layers.get(&place.file).copied().unwrap_or(Layer::Pipeline)
 }

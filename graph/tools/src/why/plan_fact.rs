@@ -1,4 +1,4 @@
-//! What a plan says of a name.
+//! Facts that a plan holds about a name.
 
 use serde::Serialize;
 
@@ -13,7 +13,7 @@ pub struct PlanFact {
     pub about: &'static str,
     /// In words.
     pub text: String,
-    /// Where it is said, if somebody said it.
+    /// The place in a document that causes it, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<Location>,
 }

@@ -82,7 +82,7 @@ impl Graph {
         }
     }
 
-    /// What a pass that writes a unit can read: units of the same kind and size, not those that it writes.
+    /// The units that a pass can read while it writes one: of the same kind and size, not those that it writes.
     fn readable(&self, random: &mut Random, to: &Unit, is_there: &dyn Fn(&Unit) -> bool) -> Vec<Read> {
         let mut reads = Vec::new();
         let own = &self.resources[to.resource];

@@ -28,7 +28,7 @@ pub enum CanaryError {
     Wrong {
         /// The place among the results.
         index: u32,
-        /// What the result should be.
+        /// The correct result.
         expected: u32,
         /// The kind.
         actual: u32,

@@ -1,4 +1,4 @@
-//! Which adapter tests run on.
+//! The choice of the adapter that tests run on.
 //!
 //! The noop backend is left out. Of the rest, any other backend comes before OpenGL (on a machine with Mesa two
 //! adapters answer to `llvmpipe`, one through Vulkan, one through OpenGL, and the latter lacks features); then a
@@ -7,14 +7,14 @@
 
 use std::fmt;
 
-/// What the choice between adapters looks at.
+/// The properties of an adapter that the choice looks at.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterSummary {
     /// The adapter's name.
     pub name: String,
     /// The backend through which it is reached.
     pub backend: wgpu::Backend,
-    /// What kind of device it is.
+    /// The kind of device.
     pub device_type: wgpu::DeviceType,
 }
 

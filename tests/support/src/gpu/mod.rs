@@ -52,7 +52,7 @@ impl Gpu {
     /// Another device of the same adapter, with other limits than WebGPU's defaults.
     ///
     /// # Panics
-    /// Where the adapter has less.
+    /// If the adapter has less.
     #[must_use]
     pub fn with_limits(&self, limits: wgpu::Limits) -> Self {
         let descriptor = wgpu::DeviceDescriptor {
@@ -76,8 +76,8 @@ pub fn require_gpu() -> bool {
 /// A device for one test; none, announced and counted, where the machine has no adapter.
 ///
 /// # Panics
-/// Where the machine has no adapter, or not the one asked for, and `UMBRAGRAPH_REQUIRE_GPU=1` or
-/// `UMBRAGRAPH_ADAPTER` asks for one.
+/// If the machine lacks an adapter, or the one asked for, and `UMBRAGRAPH_REQUIRE_GPU=1` or `UMBRAGRAPH_ADAPTER` asks
+/// for one.
 #[must_use]
 pub fn device() -> Option<Gpu> {
     static CHOSEN: OnceLock<Result<Chosen, String>> = OnceLock::new();

@@ -7,7 +7,7 @@
 
 use super::picture::{Channels, Picture};
 
-/// How far two pictures may lie apart and still match.
+/// The difference up to which two pictures still match.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tolerance {
     /// The largest difference of a channel with which a pixel still passes.
@@ -26,7 +26,7 @@ impl Tolerance {
 pub struct MaxDifference {
     /// The difference of the channel that differs most.
     pub amount: u8,
-    /// That channel: `red`, `green`, `blue` or `alpha`.
+    /// The name of that channel: `red`, `green`, `blue` or `alpha`.
     pub channel: &'static str,
     /// The column, from the left.
     pub x: u32,
@@ -38,7 +38,7 @@ pub struct MaxDifference {
     pub actual: [u8; 4],
 }
 
-/// What a comparison found.
+/// The result of a comparison.
 #[must_use = "a comparison that nobody looks at lets every picture pass"]
 #[derive(Clone, Debug)]
 pub struct Comparison {
@@ -126,7 +126,7 @@ impl Comparison {
         }
     }
 
-    /// Where the pictures lie furthest apart; none when they are the same or their sizes differ.
+    /// The place of the largest difference; none if the pictures are the same or their sizes differ.
     pub fn max_difference(&self) -> Option<MaxDifference> {
         match &self.outcome {
             Outcome::OtherSize { .. } => None,

@@ -21,7 +21,7 @@ pub struct GoldenFolder {
     bless: bool,
 }
 
-/// What became of a picture that was held against its reference.
+/// The verdict on a picture that was compared with its reference.
 #[must_use = "a verdict that nobody looks at lets every picture pass"]
 #[derive(Debug)]
 pub enum Verdict {
@@ -44,7 +44,7 @@ impl GoldenFolder {
         }
     }
 
-    /// Where the reference of a name is kept.
+    /// The path of the reference with a name.
     pub fn reference_path(&self, name: &str) -> PathBuf {
         self.references.join(format!("{name}.png"))
     }

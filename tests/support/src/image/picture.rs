@@ -10,7 +10,7 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 
-/// What the bytes of a pixel mean.
+/// The meaning of the bytes of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
     /// One byte: grey.
@@ -140,7 +140,7 @@ impl Picture {
         self.height
     }
 
-    /// What the bytes of a pixel mean.
+    /// The meaning of the bytes of a pixel.
     pub fn channels(&self) -> Channels {
         self.channels
     }
@@ -185,7 +185,7 @@ pub enum PictureError {
         width: u32,
         /// Rows.
         height: u32,
-        /// What the bytes of a pixel mean.
+        /// The meaning of the bytes of a pixel.
         channels: Channels,
         /// The number of bytes given.
         actual: usize,
@@ -194,35 +194,35 @@ pub enum PictureError {
     Open {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         error: std::io::Error,
     },
     /// The file is not a PNG, or a broken one.
     Decode {
         /// The file.
         path: PathBuf,
-        /// What the decoder said.
+        /// The error of the decoder.
         error: png::DecodingError,
     },
     /// The file has more than 8 bits in a channel.
     Layout {
         /// The file.
         path: PathBuf,
-        /// What it holds instead.
+        /// The layout that the file has.
         layout: String,
     },
     /// The file or a folder above it cannot be created.
     Create {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         error: std::io::Error,
     },
     /// The file cannot be written.
     Encode {
         /// The file.
         path: PathBuf,
-        /// What the encoder said.
+        /// The error of the encoder.
         error: png::EncodingError,
     },
 }

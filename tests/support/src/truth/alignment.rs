@@ -9,7 +9,8 @@ use super::score::{Answer, BandScore, Mask};
 /// By how much the intersection over union must grow.
 const MARGIN: f64 = 0.005;
 
-/// Where a pixel comes from when a mistake is undone, and whether its answer turns into the opposite.
+/// A mistake in writing a picture: the flips of rows and columns that undo it, and whether answers turn into their
+/// opposite.
 struct Mistake {
     name: &'static str,
     flip_rows: bool,

@@ -1,4 +1,4 @@
-//! What can be wrong with the truth, or with a picture that is held against it.
+//! Errors of the truth, or of a picture that is compared with it.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -37,7 +37,7 @@ pub enum TruthError {
     Limits {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reason.
         reason: String,
     },
 }

@@ -36,7 +36,7 @@ impl TruthScene {
     /// Finds a scene; none, announced and counted, where this machine has no truth.
     ///
     /// # Panics
-    /// Where the truth is there, or was named by `UMBRAGRAPH_TRUTH`, and the scene cannot be read from it.
+    /// If the truth is there, or was named by `UMBRAGRAPH_TRUTH`, and the scene cannot be read from it.
     #[must_use]
     pub fn find(name: &str) -> Option<Self> {
         let (folder, named) = truth_folder(&environment::process);
@@ -97,12 +97,12 @@ impl TruthScene {
         (self.width, self.height)
     }
 
-    /// What a good implementation of hard shadows reaches on this scene.
+    /// The scores that a good implementation of hard shadows reaches on this scene.
     pub fn hard_limits(&self) -> Result<Limits, TruthError> {
         Limits::load(&self.folder.join("limits_hard.json"), &self.name)
     }
 
-    /// What a good implementation of soft shadows reaches on this scene.
+    /// The scores that a good implementation of soft shadows reaches on this scene.
     pub fn soft_limits(&self) -> Result<Limits, TruthError> {
         Limits::load(&self.folder.join("limits_soft.json"), &self.name)
     }

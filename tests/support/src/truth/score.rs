@@ -24,7 +24,7 @@ use crate::image::Picture;
 /// The bands for which scores are given.
 pub const BANDS: [u8; 4] = [0, 1, 2, 4];
 
-/// How the pixels of one band were answered.
+/// The answers for the pixels of one band, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BandScore {
     /// Shadowed in the truth and in the picture.
@@ -78,7 +78,7 @@ impl BandScore {
     }
 }
 
-/// How much a picture differs from the visible part of a light with an extent, 0 to 1.
+/// The error of a picture against the visible part of a light with an extent, 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoftScore {
     /// The mean error.
@@ -104,7 +104,8 @@ pub struct Scores {
     pub contact: Option<BandScore>,
     /// The errors against a light with an extent; none where the scene has no such mask.
     pub soft: Option<SoftScore>,
-    /// What would make the picture agree much better, such as turning it upside down; a hint, never a verdict.
+    /// A transform that would make the picture agree much better, such as turning it upside down; a hint, never a
+    /// verdict.
     pub alignment_hint: Option<&'static str>,
 }
 
@@ -120,7 +121,7 @@ impl Scores {
     }
 }
 
-/// How a pixel of the picture answers the truth.
+/// The answer of a pixel, compared with the truth.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Answer {
     ShadowedInBoth,
@@ -140,7 +141,7 @@ impl Answer {
     }
 }
 
-/// What a picture says of each pixel.
+/// The hits and the shadows that a picture shows, pixel by pixel.
 pub(super) struct Mask {
     pub(super) hit: Vec<bool>,
     pub(super) shadowed: Vec<bool>,

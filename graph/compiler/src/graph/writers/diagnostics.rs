@@ -1,4 +1,4 @@
-//! What is said of writers that nothing orders, of cycles, and of reads of what nothing writes.
+//! Diagnostics about writers that nothing orders, about cycles, and about reads of contents that nothing writes.
 
 use super::{Builder, Via};
 use crate::graph::Hazard;
@@ -119,8 +119,8 @@ pub(super) fn unordered_writers(
         .help(order_help(name(first), name(second)))
 }
 
-/// How the one pass is put behind the other: "after" stands beside what the two do not have in common, so that of two
-/// uses of a subgraph the one waits for the other, and two passes of one instance are ordered inside of the subgraph.
+/// The help text that puts one pass behind the other. The names lose their common prefix: of two uses of a subgraph the
+/// one waits for the other, and two passes of one instance are ordered inside of the subgraph.
 fn order_help(first: &str, second: &str) -> String {
     let outer = first
         .match_indices('.')

@@ -54,7 +54,7 @@ pub(crate) struct Builder<'a> {
     coarse: BTreeSet<(PassHandle, ResourceHandle)>,
     /// The reads of which something may not be written.
     partial: Vec<PartialRead>,
-    /// What "after" says alone.
+    /// The order that "after" alone declares.
     stated: Stated,
     /// The position of each pass in an order that respects all edges when it was made.
     position: Vec<usize>,

@@ -36,9 +36,9 @@ use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::{Condition, ResourceKind, SubresourceRange, Version};
 use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 
-/// How many hazards of an access have edges though they may follow from others.
+/// The number of hazards of an access that have edges though they may follow from others.
 const SHOWN_EDGES: usize = 16;
-/// How many writers a reader reads itself before what they pass on is left to them.
+/// The number of writers that a reader reads directly; the contents that they pass on cover the rest.
 const DIRECT_READS: usize = 16;
 
 impl Builder<'_> {
@@ -288,7 +288,7 @@ impl Hazards {
     }
 }
 
-/// What two plain parts that overlap have in common.
+/// The intersection of two plain parts that overlap.
 fn common_of_plain(a: SubresourceRange, b: SubresourceRange) -> SubresourceRange {
     SubresourceRange { mip: a.mip.or(b.mip), layer: a.layer.or(b.layer), ..SubresourceRange::WHOLE }
 }

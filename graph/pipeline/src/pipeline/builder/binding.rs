@@ -1,4 +1,4 @@
-//! What a pass binds to the names of its shader, and how blackboard data is laid out in a shader's blocks.
+//! Bindings of a pass by the names of its shader, and the layout of blackboard data in a shader's blocks.
 
 use std::collections::BTreeMap;
 
@@ -104,7 +104,7 @@ pub struct BufferBind {
     pub name: Ref,
     /// The first byte (unit: bytes); 0 without it.
     pub offset: Option<Expr>,
-    /// How many bytes (unit: bytes); all without it.
+    /// The number of bytes (unit: bytes); all without it.
     pub size: Option<Expr>,
     /// Of what the shader writes, whether it needs what was there; "load" without it, "discard" where the shader writes
     /// all bytes and reads none before.
@@ -129,8 +129,8 @@ pub struct SamplerBind {
     pub lod_max_clamp: Option<Expr>,
 }
 
-/// Where the values of blackboard data, or of the view, go in the block that they are bound to, or why they do not fit;
-/// `None` where none are bound.
+/// The layout of blackboard data, or of the view, in the block that it is bound to, or why it does not fit; `None` if
+/// none is bound.
 pub(crate) fn block_layout(
     program: &Program,
     slot: &BoundSlot,
@@ -149,7 +149,7 @@ pub(crate) fn block_layout(
 }
 
 impl TypedPipeline {
-    /// Where the values of blackboard data, or of the view, go in the block that they are bound to.
+    /// The layout of blackboard data, or of the view, in the block that it is bound to.
     pub fn block_layout(&self, program: &Program, slot: &BoundSlot) -> Option<BlockLayout> {
         block_layout(program, slot, &self.resources)?.ok()
     }
@@ -243,8 +243,8 @@ fn flattened(members: &[Member]) -> Vec<Member> {
     all
 }
 
-/// Where the words of a value go in a member at a byte offset: (first word, words, byte offset) each; `None` if the
-/// types do not fit.
+/// The words of a value in a member at a byte offset: (first word, words, byte offset) each; `None` if the types do not
+/// fit.
 pub fn member_runs(layout: &TypeLayout, value: ValueType, offset: u32) -> Option<Vec<(u32, u32, u32)>> {
     let mut runs = Vec::new();
     if let TypeLayout::Array { element, count, stride } = layout {

@@ -13,7 +13,7 @@ use umbragraph_shaders::{Member, TypeLayout, VertexInput};
 use umbragraph_text::diagnostic::{codes, suggested_name};
 use umbragraph_text::language::{GeometryDeclaration, HostBinding};
 
-/// What is wrong, and the way out.
+/// A message, and the way out.
 type Misfit = (String, String);
 
 /// Checks a program against a contract; reports, and says whether it fits.

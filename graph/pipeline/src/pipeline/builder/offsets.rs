@@ -1,4 +1,4 @@
-//! Where members of a block have to lie, as a user says, held to where the shader has them.
+//! Declared offsets of a block's members, compared with those in the shader.
 //!
 //! A block of values is laid out by the struct of the shader. For who has a layout given from elsewhere (push constants of
 //! an engine that is ported), the struct that has it is written out, with `@size` of the member before each gap. Members

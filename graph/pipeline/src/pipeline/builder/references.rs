@@ -89,7 +89,7 @@ impl PassBuilder<'_> {
         Some(&self.shared.resources[handle.index()])
     }
 
-    /// What a reference names, as it is outside.
+    /// The target of a reference, by its name outside of the subgraph.
     pub(super) fn outside(&mut self, reference: &Ref, pointer: &str) -> Option<Reference> {
         if let Ok(expression) = Expr::parse_text(&reference.0) {
             self.fix(&expression, pointer);

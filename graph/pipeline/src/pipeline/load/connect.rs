@@ -1,4 +1,4 @@
-//! What passes say of one another once all are declared: blackboard data fits the blocks that it is bound to.
+//! Relations between passes once all are declared: blackboard data fits the blocks that it is bound to.
 
 use std::collections::{BTreeMap, BTreeSet};
 

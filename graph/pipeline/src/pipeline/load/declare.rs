@@ -23,11 +23,11 @@ use umbragraph_text::document::{Document, Entry, Pointer, pointer_join};
 /// The passes of a document, as far as they could be declared.
 pub(super) struct Passes<'a> {
     pub(super) list: Vec<Pass>,
-    /// What was to be declared.
+    /// The instances that were to be declared.
     pub(super) instances: Vec<Instance<'a>>,
     /// Names of what is switched off, or of loops without a round.
     pub(super) absent: BTreeSet<String>,
-    /// What could not be declared.
+    /// The instances that could not be declared.
     pub(super) gaps: Vec<(String, &'a Entry)>,
     /// Whether something does not fit the schema, so that it may lack the very key that names a resource.
     pub(super) is_unreadable: bool,
@@ -35,7 +35,7 @@ pub(super) struct Passes<'a> {
     pub(super) passthroughs: Vec<Instance<'a>>,
 }
 
-/// What a pass came to.
+/// The outcome of declaring a pass.
 enum Outcome {
     /// Its condition does not hold.
     Absent,

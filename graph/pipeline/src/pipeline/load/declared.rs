@@ -1,4 +1,4 @@
-//! What the document says of a pass or a resource, decoded once for all instances of it.
+//! Declarations of passes and resources, decoded once for all instances.
 
 use std::collections::HashMap;
 use std::rc::Rc;

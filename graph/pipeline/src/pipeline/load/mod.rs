@@ -47,7 +47,7 @@ use umbragraph_text::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
 use umbragraph_text::document::{self, Document};
 use umbragraph_text::source::Sources;
 
-/// What a document is loaded with.
+/// The inputs of loading a document.
 #[derive(Clone, Copy, Debug)]
 pub struct LoadOptions<'a> {
     /// The node kinds that passes can name.
@@ -56,7 +56,7 @@ pub struct LoadOptions<'a> {
     pub shaders: &'a Arc<ShaderCache>,
     /// Values of parameters and features.
     pub overrides: &'a Overrides,
-    /// What [`check_schema`] says of the document, where that is known.
+    /// The diagnostics of [`check_schema`] on the document, if they are known.
     pub schema: Option<&'a Diagnostics>,
     /// Whether all variants are proven together later: what is wrong with the shaders themselves is left to that, and
     /// [`TypedPipeline::survey`] is written down for it.

@@ -156,7 +156,7 @@ impl PassthroughCheck<'_> {
         pointer_join(&format!("{}/passthrough", self.declaration.pointer), &self.one.key)
     }
 
-    /// What an invalid entry may be about: the resource that it names if the passes write that, else all that they
+    /// The resources that an invalid entry may be about: the named one if the passes write it, else all that they
     /// write.
     fn affected(&self) -> BTreeSet<ResourceHandle> {
         let environment = &self.declaration.environment;

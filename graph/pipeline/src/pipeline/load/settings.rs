@@ -81,12 +81,12 @@ impl Settings {
         Self { parameters, features, derived: derived.values, broken }
     }
 
-    /// What follows from which parameters.
+    /// The parameters that each value follows from.
     pub(super) fn dependence(&self) -> Dependence {
         Dependence::new(&self.parameters, &self.derived)
     }
 
-    /// What expressions see.
+    /// The scope of expressions.
     pub(super) fn scope(&self) -> StaticScope {
         let scope = StaticScope::new(&self.parameters, &self.features);
         scope.with_derived(&self.derived).with_broken(self.broken.clone())

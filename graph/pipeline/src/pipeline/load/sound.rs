@@ -1,4 +1,4 @@
-//! What of a document fits the schema, decoded; what does not has its diagnostics already.
+//! Decoded parts of a document that fit the schema; the other parts have their diagnostics already.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,4 +1,4 @@
-//! What names mean inside subgraphs and loops.
+//! Names inside subgraphs and loops.
 //!
 //! A pass of a subgraph sees the subgraph's parameters, its inputs (which stand for resources of the user) and its own
 //! resources and passes, under the names that the subgraph's author gave them. Outside they carry the name of the
@@ -209,7 +209,7 @@ impl Environment {
         expression::unknown_word(expression, &inside).map_or(Ok(()), Err)
     }
 
-    /// What expressions see here before sizes are known.
+    /// The scope of expressions here before sizes are known.
     pub(crate) fn seen<'a>(&'a self, scope: &'a dyn Scope) -> impl Scope + 'a {
         Inside { environment: self, is_resource: &|_| false, scope }
     }
@@ -293,7 +293,7 @@ impl Environment {
         }
     }
 
-    /// What a text of a document refers to, as it is outside.
+    /// The target of a reference in a document, by its name outside of the subgraph.
     ///
     /// # Errors
     /// An error of the expression, or one that yields something else.

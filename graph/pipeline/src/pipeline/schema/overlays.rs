@@ -73,7 +73,7 @@ pub(crate) fn for_overlays(schema: &Json) -> Json {
     relaxed
 }
 
-/// What holds for a file, or a pass, that is laid over others.
+/// The rule for a file, or a pass, that extends others.
 fn extends() -> Json {
     json!({ "required": ["extends"] })
 }

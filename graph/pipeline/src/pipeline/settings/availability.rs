@@ -16,12 +16,12 @@ use umbragraph_text::document::{Entry, Kind, Value, pointer_join};
 use umbragraph_text::language::{FeatureDeclaration, FeatureType};
 use umbragraph_text::source::Span;
 
-/// What a profile has less of than a feature requires.
+/// A requirement of a feature that a profile does not meet.
 #[derive(Clone, Debug)]
 pub struct Lacking {
-    /// What is required: a limit and its value, or a feature of WebGPU.
+    /// The requirement: a limit and its value, or a feature of WebGPU.
     pub required: String,
-    /// What the profile has of it.
+    /// The value or feature that the profile has.
     pub guaranteed: String,
     /// The place of the requirement.
     pub place: Span,

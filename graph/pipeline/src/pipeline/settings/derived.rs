@@ -28,7 +28,7 @@ pub struct Derived {
     pub value: Value,
     /// The words that it can be, where it is one of a few.
     pub words: Option<Vec<String>>,
-    /// Where its expression stands.
+    /// The place of its expression.
     pub place: Span,
     /// The expression.
     pub expression: Expression,
@@ -43,7 +43,7 @@ pub(crate) struct Section {
     pub(crate) broken: BTreeSet<String>,
 }
 
-/// What derived values see: one another, and what is around them.
+/// The names that derived values can use: one another, and those of the scope around.
 struct Names<'a> {
     section: &'a Section,
     declared: &'a [Entry],

@@ -155,7 +155,7 @@ pub struct LiveSettings<'a> {
     pub settings: &'a [LiveSetting],
     /// Their values.
     pub values: &'a [Value],
-    /// What is wrong with them.
+    /// The diagnostics about them.
     pub diagnostics: &'a mut Diagnostics,
 }
 

@@ -1,12 +1,12 @@
-//! Which parameters are live: those that can change from frame to frame without another plan.
+//! Live parameters: those that can change from frame to frame without another plan.
 //!
 //! A parameter is *live* where its value reaches only what each frame sets anew: members of blocks, settings that a CPU
 //! node takes over ([`crate::work::CpuNode::update`]), clear values, the stencil reference, the blend constant, the counts
 //! of dispatches and draws. It is *structural* where something follows from it that is made once: sizes, formats, shader
 //! variants and overrides, states of pipelines, references, which passes there are.
 //!
-//! What an expression follows from is read off its names, in all branches, through derived values and through the
-//! parameters of subgraphs; but not from the argument of `len`, since a live list keeps its length.
+//! The parameters of an expression are read off its names, in all branches, through derived values and through the
+//! parameters of subgraphs. The argument of `len` does not count, since a live list keeps its length.
 //!
 //! Limits: no data flow; what one branch alone needs counts for the whole expression.
 
@@ -47,9 +47,9 @@ pub struct Following {
     pub name: String,
     /// The expression, over parameters and those before it.
     pub expression: Expression,
-    /// What it has to keep to, where it is a parameter of a subgraph.
+    /// The declaration with its limits, if it is a parameter of a subgraph.
     pub declaration: Option<ParameterDeclaration>,
-    /// Where its expression stands.
+    /// The place of its expression.
     pub place: Span,
 }
 
@@ -58,15 +58,15 @@ pub struct Following {
 pub struct Constraint {
     /// The condition.
     pub holds: Expression,
-    /// What is said where it does not hold.
+    /// The message if it does not hold.
     pub message: String,
-    /// Where the condition stands.
+    /// The place of the condition.
     pub place: Span,
     /// Its JSON pointer.
     pub pointer: String,
 }
 
-/// What follows from which parameters, and which are structural so far.
+/// The parameters that each value follows from, and those that are structural so far.
 #[derive(Debug, Default)]
 pub(crate) struct Dependence {
     /// For each name that expressions can see the parameters that it follows from.

@@ -13,7 +13,7 @@ pub struct StaticScope {
     values: BTreeMap<String, Value>,
     /// The words of those that are enumerations.
     words: BTreeMap<String, Vec<String>>,
-    /// Where the expressions of derived values stand.
+    /// The places of the expressions of derived values.
     derived: BTreeMap<String, Span>,
     /// Names that are declared, but have no value because of diagnostics.
     broken: BTreeSet<String>,
@@ -34,7 +34,7 @@ impl StaticScope {
         scope
     }
 
-    /// Where the expression of a derived value stands.
+    /// The place of the expression of a derived value.
     pub(crate) fn derived_at(&self, name: &str) -> Option<Span> {
         self.derived.get(name).copied()
     }

@@ -22,7 +22,7 @@ pub struct ValuedParameter {
     pub value: Value,
     /// The place of the value.
     pub place: Span,
-    /// What makes it structural; nothing of a live one.
+    /// The use that makes it structural; `None` if it is live.
     pub structural: Option<Structural>,
 }
 
@@ -271,7 +271,7 @@ pub(crate) fn unknown(
     }
 }
 
-/// What can be set.
+/// The kinds of settings.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum SettingKind {
     Parameter,
@@ -405,7 +405,7 @@ fn number(
 /// A code, what is wrong, and the way out.
 type Misfit = (Code, String, String);
 
-/// What is wrong with a value that a live parameter is given, of which `before` is one that is right.
+/// The reason to reject a new value of a live parameter: code, message and help. `before` is a valid value.
 pub fn rejected(
     name: &str,
     declaration: &ParameterDeclaration,
@@ -460,7 +460,7 @@ fn misplaced(name: &str, declaration: &ParameterDeclaration, numbers: &[Value]) 
     None
 }
 
-/// What is wrong with a number, or an element of a list.
+/// The first rule that a number, or an element of a list, breaks.
 fn misfit(name: &str, declaration: &ParameterDeclaration, number: f64, whole: bool) -> Option<Misfit> {
     if !number.is_finite() {
         let message = format!("the parameter \"{name}\" is {number}");

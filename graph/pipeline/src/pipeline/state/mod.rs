@@ -1,4 +1,4 @@
-//! What has been declared of one pipeline so far: resources, programs, diagnostics.
+//! Declarations of one pipeline so far: resources, programs, diagnostics.
 
 pub(crate) mod programs;
 pub(crate) mod shared;

@@ -15,7 +15,7 @@ pub(crate) struct Programs {
     /// A [`ProgramHandle`] is a position here.
     pub(crate) list: Vec<Arc<Program>>,
     known: BTreeMap<Chosen, Option<ProgramHandle>>,
-    /// What is written down for the proof of all variants, where there will be one.
+    /// The record for the proof of all variants, if there will be one.
     pub(crate) survey: Option<Survey>,
     /// The variants whose diagnostics are reported.
     pub(crate) rejected: BTreeSet<(String, AxisValues)>,
@@ -94,8 +94,8 @@ impl Programs {
         Some(ProgramHandle(self.list.len() as u32 - 1))
     }
 
-    /// What the layout of a program has too much of, though each variant alone does not: that is its shader's
-    /// diagnostic.
+    /// The limits that a program's layout exceeds. A variant that exceeds them alone is its shader's diagnostic, and
+    /// does not count here.
     fn excess(&self, program: &Program) -> Vec<String> {
         let is_own = |variant: &ProgramVariant| {
             let bindings = variant.module.reflection.bindings.iter();

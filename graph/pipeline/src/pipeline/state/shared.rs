@@ -33,7 +33,7 @@ pub(crate) struct Expected {
 /// The state that all passes of one pipeline share while they are declared.
 pub(crate) struct Shared {
     pub(crate) scope: StaticScope,
-    /// What follows from which parameters.
+    /// The parameters that each value follows from.
     pub(crate) dependence: Dependence,
     /// Values that subgraphs are given and that follow from parameters.
     pub(crate) given: BTreeMap<String, Value>,
@@ -50,7 +50,7 @@ pub(crate) struct Shared {
     pub(crate) argument_errors: Diagnostics,
     /// Expressions by their text.
     expressions: HashMap<String, Rc<Expression>>,
-    /// How often a pass had an error that only follows from a diagnostic elsewhere.
+    /// The number of errors in passes that only follow from a diagnostic elsewhere.
     pub(crate) withheld: usize,
     pub(crate) sources: Sources,
     /// The values that CPU passes read of one another.

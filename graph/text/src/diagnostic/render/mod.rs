@@ -174,9 +174,10 @@ pub fn github(diagnostic: &Diagnostic, sources: &Sources) -> String {
 /// `end_column`, `pointer`), `related`, `help`, `fix` (a list of edits, each with
 /// `place` and `replacement`).
 ///
-/// What variants of shader templates show has further: `variants` (the number that show it), `provoked_by` (values by the
-/// names of axes, minimal, of the first template), `profiles` (the names of those that show it), and `templates` (for each
-/// template `template`, `variants`, `of_variants`, `configurations` with `number` and `exact`, `provoked_by`, `profiles`).
+/// A diagnostic about variants of shader templates has four further members. `variants` is the number of variants that
+/// show it. `provoked_by` has values by the names of axes, minimal, of the first template. `profiles` has the names of
+/// the profiles that show it. `templates` has for each template `template`, `variants`, `of_variants`, `configurations`
+/// with `number` and `exact`, `provoked_by`, `profiles`.
 pub fn json(diagnostic: &Diagnostic, sources: &Sources) -> serde_json::Value {
     let mut value = serde_json::json!({
         "code": diagnostic.code.id,

@@ -35,7 +35,7 @@ pub(crate) fn print_value(
 
 struct Printer {
     out: String,
-    /// Where the last line begins.
+    /// The start of the last line.
     line_start: usize,
 }
 

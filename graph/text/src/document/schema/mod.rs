@@ -10,7 +10,7 @@
 //! first: by its JSON type, then by the one key that the branch requires, then by the fewest diagnostics; only the
 //! chosen branch reports.
 //!
-//! What a schema says is looked up once, when a [`Schema`] is made of it; a document that fits costs no allocation.
+//! A [`Schema`] looks its rules up once, when it is made; a document that fits costs no allocation.
 //!
 //! Limits: it stops after [`MAX_DIAGNOSTICS`] diagnostics.
 

@@ -172,7 +172,7 @@ impl Types {
 struct Maker<'a> {
     root: &'a Json,
     rules: Vec<Rules>,
-    /// Where the rules of a schema are, by its address.
+    /// The index of a schema's rules, by its address.
     known: HashMap<*const Json, usize>,
 }
 
