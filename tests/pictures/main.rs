@@ -15,6 +15,7 @@ mod moment_shadows;
 mod moments;
 mod nebula;
 mod penumbrae;
+mod scores;
 mod second_compiler;
 mod systems_pictures;
 mod truth;
