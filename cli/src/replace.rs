@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_made_or_replaced_as_a_whole_and_nothing_else_is_left() {
+    fn a_file_is_replaced_as_a_whole_and_nothing_else_is_left() {
         let folder = ScratchFolder::new("replace");
         let path = folder.join("file.png");
         for text in ["one", "two"] {

@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sine_and_cosine_are_those_of_the_platform_within_its_last_bits() {
+    fn sine_and_cosine_match_the_platform_to_the_last_bits() {
         for step in -40_000..40_000 {
             let angle = f64::from(step) * 0.003_7;
             let (sin, cos) = sin_cos(angle);
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_and_powers_are_those_of_the_platform_within_their_last_bits() {
+    fn angles_and_powers_match_the_platform_to_the_last_bits() {
         for step in 0..4000 {
             let angle = (f64::from(step) - 1999.5) / 1999.5 * PI;
             assert!((angle_of(angle.sin() * 7.0, angle.cos() * 7.0) - angle).abs() < 2e-15, "{angle}");

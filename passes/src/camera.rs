@@ -471,7 +471,7 @@ mod tests {
     }
 
     #[test]
-    fn jitter_goes_round_within_a_pixel_and_moves_view_and_matrices_alike() {
+    fn jitter_stays_in_a_pixel_and_moves_view_and_matrices_alike() {
         let node = RunCamera { setting: None, reverse: false, jitter: 8 };
         let mut state = Frames::default();
         let camera = tilted(PERSPECTIVE);

@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_view_does_not_matter_and_what_holds_the_camera_fills_the_picture() {
+    fn out_of_view_covers_nothing_and_around_the_camera_all() {
         let coverage = |place, range| Importance::of(&seen_at(place, range), &camera()).coverage;
         assert_eq!(coverage(DVec3::new(0.0, 0.0, 20.0), 5.0), 0.0);
         assert_eq!(coverage(DVec3::new(90.0, 0.0, -20.0), 5.0), 0.0);
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn an_orthographic_picture_shows_a_sphere_at_the_same_size_everywhere() {
+    fn an_orthographic_sphere_has_the_same_size_everywhere() {
         let eye = Eye::new(&camera().projection(Projection::Orthographic {
             half_height: 10.0,
             near: 0.1,
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn the_smaller_a_map_may_be_the_longer_it_waits_in_powers_of_two() {
+    fn smaller_maps_wait_longer_in_powers_of_two() {
         let cadence = |part: f64| {
             Importance { priority: 1.0, coverage: part * part, proximity: 1.0, strength: 1.0 }.cadence(8)
         };

@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn linear_rotations_turn_at_constant_speed_along_the_shorter_arc() {
+    fn linear_rotations_take_the_shorter_arc_at_constant_speed() {
         let end = DQuat::from_rotation_y(FRAC_PI_2).as_quat().to_array();
         for values in [vec![[0.0, 0.0, 0.0, 1.0], end], vec![[0.0, 0.0, 0.0, 1.0], end.map(|part| -part)]] {
             let half = channel(Property::Rotation, Interpolation::Linear, values).sample(2.0);

@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_usable_aspect_the_camera_stands_where_it_does_for_a_square() {
+    fn without_a_usable_aspect_the_camera_stands_as_for_a_square() {
         let square = camera(&Bounds::EMPTY, 1.0).position;
         for aspect in [0.0, -2.0, f64::NAN, f64::INFINITY] {
             assert_eq!(camera(&Bounds::EMPTY, aspect).position, square, "aspect {aspect}");

@@ -175,7 +175,7 @@ mod tests {
     const START: DVec3 = DVec3::new(0.0, 2.0, 0.0);
 
     #[test]
-    fn what_lies_on_the_world_does_not_change_wherever_it_is_seen_from() {
+    fn shadows_fixed_in_the_world_count_no_change_from_any_view() {
         let before = seen(START, 0.0, squares(0.0));
         for (step, turned) in [(0.0, 0.0), (0.03, 0.0), (0.4, 0.0), (0.0, 0.01), (0.1, -0.2)] {
             let after = seen(DVec3::new(step, 2.0, 0.5 * step), turned, squares(0.0));
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_hidden_or_out_of_the_picture_or_is_another_in_truth_does_not_count() {
+    fn hidden_outside_and_truly_changed_pixels_do_not_count() {
         let (lit, dark) = (|_: DVec3| 1.0, |_: DVec3| 0.0);
         let before = seen(START, 0.0, lit);
         let behind = seen(START, std::f64::consts::PI, dark);

@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_are_met_up_to_their_value_and_not_by_what_does_not_exist() {
+    fn limits_are_met_up_to_their_value_and_not_by_no_score() {
         let counts = Counts { shadowed_in_both: 3, leaking: 1, acne: 0, lit_in_both: 4 };
         let scores = Scores { bands: [(0, counts)].into(), ..Scores::default() };
         let limits = |name: &str, value| Limits::new([(name.to_owned(), value)].into()).unwrap();

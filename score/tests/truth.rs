@@ -18,7 +18,7 @@ fn share(pixels: usize, holds: impl Fn(usize) -> bool) -> f64 {
 }
 
 #[test]
-fn hard_and_soft_masks_agree_with_those_of_an_independent_tracer() {
+fn hard_and_soft_masks_match_those_of_another_tracer() {
     for name in ["contact_sun", "terrain_dem_sun", "room_point"] {
         let Some(other) = TruthScene::find(name) else { return };
         let path = other.glb_path();

@@ -234,7 +234,7 @@ fn a_mover_and_a_walking_camera_draw_a_small_part_of_cascades() {
 }
 
 #[test]
-fn a_mover_and_a_walking_camera_draw_a_small_part_of_every_kind_of_map() {
+fn a_mover_and_a_walking_camera_redraw_few_maps() {
     let Some(gpu) = gpu::device() else { return };
     let sizes = [
         ("cascade_side", "256"),
@@ -320,7 +320,7 @@ fn maps_that_scroll_show_the_same_picture_but_for_rounding() {
 }
 
 #[test]
-fn at_a_cadence_movers_wait_for_their_turn_and_views_that_move_do_not() {
+fn at_a_cadence_movers_wait_and_moving_views_do_not() {
     let Some(gpu) = gpu::device() else { return };
     let scene = figure();
     let sizes = [("far", "[4, 10, 40]"), ("resolution", "128"), ("cadence", "[1, 2, 4]")];
@@ -371,7 +371,7 @@ fn near_and_far(scene: &Scene, at: u64, aside: f64) -> FrameInput {
 }
 
 #[test]
-fn maps_of_lights_that_matter_little_wait_longer_and_are_drawn_at_once_where_the_light_moves() {
+fn maps_of_minor_lights_wait_unless_the_light_moves() {
     let Some(gpu) = gpu::device() else { return };
     let scene = figure();
     let parameters = [SMALL_MAPS, &[("fit", "\"sphere\""), ("importance_cadence", "8")]].concat();

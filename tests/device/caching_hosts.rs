@@ -98,7 +98,7 @@ fn outcome(cached: &str) -> Outcome {
 }
 
 #[test]
-fn casters_that_come_to_rest_and_set_out_again_are_seen_where_they_are() {
+fn casters_that_rest_and_move_again_are_seen_in_place() {
     let Some(gpu) = gpu::device() else { return };
     let figure = scene(&root().join("examples/scenes/figure.glb"));
     let mut resources =
@@ -151,7 +151,7 @@ fn casters_that_come_to_rest_and_set_out_again_are_seen_where_they_are() {
 }
 
 #[test]
-fn a_steady_record_allocates_no_more_with_kept_maps_than_without() {
+fn kept_maps_add_no_allocation_to_a_steady_record() {
     let Some(gpu) = gpu::device() else { return };
     let figure = scene(&root().join("examples/scenes/figure.glb"));
     let resources =

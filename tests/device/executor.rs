@@ -70,7 +70,7 @@ fn a_full_screen_pass_writes_every_texel_with_its_values() {
 }
 
 #[test]
-fn a_compute_pass_reads_and_writes_textures_that_its_shader_names() {
+fn a_compute_pass_reads_and_writes_its_shader_s_textures() {
     let Some(gpu) = gpu::device() else { return };
     let texture = r#"{ "texture": { "format": "rgba8unorm", "size": "=viewport" } }"#;
     let passes = [
@@ -175,7 +175,7 @@ fn a_steady_frame_creates_nothing() {
 }
 
 #[test]
-fn a_pass_samples_the_texture_that_the_host_brings_in_this_frame() {
+fn a_pass_samples_this_frame_s_host_texture() {
     let Some(gpu) = gpu::device() else { return };
     let resources =
         r#""given": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } },"#;
@@ -327,7 +327,7 @@ fn sharing_memory_changes_no_random_picture() {
 }
 
 #[test]
-fn imports_that_are_missing_or_not_as_planned_are_rejected_and_the_next_frame_is_fine() {
+fn bad_imports_are_rejected_and_the_next_frame_is_fine() {
     let Some(gpu) = gpu::device() else { return };
     let outcome = outcome("", &[fill("one", "target", "[1, 1, 1, 1]", "")], false);
     let mut executor = executor(&gpu, outcome.plan(), None);
@@ -353,7 +353,7 @@ fn imports_that_are_missing_or_not_as_planned_are_rejected_and_the_next_frame_is
 }
 
 #[test]
-fn a_texture_for_what_is_not_the_hosts_is_rejected_and_one_that_no_pass_uses_is_not() {
+fn imports_of_other_resources_are_rejected_unused_ones_not() {
     let Some(gpu) = gpu::device() else { return };
     let texture = r#""texture": { "format": "rgba8unorm", "size": "=viewport""#;
     let resources =

@@ -217,7 +217,7 @@ fn what_makes_a_parameter_structural_is_said_with_its_place() {
 }
 
 #[test]
-fn values_are_rejected_as_at_load_and_the_next_frame_has_those_before() {
+fn rejected_values_leave_the_ones_before() {
     let Some(gpu) = gpu::device() else { return };
     let outcome = checked();
     let mut executor = executor(&gpu, outcome.plan(), None);
@@ -332,7 +332,7 @@ fn a_number_that_takes_the_place_of_a_list_is_rejected() {
 }
 
 #[test]
-fn cpu_passes_take_over_live_settings_and_reject_what_loading_rejects() {
+fn cpu_passes_take_live_settings_and_reject_as_loading_does() {
     let text = r#"{
         "format": 1, "name": "cpu",
         "parameters": {

@@ -29,7 +29,7 @@ fn brightness(picture: &Picture, input: &FrameInput, point: DVec3) -> u32 {
 }
 
 #[test]
-fn an_application_of_its_own_draws_its_meshes_with_the_shadows_of_a_pipeline_it_extends() {
+fn an_application_draws_its_meshes_with_extended_shadows() {
     let Some(gpu) = gpu::device() else { return };
     let plan = shadows::plan(shadows::interface(), SIZE).unwrap_or_else(|error| panic!("{error}"));
     let meshes = Dominoes::new(&gpu.device, &gpu.queue);

@@ -142,7 +142,7 @@ fn sunlight_falls_through_the_holes_of_leaves_and_nowhere_else() {
 }
 
 #[test]
-fn the_shadow_of_a_skinned_figure_is_where_its_joints_have_taken_it() {
+fn the_shadow_of_a_skinned_figure_follows_its_joints() {
     let Some(gpu) = gpu::device() else { return };
     let scene = scene(&root().join("examples/scenes/figure.glb"));
     let mut seen: Vec<(Vec<Point>, Picture)> = Vec::new();

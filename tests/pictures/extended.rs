@@ -80,7 +80,7 @@ fn a_list_of_lights_shows_the_same_deferred_and_forward() {
 }
 
 #[test]
-fn a_deferred_list_of_lights_has_contact_shadows_and_visibility_first_too() {
+fn deferred_lights_have_contact_shadows_and_visibility_first() {
     let Some(gpu) = gpu::device() else { return };
     let interior = load("interior.glb");
     let parameters = with_small_maps(&[]);

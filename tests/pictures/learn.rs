@@ -105,7 +105,7 @@ fn an_include_adds_its_sections() {
 }
 
 #[test]
-fn each_use_of_a_subgraph_has_resources_and_parameters_of_its_own() {
+fn each_use_of_a_subgraph_has_own_resources_and_parameters() {
     let outcome = lesson("08-subgraph");
     assert_eq!(
         outcome.order(),
@@ -236,7 +236,7 @@ fn a_feature_is_off_where_the_profile_has_less_than_it_requires() {
 }
 
 #[test]
-fn a_device_with_less_switches_a_feature_off_and_one_with_more_changes_nothing() {
+fn a_lesser_device_switches_a_feature_off_a_better_one_none() {
     let limits = |max_texture_dimension_2d| Limits { max_texture_dimension_2d, ..Limits::defaults() };
     let profile = |max| TargetProfile::webgpu().on_device(&limits(max), DownlevelFlags::all());
     assert_eq!(profile(16384), TargetProfile::webgpu());

@@ -87,7 +87,7 @@ fn scores(name: &str, filter: &str, features: &[(&str, &str)]) -> Option<Scores>
 const HARD: &str = "\"hard\"";
 
 #[test]
-fn hard_shadows_agree_with_ray_traced_ones_without_a_bias_that_a_scene_sets() {
+fn hard_shadows_match_rays_without_a_bias_per_scene() {
     for (name, min, reference) in
         [("contact_sun", 0.994, 0.984), ("terrain_dem_sun", 0.998, 0.992), ("room_point", 0.9965, 0.995)]
     {
@@ -101,7 +101,7 @@ fn hard_shadows_agree_with_ray_traced_ones_without_a_bias_that_a_scene_sets() {
 }
 
 #[test]
-fn soft_shadows_agree_with_ray_traced_ones_with_the_same_parameters_everywhere() {
+fn soft_shadows_match_rays_with_one_set_of_parameters() {
     for (name, max, reference) in
         [("contact_sun", 0.005, 0.0061), ("terrain_dem_sun", 0.0035, 0.0040), ("room_point", 0.011, 0.0135)]
     {
@@ -113,7 +113,7 @@ fn soft_shadows_agree_with_ray_traced_ones_with_the_same_parameters_everywhere()
 }
 
 #[test]
-fn forward_and_reverse_depth_give_the_same_picture_with_every_filter() {
+fn forward_and_reverse_depth_agree_with_every_filter() {
     let Some(gpu) = gpu::device() else { return };
     let scene = interior();
     for filter in property::part(FILTERS, 3) {
@@ -139,7 +139,7 @@ const FILTERS: [&str; 7] =
     [HARD, "\"grid_pcf\"", "\"poisson9\"", "\"poisson16\"", "\"poisson64\"", "\"vogel\"", "\"pcss\""];
 
 #[test]
-fn a_kind_of_shadow_that_is_switched_off_takes_no_memory_and_no_pass() {
+fn a_disabled_kind_of_shadow_takes_no_memory_and_no_pass() {
     let all = small(&[], &[]);
     let bytes = |outcome: &Outcome| outcome.plan().bytes;
     for (feature, texture, pass) in [
@@ -190,7 +190,7 @@ fn every_light_throws_a_shadow_of_its_own() {
 }
 
 #[test]
-fn unusable_lights_and_cameras_change_no_pixel_to_something_that_is_none() {
+fn unusable_lights_and_cameras_give_no_invalid_pixel() {
     let Some(gpu) = gpu::device() else { return };
     let scene = interior();
     let outcome = small(&[], &[]);
@@ -263,7 +263,7 @@ fn two_texels_around_a_spots_cone_stay_free_for_taps() {
 }
 
 #[test]
-fn more_lights_than_there_is_room_for_are_reduced_and_left_out_by_importance_and_named() {
+fn too_many_lights_are_reduced_by_importance_and_named() {
     let Some(gpu) = gpu::device() else { return };
     let scene = interior();
     let outcome = small(
@@ -459,7 +459,7 @@ fn a_figure_that_moves_takes_its_shadow_along() {
 }
 
 #[test]
-fn leaves_that_are_cut_out_let_light_through_and_water_receives_shadows() {
+fn cutouts_let_light_through_and_water_receives_shadows() {
     let Some(gpu) = gpu::device() else { return };
     let scene = scene(&root().join("examples/scenes/foliage.glb"));
     let size = Some([320, 208]);
@@ -504,7 +504,7 @@ fn several_samples_smooth_the_edges_and_nothing_else() {
 }
 
 #[test]
-fn the_atlas_and_the_arrays_grow_with_the_lights_and_shrink_after_a_while() {
+fn atlas_and_arrays_grow_with_the_lights_and_shrink_later() {
     let Some(gpu) = gpu::device() else { return };
     let scene = interior();
     let parameters = [("tile_max_side", "256"), ("moment_cascades", "\"all\"")];
@@ -537,7 +537,7 @@ fn the_atlas_and_the_arrays_grow_with_the_lights_and_shrink_after_a_while() {
 }
 
 #[test]
-fn lights_lie_in_a_storage_buffer_where_the_device_has_one_and_else_in_a_uniform_block() {
+fn lights_lie_in_a_storage_buffer_or_else_a_uniform_block() {
     let Some(gpu) = gpu::device() else { return };
     let limits = Limits { max_storage_buffers_per_shader_stage: 0, ..gpu.device.limits() };
     let without = gpu.with_limits(limits);

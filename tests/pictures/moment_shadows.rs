@@ -106,7 +106,7 @@ fn moments_take_memory_where_they_are_asked_for_alone() {
 }
 
 #[test]
-fn moments_have_the_first_format_that_shaders_can_write_and_else_there_is_a_finding() {
+fn moments_take_the_first_writable_format_or_are_an_error() {
     let formats = ["rg32float", "rgba32float", "r32uint", "rgba16float", "rg32uint"];
     for ((filter, precision, bytes), format) in KINDS.into_iter().zip(formats) {
         let features = [("moment_filter", filter), ("moment_precision", precision)];
@@ -146,7 +146,7 @@ fn spot(name: &str, position: [f64; 3]) -> Light {
 }
 
 #[test]
-fn a_blur_as_wide_as_can_be_brings_nothing_from_the_neighbouring_tile() {
+fn the_widest_blur_brings_nothing_from_the_next_tile() {
     let Some(gpu) = gpu::device() else { return };
     let scene = scene(&root().join("examples/scenes/interior.glb"));
     for (filter, precision, bytes) in KINDS {
@@ -226,7 +226,7 @@ fn mips_of_moments_bring_a_small_picture_closer_to_a_large_one() {
 }
 
 #[test]
-fn an_exponent_has_to_fit_the_format_of_the_moments_where_there_are_any() {
+fn an_exponent_has_to_fit_the_moment_format() {
     let codes = |exponent: &str, filter: &str, precision: &str, cascades: &str| {
         let parameters = [("exponent", exponent), ("moment_cascades", cascades)];
         let features = [("moment_filter", filter), ("moment_precision", precision)];
@@ -255,7 +255,7 @@ fn an_exponent_has_to_fit_the_format_of_the_moments_where_there_are_any() {
 }
 
 #[test]
-fn cascades_are_tinted_warm_where_moments_filter_them_and_else_cool() {
+fn moment_cascades_are_tinted_warm_and_others_cool() {
     let Some(gpu) = gpu::device() else { return };
     let scene = scene(&root().join("examples/scenes/courtyard.glb"));
     // All that is seen lies in the first cascade, or in the last.

@@ -133,7 +133,7 @@ fn moments(mode: u32, z: f64, exponent: f64) -> [f64; 4] {
 }
 
 #[test]
-fn what_is_stored_of_a_depth_are_its_moments_over_the_whole_range() {
+fn stored_moments_are_right_over_the_whole_depth_range() {
     let Some(gpu) = gpu::device() else { return };
     for (texel, format, mode, exponent) in FORMATS {
         let image = format!(
@@ -183,7 +183,7 @@ fn chebyshev(mean: f64, square: f64, warped: f64, min_variance: f64) -> f64 {
 }
 
 #[test]
-fn moments_let_through_what_the_inequalities_say_and_never_less_than_there_is() {
+fn moments_follow_their_inequalities_and_never_darken_more() {
     let Some(gpu) = gpu::device() else { return };
     let (deviation, bias) = (2e-3, 1e-5);
     for (mode, exponent) in [(0, 5.0), (1, 5.0), (0, 42.0), (1, 42.0), (2, 1.0)] {
@@ -289,7 +289,7 @@ fn weights_of_a_blur_are_a_gaussian_s_and_sum_to_one() {
 }
 
 #[test]
-fn a_constant_stays_constant_to_the_last_texel_of_a_layer_and_of_a_tile_whatever_the_radius() {
+fn a_blurred_constant_stays_constant_to_the_last_texel() {
     let Some(gpu) = gpu::device() else { return };
     for (texel, format, constant, bound) in [
         ("r32float", "r32float", 0.7_f64, 1e-6_f64),

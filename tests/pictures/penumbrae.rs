@@ -357,7 +357,7 @@ fn shown(picture: &Picture, camera: &Camera, longest: f64) -> Vec<f64> {
 }
 
 #[test]
-fn debug_views_show_the_width_of_the_penumbra_and_the_distance_to_what_casts_it() {
+fn debug_views_show_penumbra_width_and_caster_distance() {
     let Some(gpu) = gpu::device() else { return };
     let height = 0.6;
     let scene = edge(height);

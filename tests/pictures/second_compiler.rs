@@ -12,7 +12,7 @@ use umbragraph_test_support::scratch::ScratchFolder;
 use umbragraph_test_support::skip;
 
 #[test]
-fn chrome_s_compiler_takes_every_module_that_reference_pictures_are_drawn_with() {
+fn chrome_s_compiler_takes_every_module_of_the_pictures() {
     let found = Command::new("tint").arg("--help").stdout(Stdio::null()).stderr(Stdio::null()).status();
     if found.is_err() {
         skip::skipped("tint is not installed");

@@ -36,14 +36,14 @@ fn meets_the_limits(
 }
 
 #[test]
-fn a_parameter_file_makes_each_system_beat_a_plain_reference_on_small_things() {
+fn each_tuned_system_beats_a_reference_on_small_things() {
     meets_the_limits(MANTIS, "contact_sun", Some("pipelines/params/mantis_contact_sun.json"), &[], 0.984);
     meets_the_limits(CARACAL, "contact_sun", Some("pipelines/params/caracal_contact_sun.json"), &[], 0.984);
     meets_the_limits(LORE, "contact_sun", Some("pipelines/params/lore_contact_sun.json"), &[], 0.984);
 }
 
 #[test]
-fn a_parameter_file_makes_each_system_beat_a_plain_reference_on_a_landscape() {
+fn each_tuned_system_beats_a_reference_on_a_landscape() {
     meets_the_limits(
         MANTIS,
         "terrain_dem_sun",
@@ -109,7 +109,7 @@ fn both_depth_conventions_shadow_the_same_pixels() {
 }
 
 #[test]
-fn beyond_the_last_cascade_and_where_shadows_are_off_everything_is_lit() {
+fn beyond_the_cascades_and_with_shadows_off_all_is_lit() {
     let Some(gpu) = gpu::device() else { return };
     let is_lit = |picture: Picture| picture.rgba_pixels().all(|pixel| pixel[3] == 0 || pixel[0] == 255);
     let term = ("debug_view", "\"shadow_term\"");
@@ -139,7 +139,7 @@ fn deferred_and_forward_lighting_show_the_same() {
 }
 
 #[test]
-fn each_preset_of_quality_renders_the_courtyard_and_no_two_the_same() {
+fn quality_presets_render_the_courtyard_each_differently() {
     let Some(gpu) = gpu::device() else { return };
     let courtyard = scene(&root().join("examples/scenes/courtyard.glb"));
     let mut terms: Vec<Picture> = Vec::new();
@@ -162,7 +162,7 @@ fn each_preset_of_quality_renders_the_courtyard_and_no_two_the_same() {
 }
 
 #[test]
-fn maps_of_mixed_sizes_shadow_alike_in_one_array_and_in_a_texture_each() {
+fn mixed_map_sizes_shadow_alike_in_array_and_textures() {
     let Some(gpu) = gpu::device() else { return };
     let parameters =
         [("debug_view", "\"shadow_term\""), ("resolutions", "[512, 1024, 256, 64]"), ("border", "2")];

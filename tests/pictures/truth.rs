@@ -28,12 +28,12 @@ fn meets_the_limits(pipeline: &str, name: &str, parameters: &[(&str, &str)], ref
 }
 
 #[test]
-fn nebula_beats_a_plain_reference_on_a_landscape_with_its_default_far_distances() {
+fn nebula_beats_a_plain_reference_on_a_landscape() {
     meets_the_limits("pipelines/nebula.json", "terrain_dem_sun", &[], 0.992);
 }
 
 #[test]
-fn nebula_beats_a_plain_reference_on_small_things_that_stand_on_the_ground() {
+fn nebula_beats_a_plain_reference_on_small_things() {
     meets_the_limits("pipelines/nebula.json", "contact_sun", &[("far", "[3, 6, 12, 30]")], 0.984);
 }
 

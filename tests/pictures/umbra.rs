@@ -187,7 +187,7 @@ fn the_first_frame_after_a_cut_is_that_of_a_fresh_run() {
 /// Two hundred walks out of a wall: the camera stands within it, or just before it, and then in front; what it saw there is
 /// none of the range that it sees now.
 #[test]
-fn the_first_frame_after_a_walk_out_of_a_wall_is_that_of_a_fresh_run() {
+fn a_walk_out_of_a_wall_leaves_no_trace_in_the_next_frame() {
     let Some(gpu) = gpu::device() else { return };
     let scene = courtyard();
     let outcome = umbra(&[("cascade_side", "512")], &[], [96, 54]);

@@ -132,7 +132,7 @@ fn mended<'a>(
 }
 
 #[test]
-fn a_diagnostic_that_names_what_was_meant_is_gone_when_its_fix_is_made() {
+fn a_suggestion_is_gone_after_its_fix() {
     let mut without = Vec::new();
     let cases = property::part(cases(), 4);
     for case in &cases {

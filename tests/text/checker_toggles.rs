@@ -65,7 +65,7 @@ fn pipeline(plan: &mut Plan) -> &mut TypedPipeline {
 }
 
 #[test]
-fn the_plan_without_violations_aliases_but_never_what_a_toggle_can_leave_unwritten() {
+fn toggled_writes_are_not_aliased_in_the_valid_plan() {
     let plan = right();
     assert_eq!(plan.resources["early"].physical, plan.resources["d"].physical);
     assert!(plan.resources["b"].conditional);
@@ -79,7 +79,7 @@ fn a_store_that_only_the_state_without_a_clear_needs_is_caught() {
 }
 
 #[test]
-fn a_culled_writer_that_only_the_state_without_the_cover_needs_is_caught() {
+fn a_culled_writer_that_one_toggle_state_needs_is_caught() {
     caught(ViolationKind::CulledButNeeded, |plan| {
         let base = at(plan, "base");
         plan.passes.remove(base);
@@ -116,7 +116,7 @@ fn shared_memory_of_what_a_toggle_can_leave_unwritten_is_caught() {
 }
 
 #[test]
-fn a_wrong_word_about_what_a_toggle_can_leave_unwritten_is_caught() {
+fn a_wrong_mark_of_a_toggled_first_write_is_caught() {
     caught(ViolationKind::ToggleWrong, |plan| {
         plan.resources.get_mut("b").expect("b").conditional = false;
     });
@@ -153,7 +153,7 @@ fn a_reader_that_does_not_use_the_fallback_is_caught() {
 }
 
 #[test]
-fn a_reader_that_uses_what_is_passed_through_in_every_frame_is_caught() {
+fn a_reader_of_a_passthrough_in_every_frame_is_caught() {
     caught(ViolationKind::PassthroughMissing, |plan| {
         let (show, b) = (pipeline(plan).find_pass("show"), pipeline(plan).find_resource("b"));
         for one in pipeline(plan).passes[show.expect("show").index()].tamper().1 {

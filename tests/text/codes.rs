@@ -61,7 +61,7 @@ fn codes_in(text: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn templates_of_a_document_bring_about_what_the_document_alone_cannot() {
+fn own_templates_provoke_codes_that_documents_cannot() {
     let pass = |shader: &str| {
         format!(
             r#"{{ "format": 1, "name": "one", "geometry": {{ "scene": {{ "vertex": {{ "position": "float32x3" }}, "variants": ["alpha_masked"] }} }},

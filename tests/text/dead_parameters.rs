@@ -209,12 +209,12 @@ fn feature_values(pipeline: &TypedPipeline) -> Vec<(String, String)> {
 }
 
 #[test]
-fn every_parameter_and_feature_of_every_pipeline_changes_something() {
+fn every_setting_of_every_pipeline_changes_something() {
     assert!(checked("pipelines", [1, 3]) >= 3);
 }
 
 #[test]
-fn every_parameter_and_feature_of_what_extends_them_changes_something() {
+fn every_setting_of_the_extensions_changes_something() {
     assert!(checked("pipelines/extended", [5, 9]) >= 1);
 }
 

@@ -79,7 +79,7 @@ fn variants(each: usize, shared: usize) -> Outcome {
 }
 
 #[test]
-fn variants_that_share_a_layout_stay_within_the_limits_of_a_stage_together() {
+fn variants_of_one_layout_share_the_limits_of_a_stage() {
     assert_eq!(variants(16, 16).text(), "");
     assert_eq!(variants(10, 4).text(), "");
     let outcome = variants(10, 3);

@@ -180,7 +180,7 @@ fn files(folder: &str) -> Vec<PathBuf> {
 }
 
 #[test]
-fn every_file_that_names_the_schema_conforms_to_it_as_it_is_written() {
+fn every_file_that_names_the_schema_conforms_to_it() {
     let schema = committed();
     let mut count = 0;
     for path in files("pipelines").into_iter().chain(files("examples")) {
@@ -231,7 +231,7 @@ fn whole() -> Value {
 }
 
 #[test]
-fn what_is_missing_or_deleted_is_an_error_unless_the_file_extends_another() {
+fn missing_keys_are_errors_unless_the_file_extends_another() {
     let schema = committed();
     let required = [
         "/passes",

@@ -48,7 +48,7 @@ fn options_choose_presets_values_and_features() {
 }
 
 #[test]
-fn an_error_shows_every_finding_with_its_lines_and_gives_them_as_data() {
+fn an_error_shows_every_diagnostic_and_gives_it_as_data() {
     let broken =
         TEXT.replace("\"rgba8unorm\"", "\"rgba8unrom\"").replace("fill.wgsl.jinja", "fil.wgsl.jinja");
     // Nothing but the error is kept.
@@ -81,7 +81,7 @@ fn an_error_shows_every_finding_with_its_lines_and_gives_them_as_data() {
 }
 
 #[test]
-fn documents_of_one_library_share_modules_and_not_what_the_schema_says_of_them() {
+fn documents_of_a_library_share_modules_not_diagnostics() {
     let library = library();
     let broken = TEXT.replace("\"size\"", "\"sise\"");
     assert!(library.load_text("a.json", &broken).unwrap().plan(&Options::new(16, 16)).is_err());

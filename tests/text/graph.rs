@@ -63,7 +63,7 @@ fn with_history(names: &[&str], passes: &[String]) -> String {
 }
 
 #[test]
-fn a_read_of_the_frame_before_waits_for_no_writer_and_keeps_it_alive() {
+fn a_history_read_keeps_its_writer_and_waits_for_none() {
     let passes = [copy("late", "h@-1", "target"), copy("b", "a", "h"), fill("a", "a"), fill("dead", "b")];
     let outcome = check(&with_history(&["a", "b"], &passes));
     assert_eq!(outcome.order(), ["late", "a", "b"]);
@@ -165,7 +165,7 @@ fn an_old_version_is_read_before_it_is_overwritten() {
 }
 
 #[test]
-fn a_reader_of_the_old_version_runs_before_the_next_writer_even_without_data_between_them() {
+fn a_reader_of_an_old_version_runs_before_the_next_writer() {
     let passes = [
         add("w2", "a", ""),
         copy("old", "a@w1", "b"),
@@ -182,7 +182,7 @@ fn a_reader_of_the_old_version_runs_before_the_next_writer_even_without_data_bet
 }
 
 #[test]
-fn what_nothing_reads_is_culled_with_all_that_leads_to_it_and_allocates_nothing() {
+fn unread_passes_are_culled_and_allocate_nothing() {
     let passes = [fill("show", "target"), fill("a1", "a"), copy("b1", "a", "b"), copy("c1", "b", "c")];
     let outcome = check(&pipeline(&["a", "b", "c"], &passes));
     assert_eq!(outcome.order(), ["show"]);
@@ -215,7 +215,7 @@ fn a_pass_with_a_side_effect_is_kept() {
 }
 
 #[test]
-fn transients_with_disjoint_lifetimes_share_a_texture_and_touching_ones_do_not() {
+fn only_transients_with_disjoint_lifetimes_share_a_texture() {
     let passes = [fill("p1", "a"), copy("p2", "a", "b"), copy("p3", "b", "c"), copy("p4", "c", "target")];
     let outcome = check(&pipeline(&["a", "b", "c"], &passes));
     let plan = outcome.plan();
@@ -252,7 +252,7 @@ fn only_what_is_read_later_is_stored() {
 }
 
 #[test]
-fn permuting_declarations_that_are_ordered_by_data_leaves_the_order_unchanged() {
+fn permuted_declarations_keep_the_order_of_data() {
     let mut passes = [fill("p1", "a"), copy("p2", "a", "b"), copy("p3", "b", "target")];
     let before: Vec<String> =
         check(&pipeline(&["a", "b"], &passes)).order().into_iter().map(str::to_owned).collect();
@@ -366,7 +366,7 @@ fn data_on_the_cpu_shares_no_memory() {
 }
 
 #[test]
-fn two_writers_that_nothing_orders_are_rejected_and_an_order_mends_it() {
+fn unordered_writers_are_rejected_and_an_order_mends_it() {
     let unordered =
         check(&pipeline(&["a"], &[fill("p1", "a"), fill("p2", "a"), copy("show", "a", "target")]));
     assert_eq!(unordered.codes(), ["UG0402"]);
@@ -427,7 +427,7 @@ fn the_plan_is_the_same_from_run_to_run() {
 }
 
 #[test]
-fn a_live_pass_whose_output_is_not_read_still_has_a_place_for_it() {
+fn an_unread_output_of_a_live_pass_still_has_memory() {
     let passes = [
         "\"both\": { \"fullscreen\": { \"shader\": \"gradient.wgsl.jinja\", \"color\": [{ \"to\": \"&target\" }] } }".to_owned(),
         add("effect", "a", "\"side_effect\": true, \"after\": [\"clear\"],"),
@@ -475,7 +475,7 @@ fn the_way_of_a_culled_pass_is_told_to_its_end() {
 }
 
 #[test]
-fn a_picture_of_every_form_names_every_pass_and_is_the_same_from_run_to_run() {
+fn every_graph_picture_names_every_pass_deterministically() {
     let text = pipeline(&["a", "b"], &[fill("p1", "a"), copy("p2", "a", "target"), copy("dead", "a", "b")]);
     let report = |outcome: &crate::common::Outcome| {
         let graph = outcome.checked.graph.as_ref().expect("a graph");
@@ -540,7 +540,7 @@ fn the_difference_of_two_plans_is_said_in_words() {
 }
 
 #[test]
-fn an_order_given_through_what_a_loop_or_a_subgraph_leaves_out_holds() {
+fn an_order_through_absent_loops_or_subgraphs_holds() {
     let fill = |name: &str, keys: &str, to: &str| {
         format!(
             r#""{name}": {{ {keys} "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "&{to}" }}] }} }}"#

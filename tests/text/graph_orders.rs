@@ -59,7 +59,7 @@ fn fan(count: usize) -> Assembly {
 }
 
 #[test]
-fn the_memory_order_runs_consumers_early_and_says_that_nothing_is_better() {
+fn the_memory_order_runs_consumers_early_and_is_exact() {
     let declared = planned(fan(6), Objective::Declaration);
     let chosen = planned(fan(6), Objective::Memory);
     assert_eq!((declared.textures.len(), chosen.textures.len()), (6, 1));
@@ -73,7 +73,7 @@ fn the_memory_order_runs_consumers_early_and_says_that_nothing_is_better() {
 }
 
 #[test]
-fn beyond_twenty_passes_the_memory_order_reports_its_gap_to_the_bound() {
+fn a_memory_order_of_many_passes_reports_its_gap() {
     let chosen = planned(fan(40), Objective::Memory);
     let memory = chosen.order.memory.expect("a report");
     let [texture] = &chosen.textures[..] else { panic!("{:?}", chosen.textures) };
@@ -82,7 +82,7 @@ fn beyond_twenty_passes_the_memory_order_reports_its_gap_to_the_bound() {
 }
 
 #[test]
-fn of_passes_that_raise_no_peak_those_run_first_that_free_memory_and_then_those_that_take_little() {
+fn without_a_higher_peak_passes_that_free_most_run_first() {
     let mut assembly = Assembly::new("peaks");
     let [x, y, buffers @ ..] = [("x", 1000), ("y", 600), ("b0", 1000), ("b1", 800), ("b2", 600)]
         .map(|(name, bytes)| assembly.buffer(name, bytes, Lifetime::Transient));
@@ -99,7 +99,7 @@ fn of_passes_that_raise_no_peak_those_run_first_that_free_memory_and_then_those_
 }
 
 #[test]
-fn an_order_is_searched_where_what_is_best_next_is_not_best_in_the_end() {
+fn the_order_search_beats_the_greedy_choice() {
     let mut assembly = Assembly::new("search");
     let [a, b, c, d] = ["a", "b", "c", "d"].map(|name| assembly.sized_texture(name, 256, 256));
     let _ = assembly.pass("apart").writes(a);
@@ -128,7 +128,7 @@ fn trap() -> Assembly {
 }
 
 #[test]
-fn the_exact_memory_order_is_no_worse_than_any_order_tried_by_hand() {
+fn the_exact_memory_order_beats_or_equals_any_other() {
     let declared = planned(trap(), Objective::Declaration);
     let chosen = planned(trap(), Objective::Memory);
     assert_eq!(chosen.order.method, OrderMethod::Exact);
@@ -161,7 +161,7 @@ fn few_passes_gathers_draws_to_one_target_into_one_render_pass() {
 }
 
 #[test]
-fn draws_that_a_storage_write_connects_do_not_share_a_render_pass() {
+fn draws_connected_by_storage_share_no_render_pass() {
     let mut assembly = Assembly::new("storage");
     let target = assembly.imported("target");
     let list = assembly.buffer("list", 64, Lifetime::Transient);
@@ -181,7 +181,7 @@ fn draws_that_a_storage_write_connects_do_not_share_a_render_pass() {
 }
 
 #[test]
-fn depth_that_nothing_reads_later_is_discarded_and_marked_as_never_leaving_its_pass() {
+fn depth_not_read_later_is_discarded_and_transient() {
     let mut assembly = Assembly::new("depth");
     let target = assembly.imported("target");
     let depth = assembly
@@ -250,7 +250,7 @@ fn only_textures_alike_in_everything_share_memory() {
 }
 
 #[test]
-fn four_mips_written_apart_and_a_chain_that_reads_the_one_before_have_an_order() {
+fn four_mips_and_a_chain_of_mips_have_an_order() {
     let mut assembly = Assembly::new("mips");
     let chain = assembly.texture_with("chain", |texture| texture.mips = Some(Expr::from(5.0)));
     let mip = |at: u32| SubresourceRange::of(Some(at), Some(0));
@@ -296,7 +296,7 @@ fn a_mip_that_is_not_there_is_rejected_in_a_culled_pass_too() {
 }
 
 #[test]
-fn why_two_resources_share_memory_or_not_is_said_with_every_reason() {
+fn every_reason_of_sharing_memory_or_not_is_told() {
     let mut assembly = Assembly::new("sharing");
     let [a, b, c] = ["a", "b", "c"].map(|name| assembly.texture(name));
     let small = assembly.sized_texture("small", 32, 64);
@@ -344,7 +344,7 @@ fn an_import_used_beyond_its_usage_is_rejected_at_the_use() {
 }
 
 #[test]
-fn writing_then_reading_one_subresource_range_inside_one_pass_is_rejected() {
+fn writing_then_reading_a_range_in_one_pass_is_rejected() {
     let mut assembly = Assembly::new("feedback");
     let texture = assembly.texture("a");
     let _ = assembly.pass("p").writes(texture).reads(texture).side_effect();
@@ -352,7 +352,7 @@ fn writing_then_reading_one_subresource_range_inside_one_pass_is_rejected() {
 }
 
 #[test]
-fn a_size_that_leads_through_too_many_resources_is_rejected_instead_of_overflowing_the_stack() {
+fn a_size_through_too_many_resources_is_rejected() {
     let mut assembly = Assembly::new("deep");
     for at in 0..2_000 {
         let size =
@@ -365,7 +365,7 @@ fn a_size_that_leads_through_too_many_resources_is_rejected_instead_of_overflowi
 }
 
 #[test]
-fn a_hundred_thousand_passes_and_a_cycle_through_all_of_them_end_in_a_diagnostic() {
+fn a_cycle_of_a_hundred_thousand_passes_is_a_diagnostic() {
     let mut assembly = Assembly::new("cycle");
     let count = 100_000;
     let textures: Vec<_> = (0..count).map(|at| assembly.texture(&format!("t{at}"))).collect();
@@ -399,7 +399,7 @@ fn bytes(writes: &[SubresourceRange], read: SubresourceRange) -> Assembly {
 }
 
 #[test]
-fn writers_of_different_bytes_need_no_order_and_a_reader_keeps_only_its_own() {
+fn writers_of_separate_bytes_need_no_order() {
     let halves = [SubresourceRange::bytes(0, 512), SubresourceRange::bytes(512, 512)];
     let plan = planned(bytes(&halves, SubresourceRange::bytes(256, 512)), Objective::Declaration);
     assert_eq!(names(&plan), ["w0", "w1", "read"]);
@@ -408,7 +408,7 @@ fn writers_of_different_bytes_need_no_order_and_a_reader_keeps_only_its_own() {
 }
 
 #[test]
-fn writers_of_common_bytes_and_reads_beyond_the_buffer_are_rejected() {
+fn common_bytes_and_reads_beyond_the_buffer_are_rejected() {
     let common = [SubresourceRange::bytes(0, 516), SubresourceRange::bytes(512, 512)];
     assert_eq!(rejected(bytes(&common, SubresourceRange::WHOLE)), ["UG0402"]);
     assert_eq!(rejected(bytes(&[SubresourceRange::WHOLE], SubresourceRange::bytes(512, 1024))), ["UG0405"]);
@@ -437,7 +437,7 @@ fn message(format: &str, writes: &[SubresourceRange], read: SubresourceRange) ->
 }
 
 #[test]
-fn a_read_of_which_a_range_is_written_is_rejected_and_the_rest_is_named() {
+fn a_partly_written_read_is_rejected_and_the_rest_named() {
     let unwritten =
         |pieces: &str| format!("UG0401 \"read\" reads {pieces} of \"c\", which nothing writes before");
     let mips = |mips: &[u32]| -> Vec<SubresourceRange> {
@@ -487,7 +487,7 @@ fn a_read_of_which_a_range_is_written_is_rejected_and_the_rest_is_named() {
 }
 
 #[test]
-fn what_lasts_what_is_culled_and_what_is_only_written_may_find_a_part() {
+fn persistent_culled_and_write_only_uses_may_be_partial() {
     let ranges = |lifetime: Lifetime, usage: Usage, is_live: bool| {
         let mut assembly = Assembly::new("parts");
         let buffer = assembly.buffer("a", 1024, lifetime);

@@ -138,7 +138,7 @@ fn a_reader_of_a_range_that_a_toggle_takes_away_is_rejected() {
 }
 
 #[test]
-fn what_always_writes_each_piece_stands_in_for_a_toggled_write_of_everything() {
+fn constant_writes_of_each_piece_cover_a_toggled_write() {
     let (mut assembly, [a, ..], target) = start();
     let toggle = assembly.toggle("effect");
     let layers = assembly.texture_with("layers", |texture| texture.layers = Some(Expr::from(2.0)));
@@ -157,7 +157,7 @@ fn what_always_writes_each_piece_stands_in_for_a_toggled_write_of_everything() {
 }
 
 #[test]
-fn a_toggled_write_within_a_range_that_is_always_there_keeps_no_memory_apart() {
+fn a_toggled_write_within_a_constant_one_may_alias() {
     let (mut assembly, _, target) = start();
     let toggle = assembly.toggle("effect");
     let mips = assembly.texture_with("mips", |texture| texture.mips = Some(Expr::from(3.0)));
@@ -172,7 +172,7 @@ fn a_toggled_write_within_a_range_that_is_always_there_keeps_no_memory_apart() {
 }
 
 #[test]
-fn a_picture_whose_layers_are_drawn_alone_while_a_toggle_is_off_is_fine() {
+fn layers_drawn_alone_while_a_toggle_is_off_are_fine() {
     let (mut assembly, _, target) = start();
     let toggle = assembly.toggle("at_once");
     let layered = |texture: &mut TextureDeclaration| {
@@ -210,7 +210,7 @@ fn a_reader_with_the_opposite_toggle_never_sees_the_write() {
 }
 
 #[test]
-fn two_writers_with_opposite_toggles_need_neither_an_order_nor_a_passthrough() {
+fn opposite_toggles_need_no_order_and_no_passthrough() {
     let (mut assembly, [a, ..], target) = start();
     let toggle = assembly.toggle("fine");
     let _ = assembly.pass("fine").writes(a).toggle(toggle, true);
@@ -223,7 +223,7 @@ fn two_writers_with_opposite_toggles_need_neither_an_order_nor_a_passthrough() {
 }
 
 #[test]
-fn a_passthrough_feeds_the_reader_and_keeps_the_fallback_alive_until_then() {
+fn a_passthrough_keeps_the_fallback_alive_for_the_reader() {
     let (mut assembly, [a, b, c], target) = start();
     let toggle = assembly.toggle("blur");
     let _ = assembly.pass("draw").writes(a);
@@ -260,7 +260,7 @@ fn a_fallback_is_no_smaller_a_buffer() {
 }
 
 #[test]
-fn a_later_write_of_the_fallback_waits_for_the_readers_that_may_see_it() {
+fn a_later_write_of_the_fallback_waits_for_its_readers() {
     let (mut assembly, [a, b, c], target) = start();
     let toggle = assembly.toggle("blur");
     // "later" updates what "show" sees without the blur; it is declared first, but must not run first.
@@ -280,7 +280,7 @@ fn a_later_write_of_the_fallback_waits_for_the_readers_that_may_see_it() {
 }
 
 #[test]
-fn passthroughs_of_a_chain_of_effects_lead_back_to_what_is_there() {
+fn passthroughs_of_a_chain_lead_back_to_its_source() {
     let (mut assembly, [a, b, c], target) = start();
     let bloom = assembly.toggle("bloom");
     let dof = assembly.toggle("dof");

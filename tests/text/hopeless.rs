@@ -41,7 +41,7 @@ fn hopeless_texts_are_diagnostics_inside_the_text() {
 }
 
 #[test]
-fn every_truncation_of_a_pipeline_is_a_diagnostic_inside_the_text() {
+fn every_truncated_pipeline_is_a_diagnostic_in_the_text() {
     let text = std::fs::read_to_string(root().join("pipelines/nebula.json")).unwrap();
     let end = text.trim_end().len();
     for at in (0..end).step_by(37).filter(|at| text.is_char_boundary(*at)) {
@@ -165,7 +165,7 @@ fn mutate(text: &str, random: &mut Random) -> String {
 }
 
 #[test]
-fn mutations_of_valid_pipelines_never_panic_and_diagnostics_stand_inside_the_text() {
+fn mutated_pipelines_never_panic_and_have_places_in_the_text() {
     let mut random = Random(0x9e37_79b9_7f4a_7c15 ^ property::seed());
     for (file, rounds) in
         [("tests/broken/chain.json", 200), ("pipelines/nebula.json", 20), ("pipelines/awsm.json", 4)]

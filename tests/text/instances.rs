@@ -53,7 +53,7 @@ impl CpuNode for Idle {
 }
 
 #[test]
-fn settings_are_decoded_once_however_often_their_subgraph_is_used() {
+fn settings_of_a_subgraph_are_decoded_once() {
     let uses: Vec<String> = (0..1_000).map(|at| format!(r#""u{at}": {{ "use": "one" }}"#)).collect();
     let text = format!(
         r#"{{ "format": 1, "name": "many", "resources": {{}},

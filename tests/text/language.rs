@@ -31,7 +31,7 @@ fn subgraph(with: &str) -> String {
 }
 
 #[test]
-fn a_subgraph_sees_its_inputs_and_parameters_and_names_its_own_after_its_instance() {
+fn a_subgraph_sees_its_inputs_and_prefixes_its_own_names() {
     let outcome = check(&subgraph(r#"{ "image": "&color@fill", "divisor": "=2 + 2" }"#));
     assert_eq!(outcome.order(), ["fill", "soft.down", "soft.up", "show"]);
     let small = outcome.plan().resources["soft.small"].size.unwrap();
@@ -75,7 +75,7 @@ fn a_subgraph_used_wrongly_is_told_so() {
 }
 
 #[test]
-fn a_subgraph_or_loop_that_is_switched_off_may_still_be_waited_for() {
+fn a_disabled_subgraph_or_loop_may_still_be_waited_for() {
     let text = subgraph(r#"{ "image": "&color@fill" }, "when": false"#)
         .replace("\"show\": {", "\"show\": { \"after\": [\"soft\"],");
     assert_eq!(check(&text).order(), ["fill", "show"]);
@@ -165,7 +165,7 @@ fn a_side_effect_of_a_use_keeps_all_of_its_passes() {
 }
 
 #[test]
-fn more_pairs_in_an_order_than_a_graph_can_hold_are_a_diagnostic() {
+fn too_many_pairs_in_an_order_are_a_diagnostic() {
     let pass = r#"{ "for_each": { "round": 1200 }, "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target", "blend": "add" }] } }"#;
     let text = two_uses("", "");
     let begin = text.find(r#""u": {"#).unwrap();
@@ -196,7 +196,7 @@ fn subgraphs_that_use_themselves_end_at_once() {
 }
 
 #[test]
-fn an_error_inside_a_subgraph_is_reported_once_with_the_places_where_it_is_used() {
+fn an_error_in_a_subgraph_is_reported_once_with_its_uses() {
     let text = subgraph(r#"{ "image": "&color@fill" }"#)
         .replace("\"bind\": { \"source\": \"&small\" }", "\"bind\": { \"source\": \"&smal\" }");
     let text = text.replace(
@@ -240,7 +240,7 @@ fn composed(files: &[(&str, &str)]) -> (Option<serde_json::Value>, String) {
 }
 
 #[test]
-fn extends_merges_objects_replaces_the_rest_and_deletes_with_null() {
+fn extends_merges_objects_replaces_others_deletes_with_null() {
     let (document, diagnostics) = composed(&[
         (
             "a/top.json",
@@ -267,7 +267,7 @@ fn extending_nothing_changes_nothing() {
 }
 
 #[test]
-fn files_that_lead_back_to_themselves_or_are_not_there_are_diagnostics_at_the_path() {
+fn cyclic_and_missing_files_are_diagnostics_at_the_path() {
     let (document, diagnostics) =
         composed(&[("a.json", r#"{ "extends": "b.json" }"#), ("b.json", r#"{ "include": ["a.json"] }"#)]);
     assert!(document.is_none());
@@ -417,7 +417,7 @@ fn check_files(files: &[(&str, &str)]) -> crate::common::Outcome {
 }
 
 #[test]
-fn a_subgraph_file_sees_what_it_is_given_and_a_subgraph_of_the_pipeline_what_stands_around_it() {
+fn a_subgraph_file_sees_only_its_arguments() {
     let part = r#"{ "inputs": { "image": "what is drawn" },
         "resources": { "small": { "texture": { "format": "rgba8unorm", "size": "=image / divisor" } } },
         "passes": { "down": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "shadow_term" },

@@ -76,7 +76,7 @@ fn descriptors_of_cascades_lead_where_their_views_draw() {
 }
 
 #[test]
-fn cascades_of_a_light_that_matters_little_wait_longer_by_as_much() {
+fn cascades_of_a_minor_light_wait_longer() {
     let outcome = checked(&[("cadence", "64")]);
     let cadences = |priority: f32| {
         let mut frame = sunny_frame();
@@ -98,7 +98,7 @@ fn cascades_of_a_light_that_matters_little_wait_longer_by_as_much() {
 }
 
 #[test]
-fn a_light_says_how_hard_its_shadow_is_and_else_its_priority_does() {
+fn the_light_or_else_its_priority_sets_the_hardness() {
     let outcome = checked(&[("hard_below", "2")]);
     let mut frame = quiet_frame();
     let near = frame.lights[1].position;
@@ -151,7 +151,7 @@ fn no_more_room_is_wanted_than_the_pipeline_allows() {
 }
 
 #[test]
-fn spots_with_tiles_beyond_those_that_are_described_have_no_shadows() {
+fn spots_beyond_the_described_ones_have_no_shadows() {
     let outcome = checked(&[("described_spots", "4")]);
     let mut passes = CpuPasses::new(Arc::new(outcome.plan().clone()));
     passes.run(&crowded_frame(), &[]).expect("data as declared");
@@ -175,7 +175,7 @@ fn nothing_is_said_of_shadows_that_are_switched_off() {
 }
 
 #[test]
-fn only_usable_lights_that_cast_shadows_have_maps_none_smaller_than_the_pipeline_allows() {
+fn only_usable_casting_lights_have_maps_of_allowed_sizes() {
     let mut frame = quiet_frame();
     let mut plain = frame.lights[1].clone();
     plain.name = "plain".into();

@@ -27,7 +27,7 @@ fn assert_near(found: &[f32], wanted: &[f32], tolerance: f32) {
 }
 
 #[test]
-fn three_tiles_lie_side_by_side_in_a_depth_texture_that_cannot_be_copied() {
+fn three_tiles_lie_side_by_side_in_one_depth_texture() {
     let outcome = check_file(MANTIS, &With::default());
     let atlas = &outcome.plan().resources["atlas"];
     let size = atlas.size.unwrap();
@@ -109,7 +109,7 @@ fn the_bias_is_a_constant_or_grows_with_the_slope() {
 }
 
 #[test]
-fn casters_are_drawn_without_a_fragment_stage_from_front_to_back() {
+fn casters_are_drawn_front_to_back_without_fragment_stage() {
     let outcome = check_file(MANTIS, &With::default());
     let pipeline = &outcome.plan().pipeline;
     let casters = pipeline.pass(pipeline.find_pass("casters").unwrap());
@@ -149,7 +149,7 @@ fn the_lighting_block_has_320_bytes_and_every_member_its_offset() {
 }
 
 #[test]
-fn the_lighting_block_is_filled_from_the_fit_and_from_parameters() {
+fn the_lighting_block_is_filled_from_fit_and_parameters() {
     let outcome =
         check_file(CARACAL, &with(&[("ambient_color", "[1, 0.5, 0.25]"), ("ambient_intensity", "2")]));
     let frame = sunny_frame();
@@ -176,7 +176,7 @@ fn the_lighting_block_is_filled_from_the_fit_and_from_parameters() {
 }
 
 #[test]
-fn a_value_goes_before_what_the_data_publishes_and_a_member_that_neither_has_is_a_diagnostic() {
+fn a_value_overrides_data_and_a_missing_member_is_an_error() {
     let text = std::fs::read_to_string(root().join(CARACAL)).unwrap();
     let doubled = text.replace("\"map_side\": \"=2 * resolution\",", "\"map_side\": 5, \"last_far\": 7,");
     let outcome = check_with(CARACAL, &doubled, &With::default());
@@ -190,7 +190,7 @@ fn a_value_goes_before_what_the_data_publishes_and_a_member_that_neither_has_is_
 }
 
 #[test]
-fn a_block_lies_at_given_offsets_or_the_diagnostic_says_how_it_would() {
+fn a_block_has_its_declared_offsets_or_a_diagnostic() {
     let check = |members: &str, offsets: &str| {
         let template = format!(
             "{{% include \"lib/fullscreen.wgsl.jinja\" %}}
@@ -262,7 +262,7 @@ fn a_block_lies_at_given_offsets_or_the_diagnostic_says_how_it_would() {
 }
 
 #[test]
-fn a_preset_goes_before_a_default_a_file_before_a_preset_and_a_setting_before_a_file() {
+fn settings_override_files_presets_and_defaults() {
     let far =
         |with: &With<'_>| check_file(MANTIS, with).plan().pipeline.parameters["splits"].value.to_string();
     let file = Some("tests/settings/uniform.json");
@@ -275,7 +275,7 @@ fn a_preset_goes_before_a_default_a_file_before_a_preset_and_a_setting_before_a_
 }
 
 #[test]
-fn a_preset_that_is_not_there_is_a_diagnostic_and_so_is_a_wrong_value_of_one_that_nobody_chose() {
+fn unknown_presets_and_wrong_values_in_any_are_errors() {
     let outcome = check_file(MANTIS, &With { preset: Some("practical_split"), ..With::default() });
     assert_eq!(outcome.codes(), ["UG0213"]);
     assert!(outcome.text().contains("did you mean \"practical_splits\"?"));
@@ -288,7 +288,7 @@ fn a_preset_that_is_not_there_is_a_diagnostic_and_so_is_a_wrong_value_of_one_tha
 }
 
 #[test]
-fn views_of_mixed_sizes_in_an_array_of_another_size_are_a_finding_that_says_what_instead() {
+fn mixed_view_sizes_in_an_array_are_an_error_with_help() {
     let text = std::fs::read_to_string(root().join("pipelines/lore.json")).unwrap();
     let smaller = text.replace(
         "[\"=max(resolutions)\", \"=max(resolutions)\"]",

@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn every_scene_in_the_tree_has_a_program_and_every_program_a_scene() {
+    fn every_scene_has_a_program_and_every_program_a_scene() {
         let root = process::workspace_root();
         let programs = names(&root).unwrap();
         assert!(programs.contains("courtyard"));
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn a_changed_a_shorter_a_missing_and_an_orphaned_scene_are_told_apart() {
+    fn changed_missing_and_orphaned_scenes_are_told_apart() {
         let folder = std::env::temp_dir().join(format!("xtask-scenes-{}", std::process::id()));
         let (new, old) = (folder.join("new"), folder.join("old"));
         for folder in [&new, &old] {

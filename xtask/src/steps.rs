@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn the_front_door_and_the_command_are_linted_without_their_default_features() {
+    fn facade_and_command_are_linted_without_default_features() {
         let line = line(&steps(true, true), "lints without a GPU");
         for part in ["--package umbragraph ", "--package umbragraph-cli ", "--no-default-features"] {
             assert!(line.contains(part), "{part}");

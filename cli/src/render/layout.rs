@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layer_stands_where_its_place_in_the_square_is_and_gaps_do_not_count() {
+    fn layers_fill_their_cells_and_gaps_do_not_count() {
         let sheet = sheet(&texels(2, &[0.1, 0.2, 0.3, 0.4]), DEPTH, None);
         assert_eq!((sheet.width, sheet.height), (2 + GAP + 2, 1));
         let row: Vec<f32> = sheet.values.iter().map(|value| value[0]).collect();

@@ -35,7 +35,7 @@ fn a_kept_report_is_compared_as_its_pipeline_would_be() {
 }
 
 #[test]
-fn one_pipeline_is_compared_with_itself_in_another_configuration() {
+fn a_pipeline_is_compared_with_itself_in_other_settings() {
     let nebula = "pipelines/nebula.json";
     let found = lines(&["diff", nebula, "--after-feature", "reverse_z=off"]);
     assert!(

@@ -40,7 +40,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn files_are_formatted_in_place_and_left_alone_when_there_is_nothing_to_do() {
+fn files_are_formatted_in_place_and_only_if_needed() {
     let folder = ScratchFolder::new("fmt-in-place");
     let path = file(&folder, "a.json", UGLY);
     let marked = file(&folder, "marked.json", &format!("\u{feff}{PRETTY}"));
@@ -94,7 +94,7 @@ fn strict_prints_one_file_without_comments() {
 }
 
 #[test]
-fn what_cannot_be_formatted_is_a_diagnostic_and_the_other_files_are_treated() {
+fn a_file_that_cannot_be_formatted_stops_no_other_file() {
     let folder = ScratchFolder::new("fmt-broken");
     let broken = file(&folder, "broken.json", "{\"a\":1,}");
     let missing = folder.join("missing.json");
@@ -110,7 +110,7 @@ fn what_cannot_be_formatted_is_a_diagnostic_and_the_other_files_are_treated() {
 }
 
 #[test]
-fn a_file_that_cannot_be_replaced_is_a_diagnostic_and_stays_as_it_was() {
+fn a_file_that_cannot_be_replaced_stays_and_is_reported() {
     let folder = ScratchFolder::new("fmt-unwritable");
     // So long a name leaves no room for that of a temporary file beside it, whoever runs this.
     let path = file(&folder, &format!("{}.json", "x".repeat(250)), UGLY);

@@ -77,7 +77,7 @@ fn what_the_guide_says_can_be_typed_into_an_empty_folder() {
 }
 
 #[test]
-fn the_files_of_the_guide_are_laid_out_as_the_command_lays_them_out() {
+fn files_of_the_guide_have_the_layout_of_the_command() {
     let folder = ScratchFolder::new("guide-layout");
     for chapter in chapters() {
         let text = std::fs::read_to_string(chapter).unwrap();

@@ -258,7 +258,7 @@ fn a_part_of_a_capture_and_floats_as_exr() {
 }
 
 #[test]
-fn what_cannot_be_captured_is_told_all_at_once_and_nothing_is_written() {
+fn impossible_captures_are_told_at_once_and_nothing_is_written() {
     if gpu::device().is_none() {
         return;
     }
@@ -289,7 +289,7 @@ fn what_cannot_be_captured_is_told_all_at_once_and_nothing_is_written() {
 }
 
 #[test]
-fn frames_become_numbered_pictures_an_apng_or_a_gif_and_the_camera_moves() {
+fn frames_become_pictures_an_apng_or_a_gif_and_the_camera_moves() {
     if gpu::device().is_none() {
         return;
     }
@@ -481,7 +481,7 @@ fn files_below(folder: &Path) -> usize {
 }
 
 #[test]
-fn a_driver_compiles_as_many_shaders_for_one_material_as_for_nine() {
+fn nine_materials_need_no_more_shaders_than_one() {
     if gpu::device().is_none() {
         return;
     }

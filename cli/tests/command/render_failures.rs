@@ -88,7 +88,7 @@ fn texels(path: &Path) -> Vec<u8> {
 }
 
 #[test]
-fn what_shares_memory_is_captured_in_time_and_what_is_culled_says_why_it_is_not() {
+fn aliased_memory_is_captured_in_time_and_culled_says_why_not() {
     if gpu::device().is_none() {
         return;
     }

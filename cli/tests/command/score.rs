@@ -118,7 +118,7 @@ fn a_pipeline_without_a_shadow_term_is_told_how_to_get_one() {
 }
 
 #[test]
-fn a_scene_in_which_nothing_can_be_scored_is_told_what_is_missing() {
+fn a_scene_without_scores_is_told_what_is_missing() {
     if gpu::device().is_none() {
         return;
     }

@@ -84,7 +84,7 @@ fn plan_is_json_and_wgsl_is_the_text_of_the_pass() {
 }
 
 #[test]
-fn of_a_pipeline_with_a_broken_pass_the_others_are_shown_all_the_same() {
+fn a_broken_pass_does_not_hide_the_others() {
     let folder = ScratchFolder::new("command-sound");
     let path = folder.join("broken.json");
     let lesson = std::fs::read_to_string(root().join("pipelines/learn/02-resources.json")).unwrap();
@@ -112,7 +112,7 @@ fn of_a_pipeline_with_a_broken_pass_the_others_are_shown_all_the_same() {
 }
 
 #[test]
-fn distances_that_a_formula_of_cascades_does_not_take_are_a_warning() {
+fn distances_that_a_split_formula_ignores_are_a_warning() {
     let folder = ScratchFolder::new("command-splits");
     let path = folder.join("splits.json");
     let check = |far: &str| {
@@ -208,7 +208,7 @@ fn diagnostics_of_the_pipeline_and_of_the_scene_come_together() {
 }
 
 #[test]
-fn misspelt_and_impossible_settings_are_diagnostics_at_the_command_line() {
+fn bad_settings_are_diagnostics_at_the_command_line() {
     let set = |setting: &str| {
         vec!["check".to_owned(), "pipelines/nebula.json".to_owned(), "--set".to_owned(), setting.to_owned()]
     };
@@ -232,7 +232,7 @@ fn misspelt_and_impossible_settings_are_diagnostics_at_the_command_line() {
 }
 
 #[test]
-fn templates_that_do_not_render_or_are_not_wgsl_are_diagnostics_at_the_templates_line() {
+fn broken_templates_are_diagnostics_at_their_own_line() {
     let folder = ScratchFolder::new("command-templates");
     let check = |text_of_template: &str, says: &[&str]| {
         std::fs::write(folder.join("tonemap.wgsl.jinja"), text_of_template).unwrap();
@@ -249,7 +249,7 @@ fn templates_that_do_not_render_or_are_not_wgsl_are_diagnostics_at_the_templates
 }
 
 #[test]
-fn a_scene_with_a_missing_buffer_is_a_diagnostic_with_its_place_in_the_document() {
+fn a_missing_scene_buffer_is_a_diagnostic_with_its_place() {
     let folder = ScratchFolder::new("command-broken-scene");
     let scene = folder.join("broken.gltf");
     std::fs::write(
@@ -274,7 +274,7 @@ fn a_scene_with_a_missing_buffer_is_a_diagnostic_with_its_place_in_the_document(
 }
 
 #[test]
-fn a_machine_without_an_adapter_is_told_what_to_do_and_nothing_is_written() {
+fn without_an_adapter_help_is_told_and_nothing_written() {
     let folder = ScratchFolder::new("command-no-adapter");
     let out = folder.join("x.png");
     let scene = "examples/scenes/courtyard.glb";
@@ -429,7 +429,7 @@ fn the_schema_of_each_kind_of_file_is_printed() {
 }
 
 #[test]
-fn an_extension_is_put_in_by_every_command_that_takes_a_pipeline() {
+fn every_command_with_a_pipeline_takes_an_extension() {
     let pipeline = "pipelines/learn/12-extension-point.json";
     let extension = "pipelines/learn/parts/echo.json";
     let output = run(&["plan", pipeline, "--extension", extension]);

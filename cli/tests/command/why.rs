@@ -44,7 +44,7 @@ fn case(name: &str, arguments: &str) {
 }
 
 #[test]
-fn a_parameter_has_its_value_from_the_last_of_default_preset_file_and_command_line() {
+fn a_parameter_takes_the_last_of_default_preset_file_and_option() {
     case(
         "parameter",
         "13-presets.json width --preset low --params pipelines/learn/parts/wide.json --set width=64",
@@ -53,7 +53,7 @@ fn a_parameter_has_its_value_from_the_last_of_default_preset_file_and_command_li
 }
 
 #[test]
-fn a_pass_and_a_feature_of_one_name_are_both_told_and_what_switches_the_pass_off() {
+fn a_pass_and_a_feature_of_one_name_are_both_told() {
     case("feature", "10-features.json glow");
     case("feature-on", "10-features.json glow --feature glow");
 }
@@ -97,7 +97,7 @@ fn json_has_the_same_answers() {
 }
 
 #[test]
-fn an_unknown_name_has_a_proposal_over_all_kinds_and_a_deleted_one_its_places() {
+fn unknown_names_get_a_proposal_and_deleted_ones_their_places() {
     for (name, suggested) in [
         ("soft.smal", "soft.small"),
         ("coarse.dwon", "coarse.down"),
@@ -140,7 +140,7 @@ const BROKEN: &str = r#"{
 "#;
 
 #[test]
-fn culled_passes_shared_memory_toggles_and_pipelines_with_errors() {
+fn why_explains_culling_aliasing_toggles_and_errors() {
     let folder = ScratchFolder::new("why");
     let case = |name: &str, text: &str, arguments: &[&str]| {
         std::fs::write(folder.join("small.json"), text).unwrap();
@@ -184,7 +184,7 @@ fn presets_and_defaults_that_an_extending_file_replaces() {
 }
 
 #[test]
-fn data_tells_its_values_and_a_setting_the_shaders_that_vary_in_it() {
+fn data_tells_its_values_and_a_setting_its_shaders() {
     let eye = said("pipelines/nebula.json eye", &[]);
     assert!(eye.contains("publishes   clip_from_world: mat4x4<f32>, world to clip space"), "{eye}");
     let settings = said("pipelines/awsm.json rotate_taps", &[]);

@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn the_corners_of_an_off_centre_and_sheared_matrix_are_in_the_corners_of_the_picture() {
+    fn corners_of_a_sheared_matrix_match_those_of_the_picture() {
         let mut clip = Projection::Perspective { vertical_fov: 0.9, near: 0.1, far: 50.0 }.clip(ASPECT, true);
         (clip.z_axis.x, clip.z_axis.y, clip.y_axis.x) = (0.3, -0.2, 0.15);
         let corners = matrix(clip).corners(ASPECT, 7.0);

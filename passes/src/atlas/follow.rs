@@ -30,7 +30,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_rises_at_once_and_falls_after_a_while_to_what_was_needed_meanwhile() {
+    fn size_rises_at_once_and_falls_later_to_the_recent_need() {
         let mut follower = Follower::default();
         let needs = [4, 8, 2, 4, 2, 2, 2, 2, 9, 1, 1, 9, 1];
         let sizes = needs.map(|need| follower.follow(need, 3));

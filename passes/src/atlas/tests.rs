@@ -44,7 +44,7 @@ impl Canvas {
 }
 
 #[test]
-fn two_hundred_thousand_operations_leave_tiles_apart_within_bounds_and_aligned() {
+fn many_operations_leave_tiles_apart_in_bounds_and_aligned() {
     let (side, unit) = (2048, 16);
     let mut atlas = TileAllocator::new(unit, side);
     let mut twin = TileAllocator::new(unit, side);
@@ -234,7 +234,7 @@ fn the_order_of_the_requests_decides_nothing() {
 }
 
 #[test]
-fn any_sequence_of_frames_is_placed_soundly_and_fills_what_there_is() {
+fn any_sequence_of_frames_is_placed_validly_and_fills_space() {
     for seed in 0..40 {
         let mut random = Random(100 + seed);
         let mut placement = Placement::new(Settings { min_tile: 16, ..Settings::default() });
@@ -264,7 +264,7 @@ fn any_sequence_of_frames_is_placed_soundly_and_fills_what_there_is() {
 }
 
 #[test]
-fn a_light_that_does_not_change_keeps_its_tiles_and_what_wobbles_does_not_count() {
+fn a_light_that_only_wobbles_keeps_its_tiles() {
     let mut random = Random(3);
     let mut placement = Placement::new(Settings::default());
     let base = random_requests(&mut random, 200);
@@ -341,7 +341,7 @@ fn overflow_downsizes_and_then_evicts_the_least_important() {
 }
 
 #[test]
-fn two_hundred_spots_overflow_and_all_come_back_when_lights_are_removed() {
+fn overflowing_spots_come_back_when_lights_are_removed() {
     let mut random = Random(5);
     let mut placement = Placement::new(Settings::default());
     let spots: Vec<Request> =
@@ -447,7 +447,7 @@ fn the_wanted_capacity_rises_at_once_and_falls_after_a_while() {
 }
 
 #[test]
-fn requests_that_make_no_sense_are_placed_or_evicted_all_the_same() {
+fn senseless_requests_are_placed_or_evicted_all_the_same() {
     let mut placement = Placement::new(Settings {
         min_tile: 0,
         max_tile: u32::MAX,

@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_lead_back_to_their_tiles_and_begin_with_those_of_their_blocks() {
+    fn numbers_lead_back_to_tiles_and_begin_with_their_blocks() {
         for number in (0..1 << 20).step_by(977) {
             let tile = Tile::of_number(number, 16);
             assert_eq!(tile.number(), number);

@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn bounds_beyond_all_measure_pull_the_near_plane_as_far_as_it_goes() {
+    fn immense_bounds_pull_the_near_plane_as_far_as_it_goes() {
         let rectangle = rectangle(DVec2::splat(-5.0), 10.0);
         for size in [1e7, 1e20, 1e300, f64::MAX] {
             let bounds = Bounds { min: DVec3::splat(-size), max: DVec3::splat(size) };

@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn an_aligned_fit_does_not_turn_with_a_camera_that_looks_along_the_light() {
+    fn an_aligned_fit_does_not_turn_if_the_camera_faces_the_light() {
         let projection = Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 };
         let camera = Camera::new(DVec3::ZERO, glam::DQuat::IDENTITY, projection, 1.6);
         for turn in [-0.03, 0.0, 0.03] {

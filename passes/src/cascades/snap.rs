@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn only_the_snaps_that_know_the_world_move_static_points_by_whole_texels() {
+    fn only_world_snaps_move_static_points_by_whole_texels() {
         for snap in SNAPS {
             let texels = Texels { resolution: 1024, border: 1, square: true };
             let size = DVec2::splat(51.15);
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn the_grids_of_world_and_origin_are_one_or_lie_half_a_texel_apart() {
+    fn grids_of_world_and_origin_are_equal_or_half_a_texel_apart() {
         for (resolution, apart) in [(64, 0.0), (63, 0.5)] {
             for (snap, offset) in [(Snap::World, 0.0), (Snap::Origin, apart)] {
                 let extent = extent(DVec2::new(-17.3, 5.1), DVec2::new(20.0, 11.0));

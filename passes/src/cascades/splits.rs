@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ends_of_the_mix_are_the_uniform_and_the_logarithmic_split() {
+    fn the_mix_ends_at_the_uniform_and_the_logarithmic_split() {
         assert_eq!(formula(0.0, 1.0, 401.0, 4)[..4], [101.0, 201.0, 301.0, 401.0]);
         for (found, wanted) in formula(1.0, 1.0, 10_000.0, 4).into_iter().zip([10.0, 100.0, 1000.0, 10_000.0])
         {
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn a_near_plane_that_no_formula_can_use_still_gives_increasing_distances() {
+    fn an_unusable_near_plane_still_gives_increasing_distances() {
         for near in [-5.0, 0.0, 1e-300, 199.0, 200.0, 1e9] {
             for lambda in [0.0, 0.5, 1.0] {
                 let far = formula(lambda, near, 200.0, 8);

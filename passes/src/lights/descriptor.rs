@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sizes_that_are_none_count_as_not_said_and_those_beyond_measure_are_bounded() {
+    fn invalid_sizes_count_as_missing_and_huge_ones_are_bounded() {
         let size = |kind, given: f32, without| {
             let light = Light::new("", kind).range(10.0).angular_diameter(given).radius(given);
             light_size(&light, without, 10.0)

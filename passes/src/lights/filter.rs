@@ -221,7 +221,7 @@ mod tests {
     const FILTER: Filter = Filter { radius: 0.1, min: 2.0, max: 10.0, penumbra: false };
 
     #[test]
-    fn in_a_perspective_the_filter_is_as_wide_as_wanted_between_two_distances() {
+    fn a_perspective_filter_is_as_wide_as_set_between_two_limits() {
         // Ten texels are 0.1 m at 5 m, two at 25 m.
         let of = |nearest, farthest| FILTER.in_perspective(0.002, [nearest, farthest], 0.5);
         assert_eq!(of(6.0, 24.0), [None, None]);
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn a_notice_is_made_when_other_bounds_bite_and_not_when_widths_change_alone() {
+    fn a_notice_is_made_only_when_other_bounds_apply() {
         let lens = Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 };
         let lights = vec![Light::new("sun", LightKind::Directional), Light::new("lamp", LightKind::Point)];
         let frame =

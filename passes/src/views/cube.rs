@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_and_corners_lead_to_one_face_and_no_direction_leads_to_none() {
+    fn edges_and_corners_lead_to_exactly_one_face() {
         let face = |x, y, z| lookup(DVec3::new(x, y, z)).map(|(face, ..)| face);
         assert_eq!(face(1.0, 1.0, 1.0), Some(Face::PositiveX));
         assert_eq!(face(0.0, -2.0, 2.0), Some(Face::NegativeY));

@@ -159,7 +159,7 @@ mod tests {
     use glam::DVec3;
 
     #[test]
-    fn normals_stay_at_right_angles_under_uneven_scale_and_mirroring() {
+    fn normals_stay_perpendicular_under_uneven_scale_and_mirror() {
         let tangent = DVec3::new(1.0, -1.0, 0.0);
         for scale in [DVec3::new(4.0, 1.0, 1.0), DVec3::new(-4.0, 1.0, 2.0), DVec3::splat(1e-6)] {
             let transform = DMat4::from_rotation_y(0.4) * DMat4::from_scale(scale);

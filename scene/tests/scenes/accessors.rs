@@ -5,7 +5,7 @@ use serde_json::json;
 use crate::document::Document;
 
 #[test]
-fn signed_integers_are_decoded_as_they_are_or_from_minus_one_to_one() {
+fn signed_integers_are_decoded_plain_or_normalised() {
     let bytes: Vec<u8> = [0_i8, 0, 127, -64, -128, -127].iter().map(|value| *value as u8).collect();
     let shorts: Vec<u8> =
         [0_i16, 0, 32767, -300, -32768, -32767].iter().flat_map(|value| value.to_le_bytes()).collect();

@@ -77,7 +77,7 @@ fn no_prefix_of_a_binary_panics_or_loads() {
 }
 
 #[test]
-fn broken_json_has_a_line_and_a_column_and_a_wrong_type_has_a_pointer() {
+fn broken_json_has_a_line_and_a_wrong_type_a_pointer() {
     assert_eq!(
         of_bytes(b"{\n  \"asset\": nothing }"),
         ["UG0702 line 2, column 13: the document cannot be parsed: expected ident at line 2 column 13 \

@@ -207,7 +207,7 @@ fn with_details(ids: serde_json::Value, change: impl Fn(&mut Document)) -> Docum
 }
 
 #[test]
-fn levels_of_detail_stand_for_a_node_and_are_not_shown_beside_it() {
+fn levels_of_detail_replace_a_node_and_are_not_shown_twice() {
     let scene = with_details(json!([1, 1]), |document| {
         // A file that shows the coarse node as well.
         document.json["scenes"][0]["nodes"] = json!([0, 1]);

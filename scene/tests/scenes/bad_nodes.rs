@@ -59,7 +59,7 @@ fn transforms_that_are_not_finite_affine_or_rotations_are_found() {
 }
 
 #[test]
-fn a_cyclic_hierarchy_names_its_members_and_a_second_parent_is_found() {
+fn a_cyclic_hierarchy_and_a_second_parent_are_named() {
     let found = triangle_with(|document| {
         document.push("nodes", json!({ "children": [2] }));
         document.push("nodes", json!({ "children": [3] }));
@@ -309,7 +309,7 @@ fn animations_need_increasing_times_and_matching_values() {
 }
 
 #[test]
-fn an_animation_without_channels_moves_nothing_and_times_that_are_no_numbers_are_found() {
+fn animations_without_channels_or_with_bad_times_are_found() {
     let mut document = Document::triangle();
     document.push("animations", json!({ "samplers": [], "channels": [] }));
     let scene = document.load().expect("a scene");
@@ -340,7 +340,7 @@ fn an_animation_without_channels_moves_nothing_and_times_that_are_no_numbers_are
 }
 
 #[test]
-fn rotations_of_length_zero_between_which_nothing_can_be_turned_are_found() {
+fn rotations_of_length_zero_are_found() {
     let keys = |interpolation: &str, values: &[f32]| {
         let values = values.to_vec();
         triangle_with(move |document| {

@@ -133,7 +133,7 @@ fn values(json: &mut Value) -> Vec<String> {
 }
 
 #[test]
-fn a_huge_count_without_bytes_is_rejected_before_it_is_allocated() {
+fn a_huge_count_without_bytes_is_rejected_unallocated() {
     let mut document = Document::triangle();
     document.json["accessors"][0] = json!({
         "componentType": 5126, "count": 1_u64 << 60, "type": "VEC3",
@@ -149,7 +149,7 @@ fn a_huge_count_without_bytes_is_rejected_before_it_is_allocated() {
 }
 
 #[test]
-fn key_frames_out_of_all_proportion_never_become_numbers_that_are_none() {
+fn immense_key_frames_never_become_non_finite() {
     let mut document = Document::triangle();
     let times = document.floats("SCALAR", &[0.0, 1.0e30]);
     let moves = document.floats("VEC3", &[3e38; 18]);
@@ -305,7 +305,7 @@ fn a_chain_of_a_hundred_thousand_nodes_needs_no_stack() {
 }
 
 #[test]
-fn an_image_that_claims_a_huge_size_is_rejected_before_it_is_decoded() {
+fn an_image_of_a_huge_claimed_size_is_rejected_undecoded() {
     let mut document = rich();
     let at = document.binary.windows(4).position(|bytes| bytes == b"IHDR").unwrap() + 4;
     document.binary[at..at + 4].copy_from_slice(&2_000_000_u32.to_be_bytes());

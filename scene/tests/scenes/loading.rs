@@ -16,7 +16,7 @@ fn close(a: DVec3, b: DVec3) -> bool {
 }
 
 #[test]
-fn a_triangle_without_normals_or_indices_gets_flat_normals_and_indices() {
+fn a_bare_triangle_gets_flat_normals_and_indices() {
     let scene = Document::triangle().load().unwrap();
     let draw = scene.draws().next().unwrap();
     let primitive = scene.primitive(draw);
@@ -46,7 +46,7 @@ fn missing_normals_are_flat_also_where_triangles_share_vertices() {
 }
 
 #[test]
-fn strips_keep_their_winding_and_points_are_left_out_with_a_warning() {
+fn strips_keep_their_winding_and_points_are_a_warning() {
     let mut document = Document::triangle();
     let quad = document.floats("VEC3", &[0., 0., 0., 1., 0., 0., 0., 1., 0., 1., 1., 0.]);
     let primitives = json!([
@@ -117,7 +117,7 @@ fn shadow_switches_of_node_mesh_and_material_are_combined() {
 }
 
 #[test]
-fn materials_textures_and_samplers_are_read_and_unused_images_are_not_decoded() {
+fn materials_are_read_and_unused_images_are_not_decoded() {
     let mut document = Document::triangle();
     let mut png = Vec::new();
     let texels = image::RgbaImage::from_fn(2, 1, |x, _| image::Rgba([x as u8 * 200, 10, 20, 128]));
@@ -210,7 +210,7 @@ fn all_three_kinds_of_light_are_placed_by_their_nodes() {
 }
 
 #[test]
-fn lights_say_in_extras_how_large_they_are_and_what_shadows_they_have() {
+fn extras_of_lights_give_their_size_and_shadows() {
     let mut document = Document::triangle();
     document.json["extensions"]["KHR_lights_punctual"]["lights"] = json!([
         { "type": "directional", "extras": { "angular_diameter_deg": 0, "radius": 0.5 } },
@@ -249,7 +249,7 @@ fn lights_say_in_extras_how_large_they_are_and_what_shadows_they_have() {
 }
 
 #[test]
-fn a_camera_is_placed_by_its_node_and_takes_the_aspect_of_the_picture() {
+fn a_camera_takes_its_node_s_place_and_the_picture_s_aspect() {
     let mut document = Document::triangle();
     document.push("cameras", json!({
         "type": "perspective", "perspective": { "yfov": 0.7, "znear": 0.05, "zfar": 30, "aspectRatio": 9 },
@@ -298,7 +298,7 @@ fn a_scene_without_camera_and_light_gets_both() {
 }
 
 #[test]
-fn an_empty_document_loads_with_a_warning_and_has_a_usable_frame() {
+fn an_empty_document_is_a_warning_and_has_a_usable_frame() {
     let document = serde_json::to_vec(&json!({ "asset": { "version": "2.0" } })).unwrap();
     let scene = from_slice("test.glb", &document, &NoFiles).unwrap();
     let warnings: Vec<String> = scene.warnings.iter().map(line).collect();
@@ -314,7 +314,7 @@ fn an_empty_document_loads_with_a_warning_and_has_a_usable_frame() {
 }
 
 #[test]
-fn text_documents_find_their_buffers_beside_them_and_in_data_uris() {
+fn text_documents_find_buffers_in_files_and_data_uris() {
     let document = Document::triangle();
     let folder = std::env::temp_dir().join(format!("umbragraph-scene-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
@@ -336,7 +336,7 @@ fn text_documents_find_their_buffers_beside_them_and_in_data_uris() {
 
 #[cfg(unix)]
 #[test]
-fn documents_read_regular_files_below_their_folder_and_the_roots_given() {
+fn documents_read_regular_files_below_their_roots() {
     use umbragraph_scene::load_below;
     let document = Document::triangle();
     let folder = std::env::temp_dir().join(format!("umbragraph-scene-roots-{}", std::process::id()));
@@ -457,7 +457,7 @@ fn first_vertex(scene: &Scene, time: f64) -> ([f32; 3], [f32; 3]) {
 }
 
 #[test]
-fn morph_targets_have_the_weights_of_the_node_or_else_of_the_mesh() {
+fn morph_weights_are_of_the_node_or_else_of_the_mesh() {
     let mut document = morphing();
     assert_eq!(first_vertex(&document.load().unwrap(), 0.0).0, [0.0; 3]);
     document.json["meshes"][0]["weights"] = json!([0.5, 0.25]);
@@ -519,7 +519,7 @@ fn texels(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
 }
 
 #[test]
-fn images_of_every_layout_of_channels_are_read_as_another_decoder_reads_them() {
+fn images_of_every_layout_match_another_decoder() {
     use image::ImageFormat::{Jpeg, Png};
     let color = image::DynamicImage::from(image::RgbaImage::from_fn(17, 13, |x, y| {
         image::Rgba([x as u8 * 15, y as u8 * 19, 255 - x as u8 * 7, 255 - y as u8 * 9])

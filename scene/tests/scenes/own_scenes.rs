@@ -26,7 +26,7 @@ fn every_own_scene_is_small_and_loads_without_a_diagnostic() {
 }
 
 #[test]
-fn every_own_scene_has_a_camera_and_lights_of_its_own_and_things_in_view() {
+fn every_own_scene_has_camera_lights_and_things_in_view() {
     for (path, scene) in scenes() {
         assert!(!scene.cameras.is_empty() && !scene.lights.is_empty(), "{}", path.display());
         let frame = scene.frame_input(16.0 / 9.0, 0.0);

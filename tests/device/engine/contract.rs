@@ -27,7 +27,7 @@ fn picture(gpu: &Gpu, instanced: bool, options: &Options) -> Picture {
 /// Arrays by instance, an indirect draw, a second vertex layout, bind groups of the engine's own: the same picture, of lit
 /// surfaces, of shadows alone, and through the passes of a subgraph that keeps maps.
 #[test]
-fn an_engine_draws_into_the_cascades_of_awsm_what_plain_draws_draw() {
+fn an_engine_s_draws_match_plain_draws_in_awsm_cascades() {
     let Some(gpu) = gpu::device() else { return };
     let options = Options::new(SIZE[0], SIZE[1]).set("cascade_side", 1024);
     for options in [options.clone(), options.feature("cached", true).feature("contact_shadows", true)] {

@@ -52,7 +52,7 @@ fn own_device() -> Option<Gpu> {
 }
 
 #[test]
-fn on_a_lost_device_nothing_is_made_and_another_goes_on_with_the_same_plan() {
+fn after_device_loss_another_device_takes_the_same_plan() {
     let Some(lost) = own_device() else { return };
     // Room for one light of two: the pass has something to say.
     let options = Options::new(SIZE[0], SIZE[1]).set("light_capacity", 1).set("cascade_side", 256);
@@ -87,7 +87,7 @@ fn on_a_lost_device_nothing_is_made_and_another_goes_on_with_the_same_plan() {
 }
 
 #[test]
-fn textures_of_another_device_and_for_nothing_are_found_by_record() {
+fn record_finds_textures_of_another_device_and_unknown_ones() {
     let (Some(gpu), Some(other)) = (gpu::device(), own_device()) else { return };
     let plan = gradient(SIZE);
     let [own, foreign] = [&gpu, &other].map(|gpu| crate::common::gpu::import(gpu, &plan, "target"));
@@ -141,7 +141,7 @@ impl DrawSource for Failing<'_> {
 }
 
 #[test]
-fn draws_that_fail_or_panic_name_their_pass_and_the_next_frame_is_right() {
+fn draws_that_fail_or_panic_name_their_pass_and_recover() {
     let Some(gpu) = gpu::device() else { return };
     let options = Options::new(SIZE[0], SIZE[1]).set("cascade_side", 256).feature("cached", true);
     let plan = plan(false, &options);
@@ -172,7 +172,7 @@ fn draws_that_fail_or_panic_name_their_pass_and_the_next_frame_is_right() {
 }
 
 #[test]
-fn resizing_each_frame_no_viewport_a_dropped_encoder_and_two_executors_in_one_are_fine() {
+fn resizing_no_viewport_and_dropped_encoders_are_fine() {
     let Some(gpu) = gpu::device() else { return };
     let mut executor = Executor::new(&gpu.device, &gpu.queue, gradient(SIZE), None).unwrap();
     let before = executor.statistics().pipelines;
@@ -209,7 +209,7 @@ fn resizing_each_frame_no_viewport_a_dropped_encoder_and_two_executors_in_one_ar
 
 /// A texture of 64 GiB, for which no device has room.
 #[test]
-fn too_little_memory_names_what_it_is_for_and_the_next_plan_is_made() {
+fn too_little_memory_names_the_resource_and_recovers() {
     let Some(gpu) = own_device() else { return };
     let text = |layers: u32| {
         format!(

@@ -58,7 +58,7 @@ fn an_exposed_map_is_what_the_frame_left_and_costs_its_memory() {
 }
 
 #[test]
-fn exposed_is_said_in_the_pipeline_too_and_a_name_that_is_none_is_an_error() {
+fn the_pipeline_can_expose_too_and_a_bad_name_is_an_error() {
     let text = |exposed: &str| {
         format!(
             r#"{{ "format": 1, "name": "two",

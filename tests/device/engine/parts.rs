@@ -32,7 +32,7 @@ const SHADER: &str = "{% include 'lib/fullscreen.wgsl.jinja' %}
 const SRGB: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
 #[test]
-fn a_mip_of_a_layer_in_another_format_is_drawn_into_and_nothing_else() {
+fn only_the_given_mip_layer_and_format_is_drawn_into() {
     let Some(gpu) = gpu::device() else { return };
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("array"),

@@ -9,7 +9,7 @@ use super::meshes::{Meshes, frame, plan};
 const SIZE: [u32; 2] = [64, 36];
 
 #[test]
-fn a_plan_is_prepared_on_another_thread_and_adopted_without_a_pipeline() {
+fn a_plan_prepared_on_another_thread_creates_no_pipeline_later() {
     fn is_sent<T: Send + Sync + 'static>() {}
     is_sent::<PlanPreparer>();
     is_sent::<PreparedPlan>();

@@ -22,7 +22,7 @@ const WARM: usize = 8;
 
 /// One full-screen pass with a block of constants into each of three textures of the host.
 #[test]
-fn a_steady_record_allocates_what_the_same_calls_by_hand_allocate() {
+fn a_steady_record_allocates_as_much_as_calls_by_hand() {
     let (device, queue) = device(wgpu::Features::empty(), |_| {});
     let texture = |name: &str| {
         format!(

@@ -51,7 +51,7 @@ fn each_equation_is_the_one_that_is_written() {
 }
 
 #[test]
-fn what_is_cleared_to_and_the_constant_are_what_parameters_say_now() {
+fn clear_values_and_blend_constants_follow_live_parameters() {
     let Some(gpu) = gpu::device() else { return };
     let to = r#"{ "to": "&target", "clear": ["=red", 0, 0, 1], "blend": { "color": { "src_factor": "constant", "dst_factor": "one" },
                 "constant": [0, "=green", 0, 1] } }"#;

@@ -62,7 +62,7 @@ fn samples_are_resolved_to_one_for_each_texel() {
 }
 
 #[test]
-fn a_shader_sees_the_length_of_its_buffer_whatever_it_shares_memory_with() {
+fn an_aliased_buffer_has_its_own_length_in_the_shader() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!(
         r#"{}, "short": {{ "buffer": {{ "size": 900 }} }}, "long": {{ "buffer": {{ "size": 1000 }} }},

@@ -264,7 +264,7 @@ fn rows_and_images_of_a_buffer_lie_as_far_apart_as_is_said() {
 }
 
 #[test]
-fn layers_that_were_last_used_in_different_ways_are_copied_at_once() {
+fn layers_of_different_last_usages_are_copied_at_once() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!(
         r#"{}, "pair": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "layers": 3 }} }},

@@ -24,7 +24,7 @@ fn over_red(shader: &str, attachment: &str) -> Option<(Vec<String>, Vec<[u8; 4]>
 }
 
 #[test]
-fn where_a_shader_discards_masks_or_has_no_triangle_what_was_there_stays() {
+fn pixels_that_no_fragment_covers_stay() {
     for shader in ["left.wgsl.jinja", "masked.wgsl.jinja", "left_triangles.wgsl.jinja", "clipped.wgsl.jinja"]
     {
         let Some((names, found)) = over_red(shader, "") else { return };
@@ -34,7 +34,7 @@ fn where_a_shader_discards_masks_or_has_no_triangle_what_was_there_stays() {
 }
 
 #[test]
-fn a_pass_that_is_known_to_cover_everything_or_says_so_needs_nothing_before() {
+fn a_pass_that_covers_everything_culls_the_pass_before() {
     for (shader, attachment) in [
         ("fill.wgsl.jinja", ""),
         ("own_triangle.wgsl.jinja", ""),

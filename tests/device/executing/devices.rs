@@ -138,7 +138,7 @@ fn a_limit_may_be_met_exactly_and_not_be_exceeded_by_one() {
 }
 
 #[test]
-fn what_only_the_device_rejects_is_said_at_the_resource_or_the_pass() {
+fn device_errors_are_placed_at_the_resource_or_the_pass() {
     let noop = device(wgpu::Features::empty(), |_| {});
     let places = |plan: Plan| -> Vec<String> {
         let rejected = instantiate(&Arc::new(plan), &noop).err().expect("a diagnostic");
@@ -202,7 +202,7 @@ fn lose(gpu: &(wgpu::Device, wgpu::Queue), waits: bool) {
 }
 
 #[test]
-fn a_block_for_more_views_than_a_buffer_holds_is_rejected_and_not_allocated() {
+fn a_block_with_too_many_views_is_rejected_unallocated() {
     let geometry = crate::executing::stage::draw(8, r#"{ "to": "&target", "clear": [0, 0, 0, 1] }"#);
     let plan = plan(&target(1), &geometry.replace("\"max\": 8", "\"max\": 100000"));
     let noop = device(wgpu::Features::empty(), |limits| limits.max_buffer_size = 1 << 20);

@@ -185,7 +185,7 @@ fn the_executor_tells_which_copy_is_whose() {
 }
 
 #[test]
-fn every_mip_and_layer_begins_with_the_initial_value_and_so_does_depth() {
+fn every_mip_and_layer_and_depth_begin_with_the_initial_value() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!(
         r#""all": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "layers": 2, "mips": 3, "lifetime": "history",
@@ -232,7 +232,7 @@ fn buffers_begin_with_their_initial_words() {
 }
 
 #[test]
-fn words_go_on_in_a_plan_of_the_same_size_and_begin_again_in_one_of_another() {
+fn words_are_carried_over_only_to_a_plan_of_the_same_size() {
     let Some(gpu) = gpu::device() else { return };
     let counted = |size: u32| {
         let resources = format!(
@@ -256,7 +256,7 @@ fn words_go_on_in_a_plan_of_the_same_size_and_begin_again_in_one_of_another() {
 }
 
 #[test]
-fn a_frame_whose_writer_is_toggled_off_is_no_frame_to_the_history() {
+fn a_frame_with_its_writer_off_is_no_frame_of_the_history() {
     let Some(gpu) = gpu::device() else { return };
     let passes = FIBONACCI.replacen(
         r#""add": {"#,

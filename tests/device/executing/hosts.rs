@@ -39,7 +39,7 @@ fn another_generation_binds_again_and_the_same_does_not() {
 }
 
 #[test]
-fn a_host_that_gives_nothing_for_a_binding_is_told_which_and_the_next_frame_is_fine() {
+fn a_missing_host_binding_is_named_and_the_next_frame_is_fine() {
     let Some(gpu) = gpu::device() else { return };
     let plan = plan(&target(1), &clearing());
     let mut squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
@@ -56,7 +56,7 @@ fn a_host_that_gives_nothing_for_a_binding_is_told_which_and_the_next_frame_is_f
 }
 
 #[test]
-fn a_host_that_gives_a_texture_for_a_block_is_a_diagnostic_and_no_panic() {
+fn a_host_texture_for_a_block_is_a_diagnostic() {
     let Some(gpu) = gpu::device() else { return };
     let plan = plan(&target(1), &clearing());
     let mut squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
@@ -90,7 +90,7 @@ fn another_interface_wants_the_plan_again() {
 }
 
 #[test]
-fn materials_of_the_hosts_own_are_bound_only_where_a_shader_reads_them() {
+fn own_materials_are_bound_only_if_a_shader_reads_them() {
     let Some(gpu) = gpu::device() else { return };
     let depth = r#""depth": { "texture": { "format": "depth32float", "size": "=viewport", "view_dimension": "2d-array" } }"#;
     let passes = r#""views": { "views": { "to": "&views", "max": 1 } },
@@ -134,7 +134,7 @@ fn a_frame_without_meshes_is_rejected_where_they_are_drawn() {
 }
 
 #[test]
-fn what_a_host_stores_otherwise_or_does_not_know_is_found_when_the_executor_is_made() {
+fn a_new_executor_finds_host_layouts_that_do_not_fit() {
     let Some(gpu) = gpu::device() else { return };
     let wrong = |change: &dyn Fn(&mut Squares), passes: &str| {
         let plan = plan(&target(1), passes);

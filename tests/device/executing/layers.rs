@@ -60,7 +60,7 @@ fn a_layer_that_is_drawn_into_again_keeps_what_is_there() {
 }
 
 #[test]
-fn an_attachment_of_one_layer_beside_one_of_several_is_cleared_once() {
+fn one_layer_beside_several_is_cleared_once() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!(
         r#"{}, "maps": {{ "texture": {{ "format": "depth32float", "size": "=viewport", "layers": 2 }} }}"#,
@@ -79,7 +79,7 @@ fn an_attachment_of_one_layer_beside_one_of_several_is_cleared_once() {
 }
 
 #[test]
-fn a_color_of_several_layers_after_one_of_one_layer_is_cleared_in_each() {
+fn several_layers_after_one_layer_are_cleared_each() {
     let Some(gpu) = gpu::device() else { return };
     let flat =
         r#""flat": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "persistent" } }"#;
@@ -104,7 +104,7 @@ fn a_color_of_several_layers_after_one_of_one_layer_is_cleared_in_each() {
 }
 
 #[test]
-fn depth_layers_without_a_fragment_stage_are_drawn_and_cleared_each_on_its_own() {
+fn depth_layers_without_fragment_stage_are_cleared_each() {
     let Some(gpu) = gpu::device() else { return };
     for (views, wanted) in [(&["1"][..], [255, 64]), (&["0", "1"][..], [64, 64]), (&[][..], [255, 255])] {
         for (layer, wanted) in [0, 1].into_iter().zip(wanted) {

@@ -137,7 +137,7 @@ fn reds<T: ParameterValue>(gpu: &Gpu, parameter: &str, red: &str, value: T) -> [
 }
 
 #[test]
-fn parameters_are_set_in_the_type_that_the_pipeline_declares_and_in_no_other() {
+fn parameters_are_set_only_in_their_declared_type() {
     let Some(gpu) = gpu::device() else { return };
     let flag = r#""type": "bool", "default": false"#;
     let word = r#""type": "enum", "values": ["none", "a little", "all"], "default": "none""#;

@@ -36,7 +36,7 @@ fn neighbours_that_add_to_one_attachment_are_one_render_pass() {
 }
 
 #[test]
-fn stencil_that_one_pass_tests_against_and_the_next_writes_is_one_render_pass() {
+fn stencil_tested_then_written_is_one_render_pass() {
     let Some(gpu) = gpu::device() else { return };
     let marks =
         r#""marks": { "texture": { "format": "stencil8", "size": "=viewport", "lifetime": "persistent" } }"#;
@@ -81,7 +81,7 @@ fn a_full_screen_pass_after_a_view_of_a_part_covers_everything() {
 }
 
 #[test]
-fn depth_that_one_pass_writes_and_the_next_tests_against_is_one_render_pass() {
+fn depth_written_then_tested_is_one_render_pass() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!(
         r#"{}, "depth": {{ "texture": {{ "format": "depth32float", "size": "=viewport" }} }}"#,
@@ -122,7 +122,7 @@ fn depth_that_one_pass_writes_and_the_next_tests_against_is_one_render_pass() {
 }
 
 #[test]
-fn depth_that_one_pass_tests_against_and_the_next_writes_is_one_render_pass() {
+fn depth_tested_then_written_is_one_render_pass() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!(
         r#"{}, "depth": {{ "texture": {{ "format": "depth32float", "size": "=viewport" }} }}"#,

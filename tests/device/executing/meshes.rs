@@ -97,7 +97,7 @@ fn what_does_not_fit_the_shader_or_the_buffers_is_found() {
 }
 
 #[test]
-fn a_live_count_beyond_the_buffers_is_rejected_and_the_frame_after_it_is_drawn() {
+fn a_live_count_beyond_the_buffers_is_rejected_for_one_frame() {
     let Some(gpu) = gpu::device() else { return };
     let instanced = POINTS.replace(r#""buffer": "&points","#, r#""buffer": "&points", "step": "instance","#);
     for (draw, most, buffer) in [

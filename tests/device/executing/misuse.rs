@@ -29,7 +29,7 @@ fn outcome(
 }
 
 #[test]
-fn a_draw_before_anything_is_chosen_draws_the_first_of_everything() {
+fn a_draw_without_a_choice_takes_the_first_of_everything() {
     let drawn = outcome(|pass, corners| {
         pass.render_pass().set_vertex_buffer(0, corners.slice(..));
         pass.render_pass().draw(0..6, 0..1);
@@ -38,7 +38,7 @@ fn a_draw_before_anything_is_chosen_draws_the_first_of_everything() {
 }
 
 #[test]
-fn properties_that_the_interface_does_not_name_are_rejected_and_change_nothing() {
+fn unknown_properties_are_rejected_and_change_nothing() {
     let drawn = outcome(|pass, corners| {
         pass.render_pass().set_vertex_buffer(0, corners.slice(..));
         assert!(!pass.set_properties(PropertySet(6)));
@@ -92,7 +92,7 @@ fn double_sided_squares_are_seen_from_behind_and_others_are_not() {
 }
 
 #[test]
-fn a_host_without_materials_or_property_sets_is_not_asked_to_draw() {
+fn a_host_without_materials_or_property_sets_draws_nothing() {
     let Some(gpu) = gpu::device() else { return };
     let plan = plan(&target(1), &draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let target = import(&gpu, &plan, "target");
@@ -109,7 +109,7 @@ fn a_host_without_materials_or_property_sets_is_not_asked_to_draw() {
 }
 
 #[test]
-fn a_host_that_moves_the_viewport_does_not_reach_into_the_next_view() {
+fn a_moved_viewport_does_not_reach_into_the_next_view() {
     let Some(gpu) = gpu::device() else { return };
     let plan = plan(&target(1), &draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let target = import(&gpu, &plan, "target");
@@ -128,7 +128,7 @@ fn a_host_that_moves_the_viewport_does_not_reach_into_the_next_view() {
 
 /// Passes and what they draw into are labelled as the pipeline names them, so that wgpu's own errors and debuggers do.
 #[test]
-fn errors_of_the_device_name_passes_and_resources_as_the_pipeline_does() {
+fn device_errors_name_passes_and_resources() {
     let Some(gpu) = gpu::device() else { return };
     let plan = plan(&target(1), &draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     // Without the vertex buffer that the pipeline reads.

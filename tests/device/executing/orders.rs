@@ -37,7 +37,7 @@ fn reds(resources: &str, passes: &str) -> Option<Vec<u8>> {
 }
 
 #[test]
-fn a_sum_that_is_cleared_at_the_end_of_the_frame_is_cleared_at_the_end() {
+fn a_sum_cleared_at_the_end_of_the_frame_is_cleared_last() {
     let reset = fill("reset", r#"{ "to": "&sum" }"#, "[0, 0, 0, 0]");
     let reset = after(&reset, "reset", r#""shown""#);
     let count = fill("count", ADD, "[0.2, 0, 0, 0]");
@@ -61,7 +61,7 @@ fn a_single_clear_goes_first_where_nothing_says_otherwise() {
 }
 
 #[test]
-fn what_was_there_before_the_first_write_of_the_frame_has_a_name() {
+fn contents_before_the_first_write_have_a_name() {
     let count = fill("count", ADD, "[0.2, 0, 0, 0]");
     let again = after(&fill("again", ADD, "[0.2, 0, 0, 0]"), "again", r#""count""#);
     let passes = [count, again, copy("shown", "sum@0")].join(", ");
@@ -126,7 +126,7 @@ fn an_order_given_through_a_pass_that_is_not_there_holds() {
 }
 
 #[test]
-fn ranges_that_are_cleared_apart_are_cleared_before_what_adds_to_all_of_them() {
+fn ranges_cleared_apart_are_cleared_before_they_are_added_to() {
     let Some(gpu) = gpu::device() else { return };
     let image = r#""image": { "texture": { "format": "rgba8unorm", "size": "=viewport", "layers": 2 } }"#;
     let clear = |layer: u32, color: &str| {

@@ -50,7 +50,7 @@ fn the_same_plan_again_creates_no_texture_and_no_pipeline() {
 }
 
 #[test]
-fn pipelines_are_kept_for_a_plan_that_comes_back_soon_and_created_again_for_one_that_comes_back_late() {
+fn pipelines_are_kept_only_for_plans_that_return_soon() {
     let Some(gpu) = gpu::device() else { return };
     let one = plan(&target(1), &fill("one", r#"{ "to": "&target" }"#, "[1, 0, 0, 1]"));
     let other = plan(&target(1), &fill("one", r#"{ "to": "&target", "blend": "add" }"#, "[1, 0, 0, 1]"));
@@ -69,7 +69,7 @@ fn pipelines_are_kept_for_a_plan_that_comes_back_soon_and_created_again_for_one_
 }
 
 #[test]
-fn another_size_makes_other_textures_and_keeps_pipelines_and_what_outlives_frames() {
+fn another_size_keeps_pipelines_and_persistent_resources() {
     let Some(gpu) = gpu::device() else { return };
     let scratch = r#""scratch": { "texture": { "format": "rgba8unorm", "size": "=viewport" } }"#;
     let resources = format!("{HISTORY}, {scratch}, {}", target(1));
@@ -94,7 +94,7 @@ fn another_size_makes_other_textures_and_keeps_pipelines_and_what_outlives_frame
 }
 
 #[test]
-fn a_resource_that_outlives_frames_begins_empty_under_another_name() {
+fn a_renamed_persistent_resource_begins_empty() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!("{HISTORY}, {}", target(1));
     let first = plan(&resources, &accumulate());

@@ -320,7 +320,7 @@ fn what_cannot_be_kept_is_found() {
 }
 
 #[test]
-fn what_is_drawn_over_another_texture_lies_over_it_texel_by_texel() {
+fn views_over_a_base_texture_are_drawn_texel_by_texel() {
     let over = |below: &str| {
         let text = format!(
             r#"{{ "format": 1, "name": "test", {}, "resources": {{ {},
@@ -400,7 +400,7 @@ fn a_parameter_draws_those_views_again_that_are_drawn_with_it() {
 }
 
 #[test]
-fn a_parameter_draws_those_views_again_that_are_drawn_with_what_another_pass_makes_of_it() {
+fn a_parameter_redraws_views_that_follow_from_it() {
     let Some(gpu) = gpu::device() else { return };
     let text = format!(
         r#"{{ "format": 1, "name": "test", {}, "parameters": {{

@@ -283,7 +283,7 @@ fn error(gpu: &Gpu, graph: &Graph, random: &mut Random) -> Option<String> {
 }
 
 #[test]
-fn pictures_of_random_graphs_are_those_of_running_their_passes_one_after_the_other() {
+fn random_graphs_draw_as_their_passes_in_sequence() {
     let Some(gpu) = gpu::device() else { return };
     let times = u64::from(property::times());
     let graphs = if times == 1 { GRAPHS } else { 2 * GRAPHS * times };

@@ -124,7 +124,7 @@ fn a_pass_goes_on_in_another_plan_where_it_is_the_same() {
 }
 
 #[test]
-fn a_plan_that_the_device_rejects_leaves_the_state_of_the_one_before() {
+fn a_rejected_plan_leaves_the_state_of_the_one_before() {
     let Some(gpu) = gpu::device() else { return };
     let good = plan("count", 10);
     let mut player = Player::new(&gpu, &good);

@@ -129,7 +129,7 @@ fn times_are_told_for_each_pass_if_asked_for() {
 }
 
 #[test]
-fn times_of_the_gpu_are_told_for_each_pass_from_the_begin_of_the_first() {
+fn gpu_times_are_told_per_pass_from_the_first_pass_on() {
     let Some(gpu) = gpu::device() else { return };
     let between = r#""between": { "texture": { "format": "rgba8unorm", "size": [512, 512] } }"#;
     let shown = r#""show": { "fullscreen": { "shader": "show.wgsl.jinja", "bind": { "picture": "&between" },
@@ -162,7 +162,7 @@ fn times_of_the_gpu_are_told_for_each_pass_from_the_begin_of_the_first() {
 }
 
 #[test]
-fn a_cpu_pass_that_publishes_what_it_did_not_declare_is_found_out() {
+fn undeclared_data_of_a_cpu_pass_is_found() {
     let Some(gpu) = gpu::device() else { return };
     let passes = r#""views": { "views": { "to": "&views", "max": 1, "lies": true } },
         "show": { "fullscreen": { "shader": "clock.wgsl.jinja", "bind": { "views": "&views" }, "color": [{ "to": "&target" }] } }"#;

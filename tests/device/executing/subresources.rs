@@ -64,7 +64,7 @@ fn depth_and_stencil_of_one_texture_are_used_apart() {
 }
 
 #[test]
-fn a_shader_sees_the_layers_the_mips_and_the_aspect_that_are_bound() {
+fn a_shader_sees_the_bound_layers_mips_and_aspect() {
     let Some(gpu) = gpu::device() else { return };
     let resources = format!(
         r#"{}, "scratch": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport" }} }},

@@ -80,7 +80,7 @@ const RED_TEXEL: [u8; 4] = [255, 0, 0, 255];
 const GREEN_TEXEL: [u8; 4] = [0, 255, 0, 255];
 
 #[test]
-fn a_copy_under_the_toggle_of_its_source_copies_though_the_fallback_is_in_no_plan() {
+fn a_copy_under_its_source_s_toggle_copies() {
     let copy = r#""copy": { "toggle": "effect", "after": ["back"],
         "copy": { "from": { "name": "&second" }, "to": { "name": "&target" } } }"#;
     let passes = [
@@ -97,7 +97,7 @@ fn a_copy_under_the_toggle_of_its_source_copies_though_the_fallback_is_in_no_pla
 }
 
 #[test]
-fn a_passed_through_effect_shows_the_fallback_back_and_forth_without_anything_new() {
+fn a_passthrough_toggles_without_creating_anything() {
     let passes = [fill("base", r#"{ "to": "&first" }"#, RED_FILL), effect(), show("second")];
     let plan = plan(
         r#""effect": { "default": true }"#,
@@ -212,7 +212,7 @@ fn blackboard_data_of_a_pass_that_is_off_is_that_of_the_other() {
 }
 
 #[test]
-fn a_toggle_that_the_pipeline_does_not_have_is_an_error_and_the_next_frame_is_fine() {
+fn an_unknown_toggle_is_an_error_and_the_next_frame_is_fine() {
     let passes = [
         fill("base", r#"{ "to": "&target" }"#, RED_FILL),
         filled("over", r#""toggle": "over", "after": ["base"]"#, r#"{ "to": "&target" }"#, GREEN_FILL),
@@ -230,7 +230,7 @@ fn a_toggle_that_the_pipeline_does_not_have_is_an_error_and_the_next_frame_is_fi
 }
 
 #[test]
-fn the_toggle_of_a_subgraph_is_that_of_its_passes_and_its_passthrough_that_of_its_output() {
+fn a_subgraph_s_toggle_and_passthrough_reach_its_passes() {
     let text = format!(
         r#"{{ "format": 1, "name": "test", {GEOMETRY}, "toggles": {{ "effect": {{ "default": true }} }},
             "resources": {{ {}, {}, {} }},

@@ -59,7 +59,7 @@ fn copy(name: &str, common: &str, from: &str, to: &str) -> String {
 }
 
 #[test]
-fn layers_that_a_toggle_leaves_unwritten_are_diagnostics_as_far_as_they_exist() {
+fn existing_layers_that_a_toggle_leaves_unwritten_are_errors() {
     let first = red("first", r#"{ "to": "&all", "layer": 0 }"#, "");
     let rest = copy("rest", r#""toggle": "s", "after": ["first"],"#, "source", "all");
     let reads = copy("shown", "", "all", "target");
@@ -83,7 +83,7 @@ fn layers_that_a_toggle_leaves_unwritten_are_diagnostics_as_far_as_they_exist() 
 }
 
 #[test]
-fn layers_of_a_history_that_a_toggle_leaves_stale_are_diagnostics() {
+fn history_layers_that_a_toggle_leaves_stale_are_errors() {
     let past = texture("past", r#", "layers": 2, "lifetime": "history", "initial": [0, 0, 0, 1]"#);
     let first = red("first", r#"{ "to": "&past", "layer": 0 }"#, "");
     let reads = copy("shown", "", "past@-1", "target");
@@ -107,7 +107,7 @@ fn layers_of_a_history_that_a_toggle_leaves_stale_are_diagnostics() {
 }
 
 #[test]
-fn layers_of_the_picture_that_a_toggle_leaves_unwritten_are_diagnostics() {
+fn picture_layers_that_a_toggle_leaves_unwritten_are_errors() {
     let resources = texture("source", r#", "layers": 3"#);
     let sources: Vec<String> = (0..3)
         .map(|at| red(&format!("source{at}"), &format!(r#"{{ "to": "&source", "layer": {at} }}"#), ""))
@@ -121,7 +121,7 @@ fn layers_of_the_picture_that_a_toggle_leaves_unwritten_are_diagnostics() {
 }
 
 #[test]
-fn bytes_beside_rows_of_texels_are_diagnostics_where_they_are_read() {
+fn reads_of_bytes_beside_texel_rows_are_errors() {
     let resources = format!(r#"{}, "bytes": {{ "buffer": {{ "size": 2048 }} }}"#, texture("small", ""));
     let small = red("small", r#"{ "to": "&small" }"#, "");
     let rows = copy("rows", "", "small", "bytes");
@@ -161,7 +161,7 @@ fn bytes_beside_rows_of_texels_are_diagnostics_where_they_are_read() {
 }
 
 #[test]
-fn what_is_missing_of_buffers_and_volumes_is_named_with_a_way_out() {
+fn missing_bytes_and_slices_are_named_with_a_way_out() {
     let said = |resources: &str, passes: &[&str]| {
         try_plan_of_text(text(1, resources, passes), SIDE).map(drop).expect_err("a diagnostic")
     };
@@ -209,7 +209,7 @@ fn storage_of_several_mips_is_rejected() {
 }
 
 #[test]
-fn of_a_pass_that_no_output_needs_a_read_of_nothing_is_told_and_of_a_part_is_not() {
+fn a_culled_pass_reports_unwritten_but_not_partial_reads() {
     let resources = [texture("dead", ""), texture("pair", r#", "layers": 2"#)].join(", ");
     let first = red("first", r#"{ "to": "&pair", "layer": 0 }"#, "");
     let whole = red("whole", r#"{ "to": "&target" }"#, "");
@@ -228,7 +228,7 @@ fn of_a_pass_that_no_output_needs_a_read_of_nothing_is_told_and_of_a_part_is_not
 }
 
 #[test]
-fn what_lasts_and_is_never_written_is_a_warning_as_far_as_it_is_read() {
+fn never_written_persistent_reads_are_a_warning() {
     use crate::common::{With, check_with};
     let reads = r#""{% include 'lib/fullscreen.wgsl.jinja' %}"#;
     let shader = format!(

@@ -60,7 +60,7 @@ fn each_view_has_its_own_matrix() {
 }
 
 #[test]
-fn views_of_one_layer_draw_into_an_attachment_of_one_layer_whatever_layer_they_name() {
+fn one_layer_views_draw_into_it_whatever_layer_they_name() {
     let Some(gpu) = gpu::device() else { return };
     let plan = plan(&target(1), &draw(8, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
@@ -84,7 +84,7 @@ fn an_empty_part_draws_nothing() {
 }
 
 #[test]
-fn a_view_outside_its_attachments_is_rejected_and_the_next_frame_is_fine() {
+fn a_view_outside_its_attachments_is_rejected_for_one_frame() {
     let Some(gpu) = gpu::device() else { return };
     let layered = plan(&target(4), &draw(4, r#"{ "to": "&target", "clear": [0, 0, 1, 1] }"#));
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(GREEN)], &[[1.0; 4]]);

@@ -192,7 +192,7 @@ fn arguments(template: &str, open: usize) -> Option<(Vec<Range<usize>>, usize)> 
 }
 
 #[test]
-fn each_kind_of_fault_is_planted_where_there_is_code_and_nowhere_else() {
+fn each_kind_of_fault_is_planted_in_code_only() {
     let template = "{# a + b #}\n// 1.0 * 2.0\n@group(1) @binding(3) var x: f32;\n    let at = max(-uv.x, 0.5) + 2u; // - 1.0\n{{ 1.0 }}\n";
     let violations = violations(template);
     let reads: Vec<&str> = violations.iter().map(|fault| fault.reads.as_str()).collect();

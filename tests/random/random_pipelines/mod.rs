@@ -131,7 +131,7 @@ fn imports(gpu: &Gpu, plan: &Plan) -> Vec<(String, wgpu::Texture)> {
 }
 
 #[test]
-fn random_pipelines_are_drawn_without_an_error_as_a_simulation_says() {
+fn random_pipelines_draw_as_the_simulation_says() {
     let Some(gpu) = gpu::device() else { return };
     let mut random = Random(property::seed() ^ 0x5eed);
     let (mut drawn, mut read, mut known) = (0, 0, 0);

@@ -85,7 +85,7 @@ fn a_culled_writer_of_a_history_that_is_read_back_is_caught() {
 }
 
 #[test]
-fn a_history_that_nothing_live_reads_back_is_no_reason_to_keep_its_writer() {
+fn an_unread_history_does_not_keep_its_writer() {
     caught(ViolationKind::KeptWithoutReason, |plan| {
         // Without its reader the history leads nowhere any more.
         let past = plan.resources["past@-1"].handle;

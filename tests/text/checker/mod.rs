@@ -251,12 +251,12 @@ fn a_reader_of_more_than_was_written_is_caught() {
 }
 
 #[test]
-fn a_reader_between_two_writers_of_what_it_reads_the_newest_of_is_caught() {
+fn a_newest_version_read_too_early_is_caught() {
     caught(ViolationKind::ReadTooEarly, |plan| shift(plan, "blur1", "draw2"));
 }
 
 #[test]
-fn an_old_version_that_is_overwritten_before_it_is_read_is_caught() {
+fn an_old_version_overwritten_before_its_read_is_caught() {
     caught(ViolationKind::WrongVersion, |plan| shift(plan, "v2", "keeper"));
 }
 
@@ -313,7 +313,7 @@ fn a_store_of_what_is_declared_to_be_discarded_is_caught() {
 }
 
 #[test]
-fn an_attachment_marked_as_staying_in_its_pass_that_is_read_later_is_caught() {
+fn a_transient_attachment_that_is_read_later_is_caught() {
     caught(ViolationKind::TransientAttachmentLeaves, |plan| {
         pass(plan, "draw2").color[0].transient_attachment = true;
     });
@@ -428,7 +428,7 @@ fn a_buffer_that_is_too_small_is_caught() {
 }
 
 #[test]
-fn a_buffer_larger_than_the_largest_that_it_stands_for_is_caught() {
+fn a_buffer_larger_than_its_largest_alias_is_caught() {
     caught(ViolationKind::CompatibilityMismatch, |plan| {
         plan.buffers[0].bytes += 4;
         plan.bytes += 4;
@@ -437,7 +437,7 @@ fn a_buffer_larger_than_the_largest_that_it_stands_for_is_caught() {
 }
 
 #[test]
-fn a_resource_in_a_buffer_of_its_class_that_is_too_small_is_caught() {
+fn a_resource_in_too_small_a_buffer_is_caught() {
     let mut assembly = Assembly::new("sizes");
     let mut previous = None;
     for (at, bytes) in [600, 1000, 700].into_iter().enumerate() {
@@ -525,7 +525,7 @@ fn a_wrong_lifetime_is_caught() {
 }
 
 #[test]
-fn sizes_given_as_numbers_or_expressions_are_the_same_to_the_checker() {
+fn the_checker_treats_numbers_and_expressions_alike() {
     let mut assembly = Assembly::new("sizes");
     let a = assembly
         .texture_with("a", |texture| texture.size = Expr::from("=[viewport.width / 2, viewport.height / 2]"));

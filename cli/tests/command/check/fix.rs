@@ -19,7 +19,7 @@ const PART: &str = r#"{ "parameters": { "near": { "type": "f32", "default": 1, "
 "#;
 
 #[test]
-fn check_fix_mends_several_files_in_rounds_and_has_nothing_to_do_after() {
+fn check_fix_mends_several_files_and_then_finds_nothing() {
     let folder = ScratchFolder::new("check-fix");
     let (main, part) = (folder.join("main.json"), folder.join("part.json"));
     std::fs::write(&main, MISSPELT).unwrap();
@@ -145,7 +145,7 @@ fn a_name_misspelt_anywhere_is_mended_where_it_is_written() {
 }
 
 #[test]
-fn diagnostics_of_a_subgraph_file_stand_in_it_and_are_mended_there() {
+fn diagnostics_of_a_subgraph_file_are_placed_and_fixed_in_it() {
     let folder = ScratchFolder::new("check-subgraph-file");
     let read = |name: &str| std::fs::read_to_string(root().join("pipelines/learn").join(name)).unwrap();
     std::fs::create_dir(folder.join("parts")).unwrap();

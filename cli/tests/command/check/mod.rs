@@ -52,7 +52,7 @@ const READS_NOTHING: &str = r#",
       "shader": "resample.wgsl.jinja", "bind": { "source": "&spare" }, "color": [{ "to": "&target", "blend": "add" }] } }"#;
 
 #[test]
-fn a_plan_of_a_pipeline_with_errors_is_not_called_a_defect_of_the_compiler() {
+fn errors_of_a_pipeline_are_no_defect_of_the_compiler() {
     let unwritten = r#"{
   "format": 1, "name": "mips",
   "resources": {
@@ -73,7 +73,7 @@ fn a_plan_of_a_pipeline_with_errors_is_not_called_a_defect_of_the_compiler() {
 }
 
 #[test]
-fn every_configuration_of_the_features_is_covered_and_its_plan_verified() {
+fn every_feature_configuration_is_covered_and_verified() {
     let folder = ScratchFolder::new("check-configurations");
     let path = folder.join("features.json");
     let path = path.to_str().unwrap();
@@ -98,7 +98,7 @@ fn every_configuration_of_the_features_is_covered_and_its_plan_verified() {
 }
 
 #[test]
-fn what_some_configurations_show_is_said_once_with_the_choices_that_show_it() {
+fn diagnostics_of_some_configurations_name_their_choices_once() {
     let folder = ScratchFolder::new("check-some");
     let path = folder.join("features.json");
     let path = path.to_str().unwrap();
@@ -172,7 +172,7 @@ const CHOSEN: &str = r#"{
 "#;
 
 #[test]
-fn what_a_plan_does_not_use_and_what_is_left_is_said_below_the_line() {
+fn unused_and_unchecked_parts_are_listed_below_the_line() {
     let folder = ScratchFolder::new("check-remarks");
     let path = folder.join("chosen.json");
     let path = path.to_str().unwrap();
@@ -193,7 +193,7 @@ fn what_a_plan_does_not_use_and_what_is_left_is_said_below_the_line() {
 }
 
 #[test]
-fn a_file_that_is_not_there_is_compared_with_those_beside_it_and_those_that_come_with_the_module() {
+fn a_missing_file_is_compared_with_neighbours_and_bundled_files() {
     let folder = ScratchFolder::new("check-files");
     std::fs::write(folder.join("lighting.json"), "{}").unwrap();
     let path = folder.join("slip.json");
@@ -217,7 +217,7 @@ fn a_file_that_is_not_there_is_compared_with_those_beside_it_and_those_that_come
 }
 
 #[test]
-fn a_feature_that_is_given_as_a_parameter_is_called_one_and_the_other_way_round() {
+fn a_feature_set_as_a_parameter_is_named_and_the_reverse() {
     for (option, given, said) in [
         (
             "--set",
@@ -312,7 +312,7 @@ fn check_gives_its_diagnostics_as_sarif() {
 }
 
 #[test]
-fn a_feature_of_a_group_that_is_switched_on_switches_the_default_off() {
+fn switching_on_a_grouped_feature_switches_the_default_off() {
     let path = "pipelines/learn/19-feature-groups.json";
     let said = text(&run(&["check", path]).stdout);
     assert!(said.contains(", 3 configurations,"), "{said}");
@@ -325,7 +325,7 @@ fn a_feature_of_a_group_that_is_switched_on_switches_the_default_off() {
 }
 
 #[test]
-fn features_and_boolean_parameters_are_switched_on_and_off_by_four_words() {
+fn features_and_booleans_take_on_off_true_and_false() {
     let path = "pipelines/learn/19-feature-groups.json";
     let plan = |settings: &[&str]| {
         let output = run(&[&["plan", path], settings].concat());
@@ -356,7 +356,7 @@ fn features_and_boolean_parameters_are_switched_on_and_off_by_four_words() {
 }
 
 #[test]
-fn what_is_declared_and_used_by_nothing_is_a_note_that_fails_no_check() {
+fn an_unused_declaration_is_a_note_that_fails_no_check() {
     let folder = ScratchFolder::new("check-unused");
     let part = r#"{ "inputs": { "image": "what is measured" }, "parameters": { "by": { "type": "u32", "default": 2 }, "idle": { "type": "u32", "default": 2 } },
   "resources": { "less": { "texture": { "format": "rgba8unorm", "size": "=image / by" } } },
@@ -472,7 +472,7 @@ fn text_of_check(path: &std::path::Path) -> String {
 }
 
 #[test]
-fn more_configurations_than_a_number_of_64_bits_holds_are_no_crash() {
+fn more_configurations_than_64_bits_hold_are_no_crash() {
     let folder = ScratchFolder::new("check-many");
     let path = folder.join("many.json");
     let path = path.to_str().unwrap();

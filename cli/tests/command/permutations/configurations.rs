@@ -85,7 +85,7 @@ fn cascades_by(section: &str) -> Output {
 }
 
 #[test]
-fn features_that_a_node_kind_rejects_are_errors_and_parameters_that_it_rejects_are_notes() {
+fn rejected_features_are_errors_and_rejected_parameters_notes() {
     let output = cascades_by("features");
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
@@ -213,7 +213,7 @@ fn a_pass_that_no_configuration_has_is_told() {
 }
 
 #[test]
-fn an_axis_has_the_values_that_its_expression_yields_and_no_others() {
+fn an_axis_has_only_the_values_that_its_expression_yields() {
     // No k yields 22: the values are tried one by one, or yielded by the expression alone.
     for (max, combinations) in [(40, "41"), (300, "301")] {
         let name = format!("permutations-yielded-{max}");

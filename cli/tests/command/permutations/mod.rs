@@ -123,7 +123,7 @@ fn text_that_only_another_template_needs_is_not_called_dead() {
 }
 
 #[test]
-fn what_is_dead_in_a_file_of_ones_own_is_found_in_every_mode_whatever_it_includes() {
+fn dead_code_of_an_own_file_is_found_in_every_mode() {
     let template = format!(
         "{{% include \"lib/fullscreen.wgsl.jinja\" %}}\n{}",
         TEMPLATE.replace(
@@ -198,7 +198,7 @@ fn diagnostics_stand_in_the_template_in_every_format() {
 }
 
 #[test]
-fn a_profile_that_cannot_take_a_variant_is_a_diagnostic_of_every_check() {
+fn a_profile_that_rejects_a_variant_fails_every_check() {
     let wide = TEMPLATE.replace(
         "@fragment",
         "@group(0) @binding(0) var<uniform> block: array<vec4<f32>, {{ 2000 if warm else 4 }}>;\n@fragment",
@@ -279,7 +279,7 @@ fn constraints_that_clash_are_named() {
 
 #[cfg(unix)]
 #[test]
-fn external_validators_are_run_on_the_texts_and_may_be_missing_crash_or_hang() {
+fn external_validators_may_be_missing_crash_or_hang() {
     let project = Project::new("permutations-external", PIPELINE, AXES, TEMPLATE);
     let accepts = project.run("permutations", &["--also", "true {}"]);
     assert_eq!(accepts.status.code(), Some(0), "{}", text(&accepts.stderr));
@@ -338,7 +338,7 @@ fn axes_are_listed_with_values_defaults_and_constraints() {
 }
 
 #[test]
-fn what_scenes_upload_is_compared_with_the_shaders_without_a_device() {
+fn scene_data_is_compared_with_shaders_without_a_device() {
     let folder = ScratchFolder::new("permutations-host");
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
     let geometry = std::fs::read_to_string(root.join("shaders-templates/lib/meshes.wgsl.jinja")).unwrap();
@@ -355,7 +355,7 @@ fn what_scenes_upload_is_compared_with_the_shaders_without_a_device() {
 }
 
 #[test]
-fn one_variant_is_shown_in_the_language_of_a_target_and_with_its_map() {
+fn a_variant_is_shown_in_a_target_language_with_its_map() {
     let show = |further: &[&str]| {
         umbragraph(&[&["wgsl", "pipelines/nebula.json", "--pass", "casters"], further].concat())
     };

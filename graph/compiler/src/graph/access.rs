@@ -219,7 +219,7 @@ mod tests {
     use crate::Assembly;
 
     #[test]
-    fn writers_of_one_subresource_are_found_among_those_of_others_and_of_everything() {
+    fn writers_of_one_subresource_are_found_among_all_others() {
         let mut assembly = Assembly::new("writers");
         let texture = assembly.texture("a");
         let ranges = [Some((0, 0)), Some((0, 1)), None, Some((0, 1)), Some((0, 0)), None];

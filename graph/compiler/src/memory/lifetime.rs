@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn the_smallest_that_is_large_enough_is_taken_else_the_largest_grows() {
+    fn the_smallest_fitting_buffer_is_reused_or_the_largest_grows() {
         let three = [sized(70, 0, 1), sized(100, 0, 1), sized(80, 0, 1)];
         let with = |requests: &[AllocationRequest]| assign(&[&three, requests].concat());
         assert_eq!(with(&[sized(75, 2, 2)]).places[3..], [2]);

@@ -84,7 +84,7 @@ mod tests {
     use umbragraph_pipeline::pipeline::SubresourceRange;
 
     #[test]
-    fn a_viewport_changes_sizes_only_and_layers_or_an_objective_change_more() {
+    fn a_viewport_changes_sizes_only_other_options_more() {
         let mut assembly = Assembly::new("resized");
         let layered = assembly.texture_with("layered", |texture| {
             texture.lifetime = Lifetime::Persistent;
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layer_that_only_a_toggled_pass_writes_is_found_when_it_comes_to_be() {
+    fn a_new_layer_that_only_a_toggled_pass_writes_is_found() {
         let mut assembly = Assembly::new("growing");
         let picture = assembly.texture_with("picture", |texture| {
             texture.lifetime = Lifetime::Imported;

@@ -161,7 +161,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_component_holds_whole_numbers_of_its_range_or_any_that_a_float_reaches() {
+    fn integers_take_their_range_and_floats_any_finite_number() {
         let words = |component, numbers: [f64; 5]| numbers.map(|number| to_word(number, component));
         let min = f64::from(i32::MIN);
         assert_eq!(

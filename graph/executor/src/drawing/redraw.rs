@@ -190,7 +190,7 @@ mod tests {
 
     /// Texel by texel: what is seen is of the same view, and as new as the cadence promises.
     #[test]
-    fn whatever_comes_no_texel_is_of_another_view_or_older_than_the_cadence() {
+    fn no_texel_is_of_another_view_or_older_than_the_cadence() {
         let mut left = 0;
         for run in 0..1000 {
             let mut random = Random(run);

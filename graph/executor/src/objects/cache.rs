@@ -59,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_device_rejected_is_forgotten_and_what_it_took_is_kept() {
+    fn rejected_objects_are_forgotten_and_valid_ones_kept() {
         let mut cache = Cache::default();
         cache.get("good", 1, |_| 1);
         cache.get("bad", 2, |_| 2);

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn the_schema_accepts_the_project_s_declarations_and_rejects_misspelt_ones() {
+    fn the_schema_accepts_own_axes_and_rejects_misspelt_ones() {
         let files =
             umbragraph_shaders_templates::FILES.iter().filter(|(name, _)| name.ends_with(".axes.json"));
         for (name, text) in files {

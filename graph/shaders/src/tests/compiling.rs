@@ -150,7 +150,7 @@ fn ten_megabytes_of_text_are_a_diagnostic() {
 }
 
 #[test]
-fn a_binding_whose_number_several_pieces_write_moves_aside_as_one() {
+fn a_binding_number_of_several_pieces_moves_as_one() {
     let mut fixture = Fixture::new(&[(
         "own.wgsl.jinja",
         "{% set last = 2 %}{% include \"part.wgsl.jinja\" %}@group(0) @binding(12) var<uniform> b: f32;\n",

@@ -72,7 +72,7 @@ fn nothing_in_a_file_that_others_use_is_dead() {
 }
 
 #[test]
-fn of_a_template_that_fails_or_has_very_many_paths_nothing_is_said() {
+fn nothing_is_dead_in_failing_or_very_large_templates() {
     let axes = r#"{ "axes": { "a": { "type": "bool", "default": false },
   "n": { "type": "integer", "min": 0, "max": 1023, "default": 0 } } }"#;
     let never = "{% if a and not a %}\n// never\n{% endif %}\n";

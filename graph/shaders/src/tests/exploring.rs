@@ -103,7 +103,7 @@ fn lazy_forking_equals_exhaustive_rendering() {
 }
 
 #[test]
-fn lazy_forking_equals_exhaustive_rendering_on_the_project_s_templates() {
+fn lazy_forking_equals_exhaustive_rendering_of_own_templates() {
     let fixture = Fixture::sound(umbragraph_shaders_templates::FILES);
     let names: Vec<&str> = fixture.set.names().collect();
     let mut compared = 0;
@@ -145,7 +145,7 @@ fn thousands_of_values_are_all_proven() {
 }
 
 #[test]
-fn what_is_beyond_the_limits_is_an_error_and_no_axis_of_it_is_called_dead() {
+fn beyond_the_limits_is_an_error_and_no_axis_is_called_dead() {
     let values: Vec<String> = (0..20_000).map(|at| format!("\"v{at}\"")).collect();
     let switches: Vec<String> =
         (0..17).map(|at| format!("\"b{at:02}\": {{ \"type\": \"bool\", \"default\": false }}")).collect();
@@ -242,7 +242,7 @@ fn progress_reaches_every_text() {
 }
 
 #[test]
-fn an_axis_that_a_text_does_not_depend_on_breaks_no_constraint_by_its_default() {
+fn an_unused_axis_breaks_no_constraint_by_its_default() {
     let axes = r#"{ "axes": {
         "view": { "type": "enum", "values": ["width", "blockers"], "default": "width" },
         "filter": { "type": "enum", "values": ["hard", "pcss"], "default": "hard" },
@@ -323,7 +323,7 @@ impl Validator for Names {
 }
 
 #[test]
-fn another_validator_judges_distinct_texts_and_its_messages_are_mapped() {
+fn another_validator_judges_texts_and_its_messages_are_mapped() {
     let fixture = readers("{% if a %}// 12345\n{% endif %}const ODD = 1;\n{% include 'i.wgsl.jinja' %}");
     let external: [&dyn Validator; 2] = [&Names(Some("ODD")), &Names(None)];
     let outcome = all(&fixture, &Options { external: &external, ..Options::default() });
@@ -432,7 +432,7 @@ fn what_constraints_leave_beside_the_ends_is_proven_too() {
 }
 
 #[test]
-fn variants_of_two_configurations_agree_about_a_binding_unless_an_axis_chooses_the_layout() {
+fn variants_agree_on_bindings_unless_an_axis_picks_the_layout() {
     let main = "{% if a %}@group(0) @binding(0) var image: texture_2d<f32>;\n\
                 {% else %}@group(0) @binding(0) var image: texture_2d<u32>;\n{% endif %}\
                 @fragment fn main() -> @location(0) vec4<f32> {\

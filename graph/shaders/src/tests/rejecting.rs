@@ -230,7 +230,7 @@ fn an_error_in_a_macro_stands_in_the_macro() {
 }
 
 #[test]
-fn text_that_is_too_large_is_a_diagnostic_of_the_template_that_writes_most_of_it() {
+fn too_large_a_text_is_blamed_on_its_largest_template() {
     let line = "// A line that says the same again, as the one before it did, and the next will.\n";
     let part = "fn helper() {}\n".repeat(100);
     let long =

@@ -156,7 +156,7 @@ fn mutated(text: &str, random: &mut Random) -> String {
 }
 
 #[test]
-fn what_chrome_s_compiler_rejects_of_the_templates_and_their_mutations_is_rejected() {
+fn mutations_that_chrome_s_compiler_rejects_are_rejected() {
     if !is_installed() {
         return;
     }

@@ -31,7 +31,7 @@ fn taps(at: vec2<f32>) -> f32 {
 ";
 
 #[test]
-fn loops_with_constant_ends_count_so_often_and_branches_by_the_longer_one() {
+fn constant_loops_multiply_reads_and_longer_branches_count() {
     let fixture = Fixture::sound(&[("main.wgsl.jinja", MAIN), ("main.axes.json", AXES)]);
     let usual = fixture.compile("main.wgsl.jinja", &[]);
     assert_eq!(texture_reads(&usual, "shade"), 2 * 9 + 2 * 9);

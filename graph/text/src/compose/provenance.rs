@@ -118,7 +118,7 @@ mod tests {
     use crate::source::Sources;
 
     #[test]
-    fn diagnostics_in_a_misspelt_section_lead_through_it_as_it_is_written() {
+    fn diagnostics_keep_the_spelling_of_a_misspelt_section() {
         let mut sources = Sources::new();
         let file = sources.add("a", r#"{ "resuorces": { "a": 1 }, "passes": {} }"#);
         let document = document::parse(&sources, file).valid().unwrap();

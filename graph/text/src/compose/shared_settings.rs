@@ -251,7 +251,7 @@ mod tests {
     use crate::source::Sources;
 
     #[test]
-    fn passes_of_different_node_kinds_share_what_stands_under_settings() {
+    fn passes_of_different_node_kinds_share_settings() {
         let mut sources = Sources::new();
         let file = sources.add(
             "t",

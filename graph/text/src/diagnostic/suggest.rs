@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn the_one_closest_name_is_written_where_the_name_stands_and_nowhere_else() {
+    fn only_the_one_closest_name_is_a_fix_at_its_place() {
         let file = Sources::new().add("a", "\"frist@show\" first {frist}");
         let names = ["first", "second"];
         let diagnostic = |range: std::ops::Range<usize>, names: &[&'static str], taken: &str| {

@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_is_read_if_and_only_if_the_parser_of_the_scanner_takes_it() {
+    fn a_text_is_read_exactly_if_the_reference_parser_reads_it() {
         let whole = r#"/* c */ {"a": [1, -2.5e3, true, null, {}, []], // c
             "b": {"c": "x\"\u0041", "d": [[], {"e": "ä"}]}} // c"#;
         let deep =

@@ -297,7 +297,7 @@ mod tests {
 "#;
 
     #[test]
-    fn a_bracket_that_is_never_closed_is_marked_where_it_stands_and_closed_where_its_line_ends() {
+    fn an_unclosed_bracket_is_marked_and_closed_at_its_line_end() {
         assert!(parse_to_ast(LAID_OUT, &Default::default(), &super::STRICT).is_ok());
         // The closer that is missing, the line that opens it with the bracket, and the line that is too far out.
         for (missing, bracket, follows) in [
@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn two_brackets_that_are_never_closed_are_found_one_after_the_other() {
+    fn two_unclosed_brackets_are_found_one_after_the_other() {
         let text = LAID_OUT.replace("\n  },\n", ",\n").replace("\"g\": 5 }],", "\"g\": 5,");
         assert_eq!(marked(&text)[0].0, LAID_OUT.find("{\n    \"a\"").unwrap());
     }

@@ -45,7 +45,7 @@ mod tests {
     use crate::source::Span;
 
     #[test]
-    fn edits_of_several_files_are_made_once_and_overlapping_fixes_wait() {
+    fn edits_are_made_once_and_overlapping_fixes_wait() {
         let mut sources = Sources::new();
         let (a, b) = (sources.add("a", "one two three"), sources.add("b", "four"));
         let again = sources.add("a", "one two three");

@@ -74,7 +74,7 @@ fn new_members_are_laid_out_as_their_neighbours() {
 }
 
 #[test]
-fn long_values_take_several_lines_with_the_indentation_of_the_text() {
+fn long_values_take_lines_with_the_text_s_indentation() {
     let word = "x".repeat(80);
     let item = Item::member("b", json!({ "c": word, "d": [word] }));
     inserts(

@@ -486,7 +486,7 @@ mod tests {
     use umbragraph_pipeline::source::Sources;
 
     #[test]
-    fn what_the_profile_has_no_room_for_is_off_with_all_that_requires_it() {
+    fn features_beyond_the_profile_are_off_with_all_dependants() {
         let features = |limit: u32| {
             format!(
                 "\"big\": {{ \"type\": \"bool\", \"default\": true, \
@@ -516,7 +516,7 @@ mod tests {
     }
 
     #[test]
-    fn few_features_are_combined_in_full_and_the_forbidden_is_left_out() {
+    fn few_features_are_combined_in_full_without_forbidden_ones() {
         assert_eq!(configurations(&switches(3)).list.len(), 8);
         let tied = configurations(
             "\"a\": { \"type\": \"bool\", \"default\": true }, \
@@ -561,7 +561,7 @@ mod tests {
     }
 
     #[test]
-    fn what_some_configurations_show_is_told_with_the_fewest_choices() {
+    fn diagnostics_of_configurations_name_the_fewest_choices() {
         let three = configurations(&switches(3));
         let with = |wanted: &dyn Fn(&[usize]) -> bool| -> Vec<usize> {
             (0..8).filter(|at| wanted(&three.list[*at].pick)).collect()

@@ -261,7 +261,7 @@ proptest! {
     #![proptest_config(property::config(512))]
 
     #[test]
-    fn just_the_reads_of_pieces_that_nothing_writes_are_rejected_and_violations(
+    fn only_reads_of_unwritten_pieces_are_rejected(
         kind in kind(), writers in accesses(0..8), readers in accesses(1..4)
     ) {
         check(kind, &writers, &readers)?;
@@ -275,14 +275,14 @@ fn layered(mips: Option<(u32, u32)>, layers: Option<(u32, u32)>) -> RandomAccess
 }
 
 #[test]
-fn a_read_of_layers_that_two_writers_cover_together_keeps_nothing_older() {
+fn two_writers_that_cover_a_read_keep_nothing_older() {
     let writers = [layered(None, Some((3, 1))), layered(None, Some((2, 1)))];
     check(Kind::Layered, &writers, &[layered(None, Some((2, 2)))])
         .unwrap_or_else(|failure| panic!("{failure}"));
 }
 
 #[test]
-fn a_read_of_a_mip_keeps_nothing_that_a_newer_write_hides_in_this_mip_alone() {
+fn a_newer_write_of_the_read_mip_hides_older_ones() {
     let writers = [layered(None, Some((1, 1))), layered(Some((0, 1)), Some((1, 1)))];
     check(Kind::Layered, &writers, &[layered(Some((0, 1)), None)])
         .unwrap_or_else(|failure| panic!("{failure}"));

@@ -96,7 +96,7 @@ proptest! {
     #![proptest_config(property::config(512))]
 
     #[test]
-    fn of_many_writers_just_those_are_kept_that_playing_every_state_finds(
+    fn kept_writers_are_those_that_playing_every_state_finds(
         list in proptest::collection::vec(
             (range(), proptest::option::weighted(0.9, (0usize..TOGGLES, any::<bool>())), any::<bool>()), 1..40
         ),
@@ -130,7 +130,7 @@ fn numbers() -> impl FnMut(u64) -> u64 {
 }
 
 #[test]
-fn five_thousand_toggled_writers_of_ranges_have_a_few_edges_each() {
+fn five_thousand_toggled_writers_have_few_edges_each() {
     const COUNT: usize = 5000;
     let mut number = numbers();
     let words = 1 << 18;
@@ -147,7 +147,7 @@ fn five_thousand_toggled_writers_of_ranges_have_a_few_edges_each() {
 }
 
 #[test]
-fn what_loads_over_a_write_with_its_own_toggle_passes_nothing_older_on() {
+fn a_load_over_a_write_of_its_toggle_passes_nothing_on() {
     let writer = |toggle: usize, loads: bool| Writer { range: (0, 1), toggle: Some((toggle, true)), loads };
     // The end sees the first write while all toggles are off; the two that load never do. The other sixteen are more
     // edges than the compiler shows of one kind.

@@ -31,7 +31,7 @@ proptest! {
     }
 
     #[test]
-    fn casters_behind_the_camera_and_above_the_slice_are_inside_the_depth_range(
+    fn casters_outside_the_slice_are_inside_the_depth_range(
         camera in camera(), light in direction(), shape in shape(),
         corner in position(300.0), size in (0.0..300.0, 0.0..300.0, 0.0..300.0),
         points in prop::collection::vec((0.0..=1.0, 0.0..=1.0, 0.0..=1.0), 64),
@@ -68,7 +68,7 @@ proptest! {
     }
 
     #[test]
-    fn what_slice_and_scene_have_in_common_is_inside_a_cascade_narrowed_to_the_scene(
+    fn a_cascade_narrowed_to_the_scene_covers_slice_and_scene(
         camera in camera(), light in direction(), shape in shape(),
         corner in position(100.0), size in (1.0..100.0, 1.0..100.0, 1.0..100.0),
         points in prop::collection::vec((0.0..=1.0, -1.0..=1.0, -1.0..=1.0), 64),
@@ -105,7 +105,7 @@ fn a_small_scene_gives_the_far_cascades_fine_texels() {
 }
 
 #[test]
-fn without_a_far_plane_the_whole_range_ends_where_the_scene_does() {
+fn without_a_far_plane_the_range_ends_with_the_scene() {
     let settings = Configuration { splits: Splits::Whole { count: 2 }, ..configuration(&[1.0]) };
     let endless = Projection::Perspective { vertical_fov: 1.0, near: 0.3, far: f64::INFINITY };
     let camera = identity_camera().projection(endless).position(DVec3::new(0.0, 0.0, 5.0));
@@ -146,7 +146,7 @@ fn an_off_centre_slice_lies_inside_its_cascade() {
 }
 
 #[test]
-fn depth_can_reach_over_scene_and_casters_whatever_the_camera_sees() {
+fn depth_can_cover_the_scene_whatever_the_camera_sees() {
     let settings = Configuration { near_pull: NearPull::Scene, ..configuration(&[8.0, 40.0]) };
     let mut frame = frame(identity_camera(), DVec3::NEG_Y);
     // The scene stands between -2 m and 40 m.

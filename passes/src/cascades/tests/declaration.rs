@@ -70,7 +70,7 @@ fn a_camera_that_sees_nothing_leaves_the_light() {
 }
 
 #[test]
-fn the_shortest_settings_publish_a_view_and_values_for_each_cascade() {
+fn the_shortest_settings_publish_views_and_values() {
     let frame = frame(identity_camera(), DVec3::NEG_Y);
     let data = run(r#"{ "far": [10, 30, 80, 200], "resolution": 1024 }"#, &frame);
     assert_eq!(data.views().len(), 4);

@@ -15,7 +15,7 @@ proptest! {
     #![proptest_config(property::config(1000))]
 
     #[test]
-    fn a_translation_of_the_camera_moves_static_points_by_whole_texels(
+    fn camera_translation_moves_static_points_by_whole_texels(
         camera in camera(), light in direction(), shape in shape(), clip_to_scene: bool,
         snap in prop_oneof![Just(Snap::World), Just(Snap::Origin)],
         step in (position(3.0), 0.001..1.0).prop_map(|(step, scale)| step * scale), point in position(50.0),
@@ -33,7 +33,7 @@ proptest! {
     }
 
     #[test]
-    fn the_rounding_of_matrices_to_32_bits_moves_a_cascade_by_less_than_a_hundredth_of_a_texel(
+    fn rounding_matrices_to_32_bits_moves_under_0_01_texels(
         camera in camera(), light in direction(), shape in shape(),
     ) {
         let set = Configuration { shape, ..configuration(&[8.0, 40.0, 200.0]) }.fit(&frame(camera, light));
@@ -47,7 +47,7 @@ proptest! {
     }
 
     #[test]
-    fn a_rotation_of_the_camera_leaves_the_texels_of_a_sphere_fit_unchanged(
+    fn camera_rotation_leaves_the_texels_of_a_sphere_fit(
         camera in camera(), light in direction(), rotation in rotation(), point in position(50.0),
     ) {
         let settings = configuration(&[8.0, 40.0, 200.0]);
@@ -86,7 +86,7 @@ fn a_tight_fit_has_finer_texels_than_a_sphere() {
 }
 
 #[test]
-fn an_aligned_fit_is_finer_than_a_tight_one_across_the_light_and_turns_in_steps() {
+fn an_aligned_fit_is_finer_than_a_tight_one_and_turns_in_steps() {
     let projection = Projection::Perspective { vertical_fov: 0.5, near: 0.1, far: 100.0 };
     let looking = |turn: f64| Camera::new(DVec3::ZERO, DQuat::from_rotation_y(turn), projection, 1.0);
     let light = DVec3::new(0.0, -1.0, 0.0);
@@ -112,7 +112,7 @@ fn an_aligned_fit_is_finer_than_a_tight_one_across_the_light_and_turns_in_steps(
 }
 
 #[test]
-fn a_movement_within_one_texel_leaves_the_matrices_bit_identical() {
+fn a_movement_within_a_texel_keeps_matrices_bit_identical() {
     let settings = configuration(&[500.0]);
     let light = DVec3::new(0.3, -1.0, 0.2);
     let matrices: std::collections::BTreeSet<_> = (0..100)

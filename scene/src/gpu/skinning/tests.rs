@@ -121,7 +121,7 @@ fn crowd() -> Scene {
 }
 
 #[test]
-fn uneven_scale_mirroring_and_great_distances_make_no_difference() {
+fn skinning_holds_under_uneven_scale_mirror_and_distance() {
     let scene = crowd();
     let poses: Vec<Pose> = [0.0, 1.2].map(|time| scene.pose(time)).into();
     println!("changed joints: {:.1e} of the largest coordinate", assert_alike(&scene, &poses));
@@ -134,7 +134,7 @@ fn target(primitive: &Primitive, by: [f32; 3]) -> MorphTarget {
 }
 
 #[test]
-fn joints_move_vertices_that_are_morphed_and_others_are_morphed_where_they_stand() {
+fn joints_move_morphed_vertices_others_morph_in_place() {
     let (mut morphed, mut modelled) = (figure(), figure());
     for mesh in &mut morphed.meshes {
         mesh.primitives.iter_mut().for_each(|one| one.targets = vec![target(one, [0.0, 0.5, 0.25])]);

@@ -156,7 +156,7 @@ fn a_skinned_mesh_is_drawn_where_its_joints_are() {
 
 /// The middles of a grid of places are inside or outside of the triangle that the processor computes, as they are drawn.
 #[test]
-fn a_morphed_mesh_is_drawn_where_the_processor_puts_its_vertices() {
+fn a_morphed_mesh_is_drawn_where_the_cpu_puts_its_vertices() {
     let Some(gpu) = gpu::device() else { return };
     let mut document = red_triangle();
     let targets = [[-0.5, -0.5, 0., 0., 0., 0., 0., 0., 0.], [0., 0., 0., 0., 0.75, 0., -1., -0.5, 0.]]

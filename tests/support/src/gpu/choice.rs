@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_software_adapter_on_vulkan_comes_before_a_discrete_one_on_opengl() {
+    fn software_on_vulkan_comes_before_discrete_on_opengl() {
         let adapters = [
             adapter("GeForce", Backend::Gl, DeviceType::DiscreteGpu),
             adapter("llvmpipe", Backend::Vulkan, DeviceType::Cpu),

@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn grey_equals_the_same_grey_in_colour_but_a_transparent_pixel_is_not_opaque() {
+    fn grey_equals_rgb_grey_but_transparent_is_not_opaque() {
         let grey = Picture::filled(3, 3, Channels::Grey, &[90]);
         let colour = Picture::filled(3, 3, Channels::Rgb, &[90; 3]);
         let transparent = Picture::filled(3, 3, Channels::GreyAlpha, &[90, 0]);

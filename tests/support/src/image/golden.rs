@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_reference_fails_and_names_the_command_that_makes_it() {
+    fn a_missing_reference_fails_and_names_its_command() {
         let root = ScratchFolder::new("a_missing_reference_fails");
         let golden = golden_in(&root, false);
         let message = failure(golden.check("sun", &grey(1), &Tolerance::EXACT));
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mismatch_keeps_both_pictures_and_leaves_the_reference_alone() {
+    fn a_mismatch_keeps_both_pictures_and_the_reference() {
         let root = ScratchFolder::new("a_mismatch_keeps_both_pictures");
         let golden = golden_in(&root, false);
         grey(10).save(&golden.reference_path("sun")).unwrap();

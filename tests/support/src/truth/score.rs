@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn contact_leak_counts_only_what_is_shadowed_from_near_and_off_the_edge() {
+    fn contact_leak_counts_only_near_shadows_off_the_edge() {
         let mut scene = half_shadowed();
         let mut picture = picture(&scene);
         paint(&mut picture, 2, 0..2, 255);
@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn geometry_that_the_picture_misses_lowers_the_hits_and_is_not_evaluated() {
+    fn missed_geometry_lowers_the_hits_and_is_not_evaluated() {
         let scene = half_shadowed();
         let mut picture = picture(&scene);
         for x in 0..8 {
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn geometry_that_only_the_picture_hits_is_reported_but_not_evaluated() {
+    fn extra_geometry_is_reported_but_not_evaluated() {
         let mut scene = half_shadowed();
         let picture = picture(&scene);
         scene.hit[0] = false;
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn soft_errors_are_those_of_the_grey_in_the_penumbra_and_elsewhere() {
+    fn soft_errors_are_of_the_grey_in_penumbra_and_elsewhere() {
         let mut scene = half_shadowed();
         let mut picture = picture(&scene);
         paint(&mut picture, 0, 0..8, 255);

@@ -41,7 +41,7 @@ fn becomes(text: &str, expected: &str) {
 }
 
 #[test]
-fn what_stands_on_one_line_stays_there_and_what_is_broken_stays_broken() {
+fn one_line_stays_one_line_and_broken_lines_stay_broken() {
     becomes("{\"a\":1,\"b\":[1,2 ,3],\"c\":{ }}", "{ \"a\": 1, \"b\": [1, 2, 3], \"c\": {} }\n");
     becomes("{\n\"a\":1,\"b\":2\n,\n\n\n\"c\":3}", "{\n  \"a\": 1, \"b\": 2,\n\n  \"c\": 3\n}\n");
     becomes("[\r\n1\r\n]", "[\n  1\n]\n");

@@ -421,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn all_diagnostics_are_reported_at_once_and_a_misspelt_key_is_not_also_missing() {
+    fn all_errors_come_at_once_and_a_misspelt_key_is_not_missing() {
         assert_eq!(
             diagnostics(r#"{"texture": {"fromat": "depth32float", "size": true, "layers": 9}}"#),
             [
