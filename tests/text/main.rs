@@ -31,3 +31,4 @@ mod structure;
 mod systems;
 #[cfg(feature = "noop")]
 mod webgpu_rules;
+mod words;

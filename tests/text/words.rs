@@ -1,0 +1,70 @@
+//! Doc comments name the thing first, and names of tests are short.
+
+use std::path::{Path, PathBuf};
+
+use crate::common::root;
+
+/// Words with which a doc comment explains before it names.
+const BEGINNINGS: [&str; 6] = ["What", "Where", "How", "Which", "Who", "That"];
+/// The maximum number of doc comments that begin with one of them.
+const MAX_BEGINNINGS: usize = 40;
+/// The maximum length of a test's name.
+const MAX_NAME: usize = 60;
+
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap().flatten() {
+        let (path, name) = (entry.path(), entry.file_name());
+        let is_hidden = name.to_string_lossy().starts_with('.');
+        if path.is_dir() && name != "target" && !is_hidden {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// The number of lines of documentation that begin with a word.
+fn beginnings(text: &str, word: &str) -> usize {
+    let documented = text.lines().filter_map(|line| {
+        let line = line.trim_start();
+        line.strip_prefix("/// ").or_else(|| line.strip_prefix("//! "))
+    });
+    let begins = |line: &&str| {
+        line.strip_prefix(word).is_some_and(|rest| !rest.starts_with(|next: char| next.is_alphanumeric()))
+    };
+    documented.filter(begins).count()
+}
+
+/// The names of the functions below `#[test]` that are longer than they should be.
+fn long_names(text: &str) -> impl Iterator<Item = &str> {
+    let mut lines = text.lines().map(str::trim_start);
+    let tests = std::iter::from_fn(move || {
+        lines.find(|line| *line == "#[test]")?;
+        lines.find_map(|line| line.strip_prefix("fn ")?.split(['(', '<']).next())
+    });
+    tests.filter(|name| name.len() > MAX_NAME)
+}
+
+#[test]
+fn doc_comments_name_the_thing_first_and_test_names_are_short() {
+    let mut paths = Vec::new();
+    sources(&root(), &mut paths);
+    assert!(paths.len() > 500, "{}", paths.len());
+    let texts: Vec<String> = paths.iter().map(|path| std::fs::read_to_string(path).unwrap()).collect();
+    for word in BEGINNINGS {
+        let count: usize = texts.iter().map(|text| beginnings(text, word)).sum();
+        assert!(count <= MAX_BEGINNINGS, "{count} doc comments begin with {word}; {MAX_BEGINNINGS} may");
+    }
+    let names: Vec<&str> = texts.iter().flat_map(|text| long_names(text)).collect();
+    assert!(names.is_empty(), "longer than {MAX_NAME} characters: {names:#?}");
+}
+
+#[test]
+fn beginnings_and_long_names_are_found() {
+    let long = "x".repeat(MAX_NAME + 1);
+    let text = format!(
+        "//! What\n    /// What a\n/// Whatever\n#[test]\n#[ignore]\nfn {long}() {{}}\nfn z{long}() {{}}"
+    );
+    assert_eq!((beginnings(&text, "What"), beginnings(&text, "How")), (2, 0));
+    assert_eq!(long_names(&text).collect::<Vec<_>>(), [long.as_str()]);
+}
