@@ -21,9 +21,12 @@ use super::wgsl_error;
 use crate::codes;
 use crate::reflection::WorkgroupSizes;
 use crate::rules::aliasing;
+use crate::rules::constant_arguments;
+use crate::rules::endless_loops;
 use crate::rules::uniformity;
 use crate::written::complexity;
 use crate::written::hint;
+use crate::written::operators;
 use crate::written::rejection::Rejection;
 
 /// Stack for parsing and validating nested text.
@@ -35,22 +38,26 @@ pub(crate) const STACK_BYTES: usize = 32 << 20;
 /// Why naga rejects it.
 pub(crate) fn parse(text: &str) -> Result<Module, Rejection> {
     complexity::check(text)?;
-    guarded(|| {
+    let module = guarded(|| {
         naga::front::wgsl::parse_str(text)
             .map_err(|error| hint::improve(text, wgsl_error::parse(text, &error)))
-    })
+    })?;
+    operators::check(text)?;
+    Ok(module)
 }
 
 /// Validates a parsed module.
 ///
 /// # Errors
-/// Why naga rejects it.
+/// Why naga rejects it, or the first loop or constant that browsers reject.
 pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<ModuleInfo, Rejection> {
-    guarded(|| {
+    let info = guarded(|| {
         Validator::new(ValidationFlags::all(), capabilities)
             .validate(module)
             .map_err(|error| wgsl_error::validation(codes::WGSL_INVALID, module, &error))
-    })
+    })?;
+    let beyond = endless_loops::found(module).into_iter().chain(constant_arguments::found(module)).next();
+    beyond.map_or(Ok(info), Err)
 }
 
 /// Violations of WGSL rules that naga does not check; browsers reject such modules.

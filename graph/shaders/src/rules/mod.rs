@@ -1,6 +1,8 @@
 //! Rules that naga does not enforce and browsers or targets do: uniform control flow, aliasing, limits.
 
 pub(crate) mod aliasing;
+pub(crate) mod constant_arguments;
+pub(crate) mod endless_loops;
 pub(crate) mod limits;
 pub(crate) mod uniform_branches;
 pub(crate) mod uniformity;

@@ -3,6 +3,7 @@
 mod arbitrary;
 mod broken;
 mod compiling;
+mod creation;
 mod dead;
 mod exploring;
 mod mutations;

@@ -3,6 +3,7 @@
 pub(crate) mod complexity;
 pub(crate) mod hint;
 pub(crate) mod ir;
+pub(crate) mod operators;
 pub(crate) mod rejection;
 pub(crate) mod stages;
 pub(crate) mod text_map;

@@ -1,0 +1,152 @@
+//! Arguments of built-in functions that are constants outside of what the function takes.
+//!
+//! WGSL makes such a call an error when the module is created, although nothing runs yet; naga looks only at calls whose
+//! arguments are all constant. Rejected here, as browsers do:
+//!
+//! | call | rejected |
+//! |---|---|
+//! | `clamp(e, low, high)` | low above high |
+//! | `smoothstep(low, high, x)` | low equal to high |
+//! | `extractBits`, `insertBits` | offset + count above 32 |
+//! | `ldexp(e1, e2)` | e2 above 128 |
+//! | `pack2x16float`, `quantizeToF16` | a value beyond ±65,504 |
+//! | `unpack2x16float`, `bitcast<f32>` | bits of an infinity or of no number |
+//!
+//! A `let` is no constant, whatever its value. Source: *WebGPU Shading Language*, "Built-in Functions".
+
+use naga::{Arena, Expression, Function, Handle, Literal, MathFunction, Module, ScalarKind, TypeInner};
+
+use crate::codes;
+use crate::written::rejection::Rejection;
+
+/// The calls of a module with constants that their functions do not take.
+pub(crate) fn found(module: &Module) -> Vec<Rejection> {
+    let functions = module.functions.iter().map(|(_, function)| function);
+    let all = functions.chain(module.entry_points.iter().map(|entry| &entry.function));
+    all.flat_map(|function| {
+        let calls = Calls { module, function };
+        function.expressions.iter().filter_map(move |(handle, _)| calls.rejection(handle)).collect::<Vec<_>>()
+    })
+    .collect()
+}
+
+struct Calls<'m> {
+    module: &'m Module,
+    function: &'m Function,
+}
+
+impl Calls<'_> {
+    fn rejection(&self, handle: Handle<Expression>) -> Option<Rejection> {
+        let (message, help) = match self.function.expressions[handle] {
+            Expression::Math { fun, arg, arg1, arg2, arg3 } => {
+                self.math(fun, [Some(arg), arg1, arg2, arg3])?
+            }
+            Expression::As { expr, kind: ScalarKind::Float, convert: None } => {
+                let bits = self
+                    .constant(expr)?
+                    .into_iter()
+                    .find(|bits| !f32::from_bits(as_bits(*bits)).is_finite())?;
+                let message = format!("the bits 0x{:08x} are no finite f32", as_bits(bits));
+                (message, "compare bits as integers, or take the bits of a finite number")
+            }
+            _ => return None,
+        };
+        let place = self.function.expressions.get_span(handle);
+        Some(Rejection::new(codes::WGSL_INVALID, message, place).help(help))
+    }
+
+    fn math(
+        &self,
+        fun: MathFunction,
+        arguments: [Option<Handle<Expression>>; 4],
+    ) -> Option<(String, &'static str)> {
+        let argument = |at: usize| arguments[at].and_then(|argument| self.constant(argument));
+        let pairs = |one: usize, other: usize| Some(argument(one)?.into_iter().zip(argument(other)?));
+        Some(match fun {
+            MathFunction::Clamp => {
+                let (low, high) = pairs(1, 2)?.find(|(low, high)| low > high)?;
+                let message = format!("\"clamp\" has the low bound {low} above the high bound {high}");
+                (message, "exchange the bounds")
+            }
+            MathFunction::SmoothStep => {
+                let (low, _) = pairs(0, 1)?.find(|(low, high)| low == high)?;
+                (format!("\"smoothstep\" has both edges at {low}"), "use \"step\", or edges apart")
+            }
+            MathFunction::ExtractBits | MathFunction::InsertBits => {
+                let first = if fun == MathFunction::ExtractBits { 1 } else { 2 };
+                let (offset, count) =
+                    pairs(first, first + 1)?.find(|(offset, count)| offset + count > 32.0)?;
+                let message =
+                    format!("the offset {offset} and the count {count} of bits are more than 32 together");
+                (message, "take fewer bits, or a smaller offset")
+            }
+            MathFunction::Ldexp => {
+                let exponent = argument(1)?.into_iter().find(|exponent| *exponent > 128.0)?;
+                (format!("\"ldexp\" has the exponent {exponent}, above 128"), "no f32 is so large")
+            }
+            MathFunction::Pack2x16float | MathFunction::QuantizeToF16 => {
+                // 65,520 is rounded to what a half cannot hold.
+                let value = argument(0)?.into_iter().find(|value| value.abs() >= 65_520.0)?;
+                (format!("{value} does not fit in a half, which ends at 65,504"), "clamp the value first")
+            }
+            MathFunction::Unpack2x16float => {
+                let halves = |bits: f64| [as_bits(bits) & 0xffff, as_bits(bits) >> 16];
+                let half = argument(0)?.into_iter().flat_map(halves).find(|half| half & 0x7c00 == 0x7c00)?;
+                (format!("the bits 0x{half:04x} are no finite half"), "take the bits of a finite number")
+            }
+            _ => return None,
+        })
+    }
+
+    /// The components of a constant of the function.
+    fn constant(&self, handle: Handle<Expression>) -> Option<Vec<f64>> {
+        if self.function.named_expressions.contains_key(&handle) {
+            return None;
+        }
+        self.components(&self.function.expressions, handle)
+    }
+
+    fn components(&self, arena: &Arena<Expression>, handle: Handle<Expression>) -> Option<Vec<f64>> {
+        let is_local = std::ptr::eq(arena, &self.function.expressions);
+        if is_local && self.function.named_expressions.contains_key(&handle) {
+            return None;
+        }
+        match &arena[handle] {
+            Expression::Literal(literal) => Some(vec![number(*literal)?]),
+            Expression::Constant(constant) => {
+                self.components(&self.module.global_expressions, self.module.constants[*constant].init)
+            }
+            Expression::Splat { size, value } => {
+                Some(vec![*self.components(arena, *value)?.first()?; *size as usize])
+            }
+            Expression::Compose { components, .. } => {
+                let parts = components.iter().map(|component| self.components(arena, *component));
+                Some(parts.collect::<Option<Vec<_>>>()?.concat())
+            }
+            Expression::ZeroValue(ty) => match self.module.types[*ty].inner {
+                TypeInner::Scalar(_) => Some(vec![0.0]),
+                TypeInner::Vector { size, .. } => Some(vec![0.0; size as usize]),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+}
+
+fn number(literal: Literal) -> Option<f64> {
+    Some(match literal {
+        Literal::F64(value) | Literal::AbstractFloat(value) => value,
+        Literal::F32(value) => f64::from(value),
+        Literal::F16(value) => f64::from(f32::from(value)),
+        Literal::U32(value) => f64::from(value),
+        Literal::I32(value) => f64::from(value),
+        Literal::AbstractInt(value) | Literal::I64(value) => value as f64,
+        Literal::U64(value) => value as f64,
+        _ => return None,
+    })
+}
+
+/// The 32 bits of an integer that was read as a number.
+fn as_bits(value: f64) -> u32 {
+    if value < 0.0 { value as i32 as u32 } else { value as u32 }
+}
