@@ -6,7 +6,9 @@ use umbragraph_session::{Storage, Template, TemplateText};
 
 use crate::Bundled;
 use crate::diagnostic::Diagnostic;
-use crate::low_level::compose::{Disk, Files as _, Named, Roots, Unreachable, normalize};
+use crate::low_level::compose::{
+    Disk, Files as _, Named, Roots, Unreachable, find_below, normalize,
+};
 use crate::low_level::source::{FileId, Sources};
 
 /// The files of a disk, and those that come with this crate.
@@ -27,7 +29,7 @@ impl Storage for DiskStorage {
     }
 
     fn may_read(&self, path: &Path, roots: &Roots) -> bool {
-        Bundled::<Named>::has(path) || !matches!(roots.find(path), Err(Unreachable::Outside))
+        Bundled::<Named>::has(path) || !matches!(find_below(roots, path), Err(Unreachable::Outside))
     }
 
     fn has_scheme(&self, scheme: &str) -> bool {

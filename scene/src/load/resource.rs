@@ -7,7 +7,7 @@
 use base64::Engine;
 use std::path::{Path, PathBuf};
 
-use umbragraph_pipeline::compose::{Roots, Unreachable, read_bytes};
+use umbragraph_pipeline::compose::{Roots, Unreachable, find_below, read_bytes};
 use umbragraph_pipeline::diagnostic::Code;
 
 use super::limits::MAX_FILE_BYTES;
@@ -85,7 +85,7 @@ impl Folder {
 
 impl Resolver for Folder {
     fn read(&self, path: &str) -> Result<Vec<u8>, ResolveError> {
-        match self.roots.find(&self.folder.join(path)) {
+        match find_below(&self.roots, &self.folder.join(path)) {
             Ok(found) => read_file(&found, path),
             Err(Unreachable::Outside) => Err(ResolveError::Outside(path.to_owned())),
             Err(Unreachable::Failed(error)) => Err(failed(path, &error)),

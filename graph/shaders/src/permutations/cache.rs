@@ -2,7 +2,7 @@
 //!
 //! Configurations of one pipeline mostly want the same shaders, and so do pipelines that are loaded one after the other.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::declares;
@@ -27,6 +27,20 @@ impl ShaderCache {
     pub fn new(templates: &Arc<TemplateSet>, profile: &TargetProfile) -> Self {
         let (templates, profile) = (templates.clone(), profile.clone());
         Self { templates, profile, made: Mutex::default(), declared: Mutex::default() }
+    }
+
+    /// Nothing made yet but the modules of a cache before, of templates that have not changed. Rejections are made again:
+    /// they may name any template.
+    pub fn carrying(before: &Self, templates: &Arc<TemplateSet>, unchanged: &BTreeSet<&str>) -> Self {
+        let new = Self::new(templates, &before.profile);
+        let made = before.made.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept =
+            made.iter().filter(|((name, _), module)| module.is_ok() && unchanged.contains(name.as_str()));
+        let kept = kept.map(|(key, module)| (key.clone(), module.clone())).collect();
+        let declared = before.declared.lock().unwrap_or_else(PoisonError::into_inner);
+        let declared = declared.iter().filter(|((name, ..), _)| unchanged.contains(name.as_str()));
+        let declared = declared.map(|(key, values)| (key.clone(), values.clone())).collect();
+        Self { made: Mutex::new(kept), declared: Mutex::new(declared), ..new }
     }
 
     /// The templates.

@@ -38,7 +38,7 @@ pub use umbragraph_text::diagnostic::Count;
 pub use validator::{Opinion, Validator};
 
 use std::collections::{BTreeSet, HashMap, HashSet};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use cause::{Causes, Failure, Ground};
@@ -66,12 +66,24 @@ pub struct Options<'a> {
     pub shared: BTreeSet<FileId>,
     /// Called with the texts done and all texts that are known by then, from any thread.
     pub progress: &'a (dyn Fn(usize, usize) + Sync),
+    /// Ends the check before the next text, once it is set: its results are of no use then.
+    pub cancelled: &'a AtomicBool,
 }
+
+/// Never set.
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 impl Default for Options<'_> {
     fn default() -> Self {
         let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-        Self { threads, external: &[], report_dead: false, shared: BTreeSet::new(), progress: &|_, _| {} }
+        Self {
+            threads,
+            external: &[],
+            report_dead: false,
+            shared: BTreeSet::new(),
+            progress: &|_, _| {},
+            cancelled: &NEVER,
+        }
     }
 }
 
@@ -97,10 +109,15 @@ fn explore_and_prove<'a>(
     let mut current: Option<Current<'_, '_>> = None;
     let tasks = std::iter::from_fn(|| {
         loop {
+            if options.cancelled.load(Ordering::Relaxed) {
+                return None;
+            }
             if let Some(Current { subject, explorer, tasks, request, .. }) = &mut current {
                 let profiles = request.profiles.iter().map(|profile| profile.name.as_str()).collect();
                 let known = known.entry((&request.template, profiles)).or_default();
-                while let Some(source) = explorer.next_text() {
+                while !options.cancelled.load(Ordering::Relaxed)
+                    && let Some(source) = explorer.next_text()
+                {
                     let text = explorer.exploration.texts.last()?;
                     let new = found.load(Ordering::Relaxed);
                     let index = *known.entry(text.hash).or_insert(new);
@@ -171,6 +188,9 @@ struct Current<'a, 'p> {
 pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_>) -> Permutations {
     let mut diagnostics = Diagnostics::new();
     let (explored, rejected, proven) = explore_and_prove(templates, requests, options);
+    if options.cancelled.load(Ordering::Relaxed) {
+        return Permutations { diagnostics, templates: Vec::new(), proven: proven.len() };
+    }
     diagnostics.extend(rejected);
 
     let mut causes = Causes::default();

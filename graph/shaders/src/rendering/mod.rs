@@ -7,3 +7,4 @@ pub(crate) mod placement;
 pub(crate) mod render;
 pub(crate) mod template_error;
 pub(crate) mod templates;
+mod unchanged;

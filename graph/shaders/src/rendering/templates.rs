@@ -35,6 +35,8 @@ pub struct TemplateSet {
     pub(crate) environment: Environment<'static>,
     pub(crate) templates: BTreeMap<String, Arc<Template>>,
     declarations: BTreeMap<String, axes::Declaration>,
+    /// The texts of the declarations.
+    declared: BTreeMap<String, Arc<str>>,
     /// The axes of each template with the inherited ones, resolved for all templates on first use.
     resolved: OnceLock<BTreeMap<String, Resolved>>,
     /// The addresses of the texts in memory, computed on first use.
@@ -43,7 +45,7 @@ pub struct TemplateSet {
     marked: OnceLock<MarkedTemplates>,
     longest_literal: usize,
     /// The library's templates: their bindings are renumbered when they collide with an author's.
-    library: BTreeSet<FileId>,
+    pub(super) library: BTreeSet<FileId>,
 }
 
 #[derive(Debug, Default)]
@@ -65,6 +67,7 @@ impl TemplateSet {
             environment: filters::environment(),
             templates: BTreeMap::new(),
             declarations: BTreeMap::new(),
+            declared: BTreeMap::new(),
             resolved: OnceLock::new(),
             placement: OnceLock::new(),
             marked: OnceLock::new(),
@@ -114,6 +117,7 @@ impl TemplateSet {
                 return;
             }
             self.declarations.insert(stem.to_owned(), axes::parse(sources, file, diagnostics));
+            self.declared.insert(stem.to_owned(), text);
         } else {
             if self.templates.contains_key(name) {
                 diagnostics.push(twice());
@@ -202,6 +206,19 @@ impl TemplateSet {
     /// is no such template.
     pub fn axes(&self, template: &str) -> Option<&Axes> {
         self.resolved().get(template).map(|found| &found.axes)
+    }
+
+    /// The text of the declaration beside a template, and its file.
+    pub(super) fn declared_text(&self, template: &str) -> Option<(FileId, Option<&Arc<str>>)> {
+        Some((self.axes_file(template)?, self.declared.get(stem(template))))
+    }
+
+    /// The templates whose axes one inherits, as far as there are such.
+    pub(super) fn inherited(&self, template: &str) -> impl Iterator<Item = &str> {
+        let inherits = self.declarations.get(stem(template)).map(|declared| &declared.axes.inherits);
+        let known =
+            |(name, _): &(String, _)| self.templates.get_key_value(name).map(|(name, _)| name.as_str());
+        inherits.into_iter().flatten().filter_map(known)
     }
 
     /// The names of the axes of some templates.

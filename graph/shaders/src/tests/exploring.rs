@@ -1,6 +1,7 @@
 //! Lazy forking against going through every configuration, and what a check reports.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use umbragraph_test_support::property;
@@ -221,6 +222,17 @@ fn the_number_of_threads_changes_nothing() {
     for threads in [2, 5, 64] {
         assert_eq!(outcome(threads), one, "{threads} threads");
     }
+}
+
+#[test]
+fn cancelled_check_ends_before_the_next_text() {
+    let fixture = readers(READERS[9]);
+    let cancelled = AtomicBool::new(false);
+    let stop = |_: usize, _: usize| cancelled.store(true, Ordering::Relaxed);
+    let options = Options { threads: 1, progress: &stop, cancelled: &cancelled, ..Options::default() };
+    assert_eq!(all(&fixture, &options).proven, 1);
+    cancelled.store(false, Ordering::Relaxed);
+    assert!(all(&fixture, &Options { threads: 1, ..Options::default() }).proven > 10);
 }
 
 #[test]

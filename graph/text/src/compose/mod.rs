@@ -16,6 +16,7 @@
 //!
 //! Limits: 64 files, 32 levels; a file that leads back to itself is a diagnostic.
 
+mod disk;
 mod files;
 mod insert;
 mod merge;
@@ -24,11 +25,12 @@ mod roots;
 mod shared_settings;
 mod subgraphs;
 
-pub use files::{Disk, Files, Memory, Named, add_bytes, files_below, meant_beside, read_bytes, read_source};
+pub use disk::{Disk, Named, Unreachable, files_below, find_below, meant_beside, read_bytes, read_source};
+pub use files::{Files, Memory, add_bytes};
 pub use insert::insert;
 pub use merge::SECTIONS;
 pub use provenance::{SharedPlaces, as_written};
-pub use roots::{Roots, Unreachable};
+pub use roots::Roots;
 pub use shared_settings::{is_incomplete, share};
 pub use subgraphs::is_path;
 
@@ -120,10 +122,32 @@ pub fn compose(
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Option<Composed> {
+    compose_as((file, path), files, sources, diagnostics, false)
+}
+
+/// Composes what is understood of the document of a registered file, where [`compose`] makes none: for editors, which help
+/// while a text is broken. Its diagnostics are those of [`compose`].
+pub fn compose_understood(
+    file: FileId,
+    path: &Path,
+    files: &mut dyn Files,
+    sources: &mut Sources,
+) -> Option<Composed> {
+    compose_as((file, path), files, sources, &mut Diagnostics::new(), true)
+}
+
+fn compose_as(
+    (file, path): (FileId, &Path),
+    files: &mut dyn Files,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+    is_lenient: bool,
+) -> Option<Composed> {
     let mut composer = Composer {
         files,
         sources,
         diagnostics,
+        is_lenient,
         seen: Vec::new(),
         chain: Vec::new(),
         changes: merge::Changes::default(),
@@ -149,6 +173,8 @@ struct Composer<'a> {
     files: &'a mut dyn Files,
     sources: &'a mut Sources,
     diagnostics: &'a mut Diagnostics,
+    /// Whether what is broken or missing is left out.
+    is_lenient: bool,
     seen: Vec<FileId>,
     /// The paths that lead to the file at hand, each with the place that names the next.
     chain: Vec<(PathBuf, Option<Span>)>,
@@ -174,12 +200,15 @@ impl Composer<'_> {
     }
 
     fn parse(&mut self, file: FileId) -> Option<Value> {
+        if self.is_lenient {
+            return Some(self.files.recover(file, self.sources).root);
+        }
         let parsed = self.files.parse(file, self.sources);
         parsed.map_err(|diagnostics| self.diagnostics.extend(diagnostics)).ok().map(|document| document.root)
     }
 
     fn compose_value(&mut self, mut root: Value, path: &Path, mut below: Option<Value>) -> Option<Value> {
-        if self.misspells_a_file_key(&root) {
+        if self.misspells_a_file_key(&root) && !self.is_lenient {
             return None;
         }
         let bases = self.named_files(&root, "extends");
@@ -191,7 +220,8 @@ impl Composer<'_> {
         let mut fine = true;
         let extends = !bases.is_empty();
         for (name, place) in bases {
-            below = self.follow(&name, place, path, Layer::Extended, below);
+            let before = below.as_ref().filter(|_| self.is_lenient).cloned();
+            below = self.follow(&name, place, path, Layer::Extended, below).or(before);
             fine &= below.is_some();
         }
         // What a base that could not be read has is not known.
@@ -210,7 +240,7 @@ impl Composer<'_> {
             }
             self.laid = laid;
         }
-        fine.then_some(merged)
+        (fine || self.is_lenient).then_some(merged)
     }
 
     /// Finds keys of the document that were meant to name other files: without those, nothing else can be said of it.

@@ -93,7 +93,8 @@ impl Composer<'_> {
             // Files that are not there count, too, so that looking for them comes to an end.
             if known.len() > MAX_FILES {
                 self.too_many_files(place);
-                return None;
+                fine = false;
+                break;
             }
             match self.used_file(&name, place) {
                 Some(subgraph) => {
@@ -112,7 +113,7 @@ impl Composer<'_> {
         if let Some(members) = root.entries_of_mut("subgraphs") {
             members.append(&mut read);
         }
-        fine.then_some(known)
+        (fine || self.is_lenient).then_some(known)
     }
 
     fn used_file(&mut self, name: &str, place: Span) -> Option<Value> {
@@ -132,6 +133,9 @@ impl Composer<'_> {
         self.layers.insert(file, Layer::Used);
         self.seen.push(file);
         let mut root = self.parse(file)?;
+        if self.is_lenient && root.entries().is_none() {
+            return None;
+        }
         let what = match (root.get("passes"), root.get("inserts"), root.get("parameters")) {
             (None, Some(_), _) => Some("an extension: `--extension FILE` puts it into a pipeline"),
             (None, None, Some(_)) => Some("a parameter file: `--params FILE` gives its values"),
