@@ -82,6 +82,8 @@ pub(crate) enum Command {
     Fmt(FmtArguments),
     /// Prints the JSON Schema of pipelines, with every node kind, for editors.
     Schema(SchemaArguments),
+    /// Serves editors with diagnostics, completion and more, over the Language Server Protocol on standard input and output.
+    Lsp(LspArguments),
     /// Renders a scene through a pipeline to a PNG file.
     #[cfg(feature = "gpu")]
     Render(RenderArguments),
@@ -148,6 +150,15 @@ pub(crate) struct Choices {
     /// The aim of the order of the passes: declaration, memory or few-passes.
     #[arg(long, value_name = "NAME", default_value = "declaration", value_parser = one_of("objectives", Objective::ALL, Objective::name))]
     pub(crate) objective: Objective,
+}
+
+#[derive(Args)]
+pub(crate) struct LspArguments {
+    #[command(flatten)]
+    pub(crate) files: Files,
+    /// Standard input and output are used always; many editors say so.
+    #[arg(long)]
+    pub(crate) stdio: bool,
 }
 
 #[derive(Args)]

@@ -33,9 +33,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
     let mut pipelines = Vec::new();
     for path in &arguments.pipelines {
         let before = session.diagnostics.error_count();
-        if let Some((document, kind)) = session.part(path) {
-            let found = parts::check(&document, kind, session.registry());
-            session.diagnostics.extend(found);
+        if let Some(kind) = session.check_part(path) {
             if session.diagnostics.error_count() == before && !arguments.format.is_data() {
                 print(&parts::summary(path, kind));
             }

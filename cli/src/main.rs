@@ -16,6 +16,7 @@ mod device;
 mod diff;
 mod fmt;
 mod graph;
+mod lsp;
 mod mend;
 mod observed;
 mod overrides;
@@ -72,6 +73,7 @@ fn main() -> ExitCode {
         Command::Reference(arguments) => reference::run(&arguments),
         Command::Fmt(arguments) => fmt::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
+        Command::Lsp(arguments) => lsp::run(&arguments),
         #[cfg(feature = "gpu")]
         Command::Render(arguments) => render::run(&arguments),
         #[cfg(feature = "score")]

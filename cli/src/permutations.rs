@@ -57,9 +57,10 @@ fn requests(
     let mut counts = Vec::new();
     let mut claimed: Vec<TargetProfile> = asked.clone();
     for path in &arguments.pipelines {
-        let Some(document) = session.open(path, &arguments.files.extension) else { continue };
-        let overrides = session.overrides(&arguments.settings, &document);
-        let profiles = profiles(&document, asked.clone());
+        let Some(loaded) = session.open(path, &arguments.files.extension) else { continue };
+        let Some(understood) = loaded.document().zip(loaded.model()) else { continue };
+        let overrides = session.overrides(&arguments.settings, understood.0);
+        let profiles = profiles(understood.0, asked.clone());
         claimed.extend(profiles.iter().cloned());
         let Some(first) = profiles.first() else { continue };
         let (values, plan) = (Overrides::default(), PlanOptions::new(1280, 720));
@@ -68,11 +69,11 @@ fn requests(
         let configurations = if is_one {
             Configurations::one(&overrides)
         } else {
-            Configurations::all(&document, &session.templates, first)
+            Configurations::all(understood, &session.templates, first)
         };
         let mut judge = dry_run(first);
         let reached = pipeline::reach(
-            &document,
+            understood,
             &options,
             (&configurations, &mut judge),
             session.sources(),
@@ -219,6 +220,7 @@ fn prove(
         report_dead: everything && !session.diagnostics.has_errors(),
         shared: shared.clone(),
         progress: &progress,
+        ..defaults
     };
     let mut outcome = permutations::check(&session.templates, requests, &options);
     // What a pipeline reaches says nothing of what is dead; in files of the user's own, all that they express does.

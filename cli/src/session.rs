@@ -27,7 +27,6 @@ use umbragraph::scene::interface;
 use crate::arguments::{Choices, DiagnosticsFormat, Files};
 #[cfg(feature = "gpu")]
 use crate::device::Graphics;
-use crate::parts;
 use crate::streams::{complain, print, print_json};
 
 /// A session over the disk, and the diagnostics of one run of the command.
@@ -146,17 +145,22 @@ impl Session {
         self.roots.iter().fold(Roots::of(document), |roots, folder| roots.and(folder))
     }
 
-    /// The document of a pipeline, composed of its files, with the passes of extensions put in.
-    pub(crate) fn open(&mut self, path: &Path, extensions: &[PathBuf]) -> Option<Document> {
+    /// A pipeline, composed of its files, with the passes of extensions put in; `None` where they are no document.
+    pub(crate) fn open(&mut self, path: &Path, extensions: &[PathBuf]) -> Option<Loaded> {
         let target = self.target(path, extensions);
-        Some(self.load(&target)?.document()?.clone())
+        self.load(&target).filter(|loaded| loaded.document().is_some())
     }
 
-    /// A file that is no pipeline, as it is written, and its kind; `None` for a pipeline and for what cannot be read.
-    pub(crate) fn part(&mut self, path: &Path) -> Option<(Document, FileKind)> {
-        let document = self.read(path).ok()?;
-        let kind = parts::kind_of(&document)?;
-        Some((document, kind))
+    /// Holds a file that is no pipeline to the schema of its kind; `None` for a pipeline and for what cannot be read.
+    pub(crate) fn check_part(&mut self, path: &Path) -> Option<FileKind> {
+        let (kind, diagnostics) = self.session.check_part(path)?;
+        self.diagnostics.extend(diagnostics);
+        Some(kind)
+    }
+
+    /// The session itself, for what keeps it.
+    pub(crate) fn into_session(self) -> umbragraph::low_level::session::Session {
+        self.session
     }
 
     /// A document as it is written.

@@ -15,8 +15,9 @@ pub(crate) fn run(arguments: &WhyArguments) -> bool {
     };
     let place = session.on_command_line(&arguments.name);
     let other = arguments.other.as_deref().map(|other| (other, session.on_command_line(other)));
-    let Some(composed) = loaded.composed() else { return session.report() };
-    let subject = Subject { composed, overrides: &overrides, checked: &checked, sources: session.sources() };
+    let (Some(composed), Some(model)) = (loaded.composed(), loaded.model()) else { return session.report() };
+    let (overrides, checked) = (&overrides, &checked);
+    let subject = Subject { composed, model, overrides, checked, sources: session.sources() };
     let answer = match other {
         None => match why(&subject, &arguments.name, place) {
             Ok(things) => Ok(match arguments.format {

@@ -10,13 +10,17 @@ use crate::files::{FileTable, Read, Role};
 use crate::graph::compose::{self, Composed, Roots};
 use crate::graph::diagnostic::{Diagnostic, Diagnostics};
 use crate::graph::document::Document;
+use crate::graph::model::Model;
 use crate::graph::source::{FileId, Sources};
 
 /// A document composed of its files.
 #[derive(Debug)]
 pub(crate) struct Composition {
-    /// Nothing where the files are too broken.
+    /// Nothing where a file is broken or missing.
     pub(crate) composed: Option<Arc<Composed>>,
+    /// What is understood of the files; nothing where the first of them cannot be read.
+    pub(crate) understood: Option<Arc<Composed>>,
+    model: OnceLock<Model>,
     pub(crate) diagnostics: Diagnostics,
     /// The files that were read or looked for, in their order.
     pub(crate) reads: Vec<Read>,
@@ -39,16 +43,27 @@ impl Composition {
         let mut reading = Vec::new();
         let composed = files.with_sources(|files, sources| {
             let reader = Reader { files, roots: None, reads: Vec::new(), read: Vec::new(), done, cancel };
-            let mut composing = Composing { reader, further, sources, diagnostics: &mut diagnostics };
-            let composed = composing.pipeline(target);
+            let diagnostics = &mut diagnostics;
+            let mut composing = Composing { reader, further, sources, diagnostics, is_lenient: false };
+            let composed = composing.pipeline(target).map(Arc::new);
+            let understood = composed.clone().or_else(|| {
+                composing.is_lenient = true;
+                composing.pipeline(target).map(Arc::new)
+            });
             let Reader { reads, read, .. } = composing.reader;
             reading = read;
-            cancel.check().map(|()| (composed, reads))
+            cancel.check().map(|()| (composed, understood, reads))
         });
-        let (composed, reads) = composed?;
-        let sources = files.settled().clone();
-        let composed = composed.map(Arc::new);
-        Ok(Self { composed, diagnostics, reads, files: reading, sources, schema: OnceLock::new() })
+        let (composed, understood, reads) = composed?;
+        let (sources, files) = (files.settled().clone(), reading);
+        let (model, schema) = (OnceLock::new(), OnceLock::new());
+        Ok(Self { composed, understood, model, diagnostics, reads, files, sources, schema })
+    }
+
+    /// The names and strings of what is understood.
+    pub(crate) fn model(&self) -> Option<&Model> {
+        let understood = self.understood.as_ref()?;
+        Some(self.model.get_or_init(|| Model::new(&understood.document)))
     }
 }
 
@@ -57,14 +72,21 @@ struct Composing<'a> {
     further: &'a Roots,
     sources: &'a mut Sources,
     diagnostics: &'a mut Diagnostics,
+    /// Whether what is broken or missing is left out, and nothing is said of it.
+    is_lenient: bool,
 }
 
 impl Composing<'_> {
     fn pipeline(&mut self, target: &Target) -> Option<Composed> {
         let mut composed = self.file(&target.path, None)?;
+        let mut scratch = Diagnostics::new();
         for extension in &target.extensions {
-            let extension = self.file(extension, None)?;
-            composed.insert(extension, self.diagnostics);
+            match self.file(extension, None) {
+                Some(extension) if self.is_lenient => composed.insert(extension, &mut scratch),
+                Some(extension) => composed.insert(extension, self.diagnostics),
+                None if self.is_lenient => {}
+                None => return None,
+            }
         }
         if let Some((name, text)) = &target.included {
             let included = self.file(Path::new(name), Some(text))?;
@@ -83,10 +105,15 @@ impl Composing<'_> {
         match file {
             Ok(file) => {
                 self.reader.roots = Some(Roots::of(path).with(self.further));
+                if self.is_lenient {
+                    return compose::compose_understood(file, path, &mut self.reader, self.sources);
+                }
                 compose::compose(file, path, &mut self.reader, self.sources, self.diagnostics)
             }
             Err(diagnostic) => {
-                self.diagnostics.push(diagnostic);
+                if !self.is_lenient {
+                    self.diagnostics.push(diagnostic);
+                }
                 None
             }
         }
@@ -124,6 +151,10 @@ impl compose::Files for Reader<'_> {
             return Err(Diagnostics::new());
         }
         self.files.document(file, sources, self.done)
+    }
+
+    fn recover(&mut self, file: FileId, sources: &Sources) -> Document {
+        self.files.parsed(file, sources, self.done, |parsed| parsed.document.clone())
     }
 
     fn has_scheme(&self, scheme: &str) -> bool {

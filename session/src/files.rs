@@ -12,7 +12,7 @@ use std::sync::Arc;
 use crate::done::Done;
 use crate::graph::compose::{Roots, add_bytes, normalize};
 use crate::graph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
-use crate::graph::document::{self, Document};
+use crate::graph::document::{self, Document, Parsed};
 use crate::graph::source::{FileId, Sources, Span};
 use crate::tokens::{Token, are_alike, moved, tokens};
 
@@ -90,7 +90,8 @@ struct Known {
     slot: Option<FileId>,
     failure: Option<Diagnostic>,
     revision: u64,
-    document: Option<Result<Document, Diagnostics>>,
+    /// The settled text as far as it is understood, once that was asked for.
+    parsed: Option<Parsed>,
     /// The tokens of the settled text, once they were asked for.
     tokens: Option<Vec<Token>>,
     /// The tokens of the current text, where that is another.
@@ -187,6 +188,16 @@ impl FileTable {
         self.fetch(path, identity, roots.cloned(), role, sources, done)
     }
 
+    /// The path by which one of some reads has a file.
+    pub(crate) fn path_among(&self, path: &Path, reads: &[Read]) -> Option<PathBuf> {
+        if reads.iter().any(|read| read.path == path) {
+            return Some(path.to_owned());
+        }
+        let identity = self.storage.identity(path);
+        let is_it = |read: &&Read| self.known.get(&read.path).is_some_and(|known| known.identity == identity);
+        reads.iter().find(is_it).map(|read| read.path.clone())
+    }
+
     pub(crate) fn has_read(&self, path: &Path) -> bool {
         self.known.get(path).is_some_and(|known| known.failure.is_none())
     }
@@ -208,15 +219,25 @@ impl FileTable {
         sources: &Sources,
         done: &mut Done,
     ) -> Result<Document, Diagnostics> {
-        let Some(known) = self.paths.get(&file).and_then(|path| self.known.get_mut(path)) else {
+        self.parsed(file, sources, done, |parsed| parsed.clone().valid())
+    }
+
+    /// What is understood of a slot's settled text.
+    pub(crate) fn parsed<T>(
+        &mut self,
+        file: FileId,
+        sources: &Sources,
+        done: &mut Done,
+        answer: impl FnOnce(&Parsed) -> T,
+    ) -> T {
+        let mut parse = || {
             done.parsed += 1;
-            return document::parse(sources, file).valid();
+            document::parse(sources, file)
         };
-        let parse = || {
-            done.parsed += 1;
-            document::parse(sources, file).valid()
-        };
-        known.document.get_or_insert_with(parse).clone()
+        match self.paths.get(&file).and_then(|path| self.known.get_mut(path)) {
+            Some(known) => answer(known.parsed.get_or_insert_with(parse)),
+            None => answer(&parse()),
+        }
     }
 
     /// Lays an unsaved text over a path; `None` takes it away.
@@ -292,7 +313,7 @@ impl FileTable {
             slot: None,
             failure: None,
             revision: 0,
-            document: None,
+            parsed: None,
             tokens: None,
             moved: None,
         });
@@ -325,8 +346,9 @@ impl FileTable {
             self.current.replace(slot, text.clone());
         }
         // The same tokens, of a text that was a document.
-        if let (true, None, Role::Document, Some(Ok(_)), Some(text), Some(old)) =
-            (is_same, &failure, known.role, &known.document, &text, text_of(sources))
+        if let (true, None, Role::Document, Some(parsed), Some(text), Some(old)) =
+            (is_same, &failure, known.role, &known.parsed, &text, text_of(sources))
+            && parsed.diagnostics.is_empty()
             && let Some(new) = tokens(text)
         {
             done.compared += 1;
@@ -345,7 +367,7 @@ impl FileTable {
         *known = Known {
             failure,
             revision,
-            document: None,
+            parsed: None,
             tokens: None,
             moved: None,
             identity: std::mem::take(&mut known.identity),
@@ -373,7 +395,7 @@ impl FileTable {
                 self.settled.replace(slot, file.text().clone());
             }
             self.revision += 1;
-            (known.revision, known.document, known.tokens) = (self.revision, None, Some(moved));
+            (known.revision, known.parsed, known.tokens) = (self.revision, None, Some(moved));
         }
     }
 

@@ -14,7 +14,7 @@
 //!   [`Session::refresh`] says so: one answer sees one text of each file. [`Session::overlay`] lays an unsaved text over a
 //!   path, also over one where no file is.
 //! - **What is kept.** A document per text; a composition for as long as every file that was read *or looked for* is as it
-//!   was; loads and plans per composition and choice; shader modules for as long as the templates stay.
+//!   was; loads and plans per composition and choice; shader modules for as long as their templates, and those that these name, stay.
 //! - **Comments and layout.** A text with the same tokens as before is the same document: nothing is done again, and the
 //!   places of diagnostics are moved to where their tokens are now.
 //! - **Counts.** [`Session::take_done`] says what was done.
@@ -23,8 +23,13 @@
 //! Sessions start no threads (but for proofs, with as many as [`Survey::threads`] says), know no clock and read files only
 //! through the [`Storage`] that they are given. They are `Send`.
 //!
-//! Limits: a storage is asked again only when the session is told; a shader template that changes drops the modules of all.
+//! - **Editors.** A [`Cursor`] asks what can stand at a place ([`Session::expected_at`]), what stands there and where it is
+//!   declared and used, also in broken files.
+//!
+//! Limits: a storage is asked again only when the session is told; a set with more or fewer templates shares no shader
+//! module with the one before.
 
+mod assist;
 mod cancel;
 mod choice;
 mod composition;
@@ -38,6 +43,7 @@ mod survey;
 mod templates;
 mod tokens;
 
+pub use assist::{Candidate, CandidateKind, Cursor, Expected, Hover, kind_of};
 pub use cancel::{Cancel, Cancelled};
 pub use choice::{Choice, Target};
 pub use done::Done;

@@ -1,5 +1,6 @@
 //! [`Loaded`]: a pipeline as its files were at one time, to be planned; and [`Planned`].
 
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::choice::{Choice, Configuration};
@@ -10,6 +11,7 @@ use crate::graph::compiler::PlanOptions;
 use crate::graph::compose::Composed;
 use crate::graph::diagnostic::Diagnostics;
 use crate::graph::document::Document;
+use crate::graph::model::Model;
 use crate::graph::node::Registry;
 use crate::graph::pipeline::check_schema;
 use crate::graph::shader::TemplateSet;
@@ -83,6 +85,16 @@ impl Loaded {
         self.composed().map(|composed| &composed.document)
     }
 
+    /// What is understood of the files, broken ones too; `None` where the first of them cannot be read.
+    pub fn understood(&self) -> Option<&Arc<Composed>> {
+        self.0.composition.understood.as_ref()
+    }
+
+    /// The names and strings of what is understood.
+    pub fn model(&self) -> Option<&Model> {
+        self.0.composition.model()
+    }
+
     /// The templates.
     pub fn templates(&self) -> &Arc<TemplateSet> {
         &self.0.templates.set
@@ -91,6 +103,11 @@ impl Loaded {
     /// The texts that it was made of.
     pub fn sources(&self) -> &Sources {
         &self.0.composition.sources
+    }
+
+    /// The paths that were read or looked for.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        self.0.composition.reads.iter().map(|read| read.path.as_path())
     }
 
     /// The diagnostics of the templates and of the files.

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use serde_json::Value as Json;
+
 use crate::cancel::{Cancel, Cancelled};
 use crate::choice::{Choice, Target};
 use crate::composition::Composition;
@@ -13,6 +15,7 @@ use crate::graph::compose::Roots;
 use crate::graph::diagnostic::{Diagnostic, Diagnostics};
 use crate::graph::document::Document;
 use crate::graph::node::Registry;
+use crate::graph::pipeline::FileKind;
 use crate::graph::shader::TemplateSet;
 use crate::graph::source::{FileId, Sources, Span};
 use crate::graph::why::{Subject, Thing, why};
@@ -23,7 +26,7 @@ use crate::templates::{Template, Templates};
 
 /// Files, caches, and the answers to what is asked of a pipeline. See the [crate](crate).
 pub struct Session {
-    files: FileTable,
+    pub(crate) files: FileTable,
     registry: Arc<Registry>,
     roots: Roots,
     list: Vec<Template>,
@@ -32,8 +35,10 @@ pub struct Session {
     templates: Option<Arc<Templates>>,
     loads: BTreeMap<Target, Loaded>,
     surveys: BTreeMap<Target, (Loaded, String, Option<Surveyed>)>,
-    done: Done,
+    pub(crate) done: Done,
     cancel: Cancel,
+    /// The schemas of kinds of files, as far as they were asked for.
+    pub(crate) schemas: Vec<(FileKind, Arc<Json>)>,
 }
 
 impl std::fmt::Debug for Session {
@@ -59,6 +64,7 @@ impl Session {
             surveys: BTreeMap::new(),
             done: Done::default(),
             cancel: Cancel::default(),
+            schemas: Vec::new(),
         }
     }
 
@@ -164,7 +170,8 @@ impl Session {
         match &self.templates {
             Some(known) if known.is_current(&self.files) => known.clone(),
             _ => {
-                let templates = Arc::new(Templates::read(&self.list, &mut self.files, &mut self.done));
+                let Self { list, files, done, templates: before, .. } = &mut *self;
+                let templates = Arc::new(Templates::read(list, before.as_deref(), files, done));
                 self.templates = Some(templates.clone());
                 templates
             }
@@ -275,9 +282,9 @@ impl Session {
     ) -> Result<Result<Vec<Thing>, Diagnostics>, Cancelled> {
         let loaded = self.load_exactly(target)?;
         let (planned, found) = self.plan(target, choice)?;
-        let Some(composed) = loaded.composed() else { return Ok(Err(found)) };
+        let Some((composed, model)) = loaded.composed().zip(loaded.model()) else { return Ok(Err(found)) };
         let (overrides, checked, sources) = (&choice.overrides, &planned.report, self.files.settled());
-        let subject = Subject { composed, overrides, checked, sources };
+        let subject = Subject { composed, model, overrides, checked, sources };
         Ok(why(&subject, name, place).map_err(|diagnostic| Diagnostics::from(*diagnostic)))
     }
 

@@ -105,7 +105,7 @@ pub(crate) fn survey(
     (done, cancel): (&mut Done, &Cancel),
 ) -> Result<Option<Surveyed>, Cancelled> {
     let Survey { profiles, overrides, plan, only_one, verify, .. } = survey;
-    let Some(document) = loaded.document() else { return Ok(None) };
+    let Some((document, model)) = loaded.document().zip(loaded.model()) else { return Ok(None) };
     let mut found = New::default();
     let mut widest = Configurations::default();
     let mut first: Option<Coverage> = None;
@@ -126,6 +126,7 @@ pub(crate) fn survey(
             &options,
             Examination {
                 configurations: &configurations,
+                model,
                 shaders: &shaders,
                 verify: *verify,
                 judge: &mut *judge,
@@ -153,12 +154,11 @@ pub(crate) fn survey(
         }
     }
     let Some(coverage) = first else { return Ok(None) };
-    found.extend(proven(loaded, &coverage.variants, survey, done));
-    cancel.check()?;
+    found.extend(proven(loaded, &coverage.variants, survey, (done, cancel))?);
     let reachable = profiles
         .first()
         .filter(|_| !only_one)
-        .map(|profile| Configurations::all(document, loaded.templates(), profile).number);
+        .map(|profile| Configurations::all((document, model), loaded.templates(), profile).number);
     let profiles = profiles.iter().map(|profile| profile.name.clone()).collect();
     Ok(Some(Surveyed { coverage, configurations: widest, profiles, reachable, diagnostics: found.all }))
 }
@@ -184,26 +184,28 @@ fn proven(
     loaded: &Loaded,
     variants: &BTreeSet<(String, AxisValues)>,
     survey: &Survey,
-    done: &mut Done,
-) -> Diagnostics {
+    (done, cancel): (&mut Done, &Cancel),
+) -> Result<Diagnostics, Cancelled> {
     let templates = loaded.kept_templates();
     let profiles = &survey.profiles;
     let is_it = |proof: &&Proof| proof.variants == *variants && proof.profiles == *profiles;
     let proofs = || templates.proofs.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(known) = proofs().iter().find(is_it) {
-        return known.diagnostics.clone();
+        return Ok(known.diagnostics.clone());
     }
     done.proven += 1;
     let requests: Vec<Request> = variants
         .iter()
         .map(|(template, axes)| Request::one(&templates.set, template, axes, profiles))
         .collect();
-    let options = permutations::Options { threads: survey.threads, ..permutations::Options::default() };
+    let (threads, cancelled) = (survey.threads, cancel.flag());
+    let options = permutations::Options { threads, cancelled, ..permutations::Options::default() };
     let diagnostics = permutations::check(&templates.set, &requests, &options).diagnostics;
+    cancel.check()?;
     let proof =
         Proof { variants: variants.clone(), profiles: profiles.clone(), diagnostics: diagnostics.clone() };
     let mut proofs = proofs();
     proofs.insert(0, proof);
     proofs.truncate(KEPT_PROOFS);
-    diagnostics
+    Ok(diagnostics)
 }

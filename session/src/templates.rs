@@ -65,7 +65,13 @@ pub(crate) struct Proof {
 }
 
 impl Templates {
-    pub(crate) fn read(list: &[Template], files: &mut FileTable, done: &mut Done) -> Self {
+    /// Reads the templates, and takes over what is known of those that are as they were before.
+    pub(crate) fn read(
+        list: &[Template],
+        before: Option<&Self>,
+        files: &mut FileTable,
+        done: &mut Done,
+    ) -> Self {
         let (mut set, mut diagnostics) = (TemplateSet::new(), Diagnostics::new());
         let (mut slots, mut own, mut reads) = (Vec::new(), BTreeSet::new(), Vec::new());
         let is_own = |one: &&Template| !matches!(one.text, TemplateText::Library { .. });
@@ -102,7 +108,22 @@ impl Templates {
         });
         set.check(&mut diagnostics);
         let (set, files) = (Arc::new(set), slots);
-        Self { set, diagnostics, files, own, reads, shaders: Mutex::default(), proofs: Mutex::default() }
+        let (shaders, proofs) = before.map(|before| before.kept(&set)).unwrap_or_default();
+        let (shaders, proofs) = (Mutex::new(shaders), Mutex::new(proofs));
+        Self { set, diagnostics, files, own, reads, shaders, proofs }
+    }
+
+    /// The modules and proofs that hold for another set as well.
+    fn kept(&self, set: &Arc<TemplateSet>) -> (Vec<Arc<ShaderCache>>, Vec<Proof>) {
+        let unchanged = set.unchanged_since(&self.set);
+        let carried = |one: &Arc<ShaderCache>| Arc::new(ShaderCache::carrying(one, set, &unchanged));
+        let shaders = self.shaders.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_kept = |proof: &&Proof| {
+            proof.diagnostics.is_empty()
+                && proof.variants.iter().all(|(name, _)| unchanged.contains(name.as_str()))
+        };
+        let proofs = self.proofs.lock().unwrap_or_else(PoisonError::into_inner);
+        (shaders.iter().map(carried).collect(), proofs.iter().filter(is_kept).cloned().collect())
     }
 
     pub(crate) fn is_current(&self, files: &FileTable) -> bool {

@@ -58,8 +58,8 @@ fn score(
     }
     let path = CameraPath::of(arguments.shots.film.camera.as_ref())?;
     let choices = shadow_term::choices(&arguments.choices);
-    let document =
-        session.open(&arguments.pipeline, &choices.files.extension).ok_or_else(Diagnostics::new)?;
+    let loaded = session.open(&arguments.pipeline, &choices.files.extension).ok_or_else(Diagnostics::new)?;
+    let Some(document) = loaded.document() else { return Err(Diagnostics::new()) };
     shadow_term::required(&document.root)?;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, &choices));
     let scene = progress.stage("load scene", || session.scene(&arguments.scene))?;

@@ -66,8 +66,8 @@ fn tune(
     let is_stopped = stopped_by_the_user();
     let path = CameraPath::of(arguments.shots.film.camera.as_ref())?;
     let choices = shadow_term::choices(&arguments.choices);
-    let document =
-        session.open(&arguments.pipeline, &choices.files.extension).ok_or_else(Diagnostics::new)?;
+    let loaded = session.open(&arguments.pipeline, &choices.files.extension).ok_or_else(Diagnostics::new)?;
+    let Some(document) = loaded.document() else { return Err(Diagnostics::new()) };
     shadow_term::required(&document.root)?;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, &choices));
     let mut tuned = Vec::new();
@@ -149,7 +149,7 @@ fn tune(
     let names = search.tuned.iter().map(|one| one.name.clone()).collect();
     let found = Found::new(arguments, &graphics.name, names, search.tried, search.rejected);
     let found = found.ok_or_else(Diagnostics::new)?;
-    let text = file::text(&found, arguments, session, &document)?;
+    let text = file::text(&found, arguments, session, document)?;
     replace(&arguments.out, text)?;
     Ok(found)
 }

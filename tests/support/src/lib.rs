@@ -1,6 +1,7 @@
 //! Helpers that the tests of umbragraph share; nothing but tests may depend on this crate.
 //!
 //! * [`command`]: what a command has printed.
+//! * [`edits`]: random edits of documents, half of them broken.
 //! * [`image`]: 8-bit PNG pictures, their comparison under a tolerance, and golden pictures kept in the tree.
 //! * [`gpu`]: one graphics device for tests, chosen by a written rule and proven to compute before it is used.
 //! * [`truth`]: scores of a rendered shadow mask against a ray-traced one, where such truth is at hand.
@@ -12,6 +13,7 @@
 //! The crate knows nothing of pipelines or graphs, so that a mistake there cannot hide itself here.
 
 pub mod command;
+pub mod edits;
 pub mod environment;
 #[cfg(feature = "gpu")]
 pub mod gpu;

@@ -4,7 +4,7 @@
 //! The fresh side shares nothing with the session but the crates below it: files are composed, loaded and planned anew,
 //! with shader modules of its own that no document can change.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use umbragraph::diagnostic::{Diagnostic, Diagnostics};
@@ -17,6 +17,7 @@ use umbragraph::low_level::shader::{ShaderCache, TargetProfile, TemplateSet};
 use umbragraph::low_level::source::{FileId, Sources};
 use umbragraph::node::Registry;
 use umbragraph::{Bundled, DiskStorage, with_templates};
+use umbragraph_test_support::edits::{documents, edited};
 use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
 
@@ -93,87 +94,6 @@ fn printed(plan: &umbragraph::Plan) -> String {
     serde_json::to_string(plan).expect("JSON")
 }
 
-/// An edit, which is syntactically broken half the time.
-fn edit(text: &str, random: &mut Random) -> String {
-    let at = |random: &mut Random| {
-        let mut at = random.below(text.len() + 1);
-        while !text.is_char_boundary(at) {
-            at -= 1;
-        }
-        at
-    };
-    let words = |quote: bool| -> Vec<(usize, usize)> {
-        let pieces: Vec<usize> = text.match_indices('"').map(|(at, _)| at).collect();
-        let pairs = pieces.chunks_exact(2).map(|pair| (pair[0], pair[1] + 1));
-        if quote { pairs.collect() } else { Vec::new() }
-    };
-    let replaced = |from: usize, to: usize, new: &str| format!("{}{new}{}", &text[..from], &text[to..]);
-    match random.below(8) {
-        // Broken, mostly.
-        0 => {
-            let from = at(random);
-            replaced(from, from, random.one_of(&["}", "{", "]", "[", ",", ":", "\"", "\u{1}", "//", "1e999"]))
-        }
-        1 => {
-            let (a, b) = (at(random), at(random));
-            replaced(a.min(b), a.max(b).min(a.min(b) + 40).max(a.min(b)), "")
-        }
-        2 => text[..at(random)].to_owned(),
-        3 => {
-            let marks: Vec<usize> = text.match_indices([',', ':', '}', ']']).map(|(at, _)| at).collect();
-            match marks.get(random.below(marks.len())) {
-                Some(at) => replaced(*at, at + 1, ""),
-                None => text.to_owned(),
-            }
-        }
-        // Another word, number, comment, layout.
-        4 => {
-            let words = words(true);
-            let (Some((from, to)), Some((other, end))) =
-                (words.get(random.below(words.len())), words.get(random.below(words.len())))
-            else {
-                return text.to_owned();
-            };
-            replaced(*from, *to, &text[*other..*end])
-        }
-        5 => {
-            let digits: Vec<usize> =
-                text.char_indices().filter(|(_, one)| one.is_ascii_digit()).map(|(at, _)| at).collect();
-            match digits.get(random.below(digits.len())) {
-                Some(at) => replaced(*at, at + 1, &random.below(10).to_string()),
-                None => text.to_owned(),
-            }
-        }
-        6 => {
-            let lines: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
-            match lines.get(random.below(lines.len())) {
-                Some(at) => {
-                    replaced(*at, *at, random.one_of(&[" // a note", "\n\n", "  ", "\n/* two\nlines */"]))
-                }
-                None => text.to_owned(),
-            }
-        }
-        _ => text.replace(": ", random.one_of(&[":", " : ", ":\n  "])),
-    }
-}
-
-fn documents(folder: &str) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    let mut waiting = vec![PathBuf::from(folder)];
-    while let Some(folder) = waiting.pop() {
-        for path in std::fs::read_dir(&folder).expect("a folder").map(|entry| entry.expect("an entry").path())
-        {
-            if path.is_dir() {
-                waiting.push(path);
-            } else if path.extension().is_some_and(|end| end == "json") {
-                found.push(path);
-            }
-        }
-    }
-    found.sort();
-    found
-}
-
 /// Edits the documents whose number has this remainder, so that threads share the work.
 fn edits_are_answered_as_by_a_fresh_start(remainder: usize, of: usize) {
     let mut fresh = Fresh::new();
@@ -183,16 +103,16 @@ fn edits_are_answered_as_by_a_fresh_start(remainder: usize, of: usize) {
         let text = std::fs::read_to_string(path).expect("a text");
         let target = Target::new(path);
         let mut random = Random(property::seed().wrapping_mul(1_000).wrapping_add(number as u64));
-        let edits: Vec<String> = (0..EDITS).map(|_| edit(&text, &mut random)).collect();
+        let edits: Vec<String> = (0..EDITS).map(|_| edited(&text, &mut random)).collect();
         let out_of = 10 * (1 + text.len() / LARGE) as u64;
-        for edited in property::part(edits, out_of) {
-            session.overlay(path, edited.as_bytes());
+        for now in property::part(edits, out_of) {
+            session.overlay(path, now.as_bytes());
             let (answer, diagnostics) = session.plan(&target, &choice()).expect("nothing cancels");
             let answer =
                 (shown(&diagnostics, session.sources()), answer.report.plan.map(|plan| printed(&plan)));
-            let expected = fresh.plan(path, &edited);
+            let expected = fresh.plan(path, &now);
             planned += usize::from(expected.1.is_some());
-            assert_eq!(answer, expected, "{}:\n{edited}", path.display());
+            assert_eq!(answer, expected, "{}:\n{now}", path.display());
         }
         session.close(path);
         let (_, diagnostics) = session.plan(&target, &choice()).expect("nothing cancels");
@@ -226,10 +146,10 @@ fn random_edits_are_checked_as_by_a_fresh_session() {
     for (number, path) in property::part(documents, 5) {
         let text = std::fs::read_to_string(&path).expect("a text");
         let mut random = Random(property::seed().wrapping_mul(2_000).wrapping_add(number as u64));
-        let edits: Vec<String> = (0..CHECKS).map(|_| edit(&text, &mut random)).collect();
-        for edited in property::part(edits, 10) {
+        let edits: Vec<String> = (0..CHECKS).map(|_| edited(&text, &mut random)).collect();
+        for now in property::part(edits, 10) {
             let check = |session: &mut Session| {
-                session.overlay(&path, edited.as_bytes());
+                session.overlay(&path, now.as_bytes());
                 let survey = Survey::new(vec![TargetProfile::webgpu()], PlanOptions::new(640, 480));
                 let mut judges = |_: &TargetProfile| -> Box<dyn FnMut(&Arc<_>) -> Diagnostics> {
                     Box::new(|_| Diagnostics::new())
@@ -239,7 +159,7 @@ fn random_edits_are_checked_as_by_a_fresh_session() {
                 let numbers = checked.map(|one| (one.coverage.variants.len(), one.configurations.list.len()));
                 (shown(&diagnostics, session.sources()), numbers)
             };
-            assert_eq!(check(&mut session), check(&mut begin()), "{}:\n{edited}", path.display());
+            assert_eq!(check(&mut session), check(&mut begin()), "{}:\n{now}", path.display());
         }
     }
 }

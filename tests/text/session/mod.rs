@@ -1,5 +1,6 @@
 //! Sessions: their answers while files change are those of a fresh start, and what did not change is not done again.
 
+mod assist;
 mod bad_input;
 mod edits;
 mod reuse;

@@ -4,10 +4,14 @@ use std::sync::Arc;
 
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::low_level::compiler::PlanOptions;
-use umbragraph::low_level::session::{Cancelled, Choice, Done, Session, Survey, Target};
+use umbragraph::low_level::compose::{Memory, Roots};
+use umbragraph::low_level::model::DeclarationKind;
+use umbragraph::low_level::session::{
+    Cancelled, Choice, Done, Session, Survey, Target, Template, TemplateText,
+};
 use umbragraph::low_level::shader::TargetProfile;
 
-use crate::session::{PART, WHOLE, choice, plan, session, two_files};
+use crate::session::{InMemory, PART, WHOLE, choice, plan, session, two_files};
 
 /// The counts of work since the last call, without those of templates.
 fn done(session: &mut Session) -> [usize; 5] {
@@ -109,4 +113,65 @@ fn cancelled_answer_is_none_and_the_next_is_whole() {
     assert_eq!(session.plan(&target, &choice()).err(), Some(Cancelled));
     session.cancel().clear();
     assert_eq!(plan(&mut session, "whole.json"), "");
+}
+
+#[test]
+fn edited_template_renders_only_what_names_it() {
+    let shader = |color: &str| {
+        format!(
+            "{{% include \"lib/fullscreen.wgsl.jinja\" %}}\n\
+             @fragment\nfn fill() -> @location(0) vec4<f32> {{ return vec4<f32>({color}); }}\n"
+        )
+    };
+    let pass = |name: &str, after: &str| {
+        let to = "\"color\": [{ \"to\": \"&target\", \"blend\": \"add\" }]";
+        format!("\"{name}\": {{ {after}\"fullscreen\": {{ \"shader\": \"{name}.wgsl.jinja\", {to} }} }}")
+    };
+    let passes = [pass("one", ""), pass("two", "\"after\": [\"one\"], ")].join(", ");
+    let passes = format!("\"passes\": {{ {passes} }}\n}}");
+    let (before, _) = WHOLE.split_once("\"passes\"").expect("passes");
+    let files = [
+        ("whole.json", before.to_owned() + &passes),
+        ("part.json", PART.to_owned()),
+        ("one.wgsl.jinja", shader("1.0")),
+        ("two.wgsl.jinja", shader("{% include \"color.wgsl.jinja\" %}")),
+        ("color.wgsl.jinja", "0.5".to_owned()),
+    ];
+    let own = ["one", "two", "color"].map(|name| format!("{name}.wgsl.jinja")).map(|name| Template {
+        text: TemplateText::File { path: name.clone().into(), roots: Roots::default() },
+        name,
+    });
+    let files = files.map(|(path, text)| (path.to_owned(), text)).into_iter().collect();
+    let storage = InMemory(Memory(files));
+    let mut session = Session::new(storage, umbragraph::registry(), umbragraph::with_templates(own));
+    let mut rendered = |path: &str, text: &str| {
+        session.overlay(path, text.as_bytes());
+        let found = plan(&mut session, "whole.json");
+        (session.take_done().rendered, found)
+    };
+    assert_eq!(rendered("color.wgsl.jinja", "0.5"), (2, String::new()));
+    assert_eq!(rendered("one.wgsl.jinja", &shader("0.25")), (1, String::new()));
+    assert_eq!(rendered("color.wgsl.jinja", "0.75"), (1, String::new()));
+    let (count, found) = rendered("color.wgsl.jinja", "missing");
+    assert!(count == 1 && found.contains("missing") && found.contains("color.wgsl.jinja"), "{found}");
+    assert_eq!(rendered("color.wgsl.jinja", "0.75"), (1, String::new()));
+}
+
+#[test]
+fn broken_and_missing_files_leave_the_names_of_the_others() {
+    let mut session = session(&[("whole.json", WHOLE)]);
+    let target = Target::new("whole.json");
+    let named = |session: &mut Session| -> Vec<String> {
+        let loaded = session.load(&target).expect("nothing cancels");
+        assert!(loaded.document().is_none(), "it is no whole document");
+        let model = loaded.model().expect("a model");
+        let named = [(DeclarationKind::Parameter, "side"), (DeclarationKind::Pass, "fill")];
+        let known = named.into_iter().filter(|(kind, name)| model.find(*kind, name).is_some());
+        known.map(|(_, name)| name.to_owned()).collect()
+    };
+    assert_eq!(named(&mut session), ["fill"]);
+    session.overlay("part.json", PART.replace('4', "").into_bytes());
+    assert_eq!(named(&mut session), ["side", "fill"]);
+    session.overlay("whole.json", WHOLE.replace("\"fullscreen\": {", "\"fullscreen\": ").into_bytes());
+    assert_eq!(named(&mut session), ["side", "fill"]);
 }

@@ -43,6 +43,8 @@ pub type Verify = fn(&Plan, &PlanOptions) -> Vec<String>;
 pub struct Examination<'a> {
     /// The configurations.
     pub configurations: &'a Configurations,
+    /// The names and strings of the document.
+    pub model: &'a Model,
     /// The shader modules of the templates and the profile of the options, as far as they are made.
     pub shaders: &'a Arc<ShaderCache>,
     /// A second algorithm that checks each plan.
@@ -63,7 +65,7 @@ pub fn check_configurations(
     diagnostics: &mut Diagnostics,
 ) -> Coverage {
     let CheckOptions { registry, templates, plan: options, .. } = check_options;
-    let Examination { configurations, shaders, verify, judge, cancelled } = examination;
+    let Examination { configurations, model, shaders, verify, judge, cancelled } = examination;
     let mut coverage = Coverage::default();
     let mut found = Found::default();
     let mut violations: BTreeMap<String, Vec<usize>> = BTreeMap::new();
@@ -106,9 +108,8 @@ pub fn check_configurations(
         violations.into_iter().map(|(violation, places)| with(violation, &places)).collect();
     // A use that is invalid counts for nothing.
     if found.is_sound() {
-        let model = Model::new(document);
-        unused(document, &model, templates, diagnostics);
-        coverage.remarks = Remarks::of(&model, &coverage.first);
+        unused(document, model, templates, diagnostics);
+        coverage.remarks = Remarks::of(model, &coverage.first);
     }
     diagnostics.extend(found.diagnostics(configurations));
     coverage

@@ -136,8 +136,11 @@ impl Configurations {
     }
 
     /// Those that can differ in their shaders or passes.
-    pub fn all(document: &Document, templates: &TemplateSet, profile: &TargetProfile) -> Self {
-        let model = &Model::new(document);
+    pub fn all(
+        (document, model): (&Document, &Model),
+        templates: &TemplateSet,
+        profile: &TargetProfile,
+    ) -> Self {
         let mentions = Mentions::of(document, model, templates, profile);
         let mut varied = mentions.varied(MAX_VALUES);
         if product(&varied, &(0..varied.len()).collect()).is_none() {
@@ -285,8 +288,7 @@ fn presets(document: &Document, base: &Overrides) -> Vec<Configuration> {
 
 /// Whether the condition at a pointer, of a pass at the top of a document, holds with no values that its settings can have.
 pub(super) fn cannot_hold(
-    document: &Document,
-    model: &Model,
+    (document, model): (&Document, &Model),
     (templates, profile): (&TemplateSet, &TargetProfile),
     pointer: &str,
 ) -> bool {

@@ -70,7 +70,7 @@ pub struct ReachedProgram {
 /// The diagnostics of `judge` on a plan are added: those of a dry run, for one. It judges each configuration that has a
 /// pass with other work, or other shaders, than all before.
 pub fn reach(
-    document: &Document,
+    (document, model): (&Document, &Model),
     options: &CheckOptions<'_>,
     (configurations, judge): (&Configurations, Judge<'_>),
     sources: &Sources,
@@ -129,7 +129,7 @@ pub fn reach(
     let Survey { present, absent, .. } = &mut survey;
     absent.retain(|entry, _| !present.contains(entry));
     if configurations.are_all {
-        diagnostics.extend(unproven(document, options, &survey, configurations.exact));
+        diagnostics.extend(unproven((document, model), options, &survey, configurations.exact));
     }
     let programs = programs(options, &survey, &configurations.free, configurations.is_sampled());
     let number_rejected = rejected.configurations;
@@ -173,18 +173,17 @@ impl Realized<'_> {
 /// The diagnostics about passes that no configuration has. Where it is shown that there is none, the pass is of no use;
 /// else it may be there for somebody, and nothing of it is proven.
 fn unproven<'a>(
-    document: &'a Document,
+    (document, model): (&'a Document, &'a Model),
     options: &'a CheckOptions<'_>,
     survey: &'a Survey,
     exact: bool,
 ) -> impl Iterator<Item = Diagnostic> + 'a {
     let features = document.root.entries_of("features");
     // What one profile has no room for, another may have.
-    let model = Model::new(document);
     let is_less = features.iter().any(|entry| lacking(entry, features, options.profile).is_some());
     survey.absent.values().filter_map(move |absent| {
         let Absent { name, decided_by, is_top, pointer } = absent;
-        let never = exact || *is_top && cannot_hold(document, &model, (options.templates, options.profile), pointer);
+        let never = exact || *is_top && cannot_hold((document, model), (options.templates, options.profile), pointer);
         let code = shader::codes::PASS_UNPROVEN;
         let diagnostic = if never {
             let message = format!("no configuration has the pass \"{name}\"");

@@ -156,25 +156,23 @@ fn off(subject: &Subject<'_>, found: &Found<'_>, facts: &mut Vec<PlanFact>) {
         return;
     }
     facts.push(fact("runs", "never: it is switched off in this configuration"));
-    let model = Model::new(&subject.composed.document);
     for (when, of_what) in conditions {
         let bare = |text: &str| text.strip_prefix('=').unwrap_or(text).to_owned();
         let expression = when.text().map_or_else(|| super::origin::json(when), bare);
         facts.push(said(subject, "when", format!("\"when\"{of_what} is {expression}"), when.span));
-        let text = model.texts().iter().find(|text| text.place == when.span);
-        values_of(subject, &model, text.into_iter(), "when", facts);
+        let text = subject.model.texts().iter().find(|text| text.place == when.span);
+        values_of(subject, text.into_iter(), "when", facts);
     }
 }
 
 /// The values of the settings that strings name, each with what gives it.
 fn values_of<'m>(
-    subject: &Subject<'_>,
-    model: &'m Model,
+    subject: &Subject<'m>,
     texts: impl Iterator<Item = &'m Text>,
     about: &'static str,
     facts: &mut Vec<PlanFact>,
 ) {
-    let root = &subject.composed.document.root;
+    let (root, model) = (&subject.composed.document.root, subject.model);
     let mut seen = BTreeSet::new();
     for id in texts.flat_map(|text| model.named_in(text)).filter(|id| seen.insert(*id)) {
         let named = model.declaration(id);
@@ -315,23 +313,20 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
             entry.value.get("use").and_then(Value::text).is_some_and(|used| used == name)
         }),
         Kind::SharedSettings => {
-            let model = Model::new(&subject.composed.document);
-            let groups = model.declarations().filter(|(_, one)| one.place == found.entry.key_span);
-            let users: BTreeSet<Span> = groups.flat_map(|(id, _)| places_using(&model, id)).collect();
+            let groups = subject.model.declarations().filter(|(_, one)| one.place == found.entry.key_span);
+            let users: BTreeSet<Span> = groups.flat_map(|(id, _)| places_using(subject.model, id)).collect();
             self::users(subject, root, |entry| users.contains(&entry.key_span))
         }
         Kind::Derived if found.uses.is_empty() => {
             let mut facts = Vec::new();
-            let model = Model::new(&subject.composed.document);
-            let own = model.find(DeclarationKind::Derived, name);
+            let own = subject.model.find(DeclarationKind::Derived, name);
             values_of(
                 subject,
-                &model,
-                own.into_iter().flat_map(|id| model.texts_in(id)),
+                own.into_iter().flat_map(|id| subject.model.texts_in(id)),
                 "follows from",
                 &mut facts,
             );
-            facts.extend(mentions(subject, &model, own, name));
+            facts.extend(mentions(subject, own, name));
             facts
         }
         Kind::Toggle => {
@@ -357,13 +352,12 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
                 said(subject, "unavailable", text, lacking.place)
             });
             let live = change(subject, found.kind, name);
-            let model = Model::new(&subject.composed.document);
             let kind = match found.kind {
                 Kind::Feature => DeclarationKind::Feature,
                 _ => DeclarationKind::Parameter,
             };
-            let own = model.find(kind, name);
-            lacking.into_iter().chain(live).chain(mentions(subject, &model, own, name)).collect()
+            let own = subject.model.find(kind, name);
+            lacking.into_iter().chain(live).chain(mentions(subject, own, name)).collect()
         }
         _ => used(subject, &found.uses),
     }
@@ -392,9 +386,9 @@ fn places_using(model: &Model, id: Id) -> impl Iterator<Item = Span> {
 }
 
 /// The users of a parameter, feature or derived value: entries that name it, and shaders with an axis of its name.
-fn mentions(subject: &Subject<'_>, model: &Model, own: Option<Id>, name: &str) -> Vec<PlanFact> {
+fn mentions(subject: &Subject<'_>, own: Option<Id>, name: &str) -> Vec<PlanFact> {
     let root = &subject.composed.document.root;
-    let users: BTreeSet<Span> = own.into_iter().flat_map(|id| places_using(model, id)).collect();
+    let users: BTreeSet<Span> = own.into_iter().flat_map(|id| places_using(subject.model, id)).collect();
     let is_user = |entry: &Entry| users.contains(&entry.key_span);
     let mut facts = self::users(subject, root, |entry| is_user(entry) || has_axis(subject, &entry.key, name));
     for (section, what) in [("resources", "the resource"), ("derived", "the derived value")] {

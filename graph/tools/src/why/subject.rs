@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::check::CheckReport;
 use umbragraph_pipeline::compose::Composed;
+use umbragraph_pipeline::model::Model;
 use umbragraph_pipeline::pipeline::Overrides;
 use umbragraph_pipeline::source::Sources;
 
@@ -12,6 +13,8 @@ use umbragraph_pipeline::source::Sources;
 pub struct Subject<'a> {
     /// Its document.
     pub composed: &'a Composed,
+    /// The names and strings of the document.
+    pub model: &'a Model,
     /// The overrides of parameters and features, the last over the first.
     pub overrides: &'a Overrides,
     /// The report of the check.

@@ -1,0 +1,328 @@
+//! Answers for editors: what can stand at a place, what stands there, where it is declared and used.
+//!
+//! Each answer is about a [`Cursor`]: a byte of a file of a pipeline. Files may be broken, and need not be saved. Keys come
+//! from the schema of the file's kind, names from the [model](crate::graph::model) of what is understood of the pipeline,
+//! bindings and axes from the shaders of the pass at hand.
+//!
+//! Limits: values that another file replaces are in no composed document, so names in them lead nowhere. Paths of files are
+//! not proposed, since a [`Storage`](crate::Storage) lists none.
+
+mod context;
+mod expected;
+mod rules;
+mod site;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use serde_json::Value as Json;
+
+use crate::cancel::Cancelled;
+use crate::choice::{Choice, Target};
+use crate::files::{Read, Role};
+use crate::graph::compose::normalize;
+use crate::graph::diagnostic::Diagnostics;
+use crate::graph::document::schema::Schema;
+use crate::graph::document::{Document, Value};
+use crate::graph::edit::{EditError, Edits, rename_declaration};
+use crate::graph::model::{DeclarationKind, Id};
+use crate::graph::pipeline::{FileKind, schema_of};
+use crate::graph::source::{FileId, Span};
+use crate::graph::why::{Subject, human, why};
+use crate::session::Session;
+use context::Context;
+use site::Spot;
+
+/// A byte of a file of a pipeline.
+#[derive(Clone, Copy, Debug)]
+pub struct Cursor<'a> {
+    /// The pipeline.
+    pub target: &'a Target,
+    /// The configuration that values are told of.
+    pub choice: &'a Choice,
+    /// The file.
+    pub path: &'a Path,
+    /// The byte.
+    pub offset: usize,
+}
+
+/// What can stand at a place.
+#[derive(Clone, Debug)]
+pub struct Expected {
+    /// The place that a candidate replaces.
+    pub replaced: Span,
+    /// The candidates.
+    pub candidates: Vec<Candidate>,
+}
+
+/// One text that can stand at a place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Candidate {
+    /// The kind.
+    pub kind: CandidateKind,
+    /// The name that people choose by.
+    pub label: String,
+    /// The text that is written.
+    pub text: String,
+    /// A few words: type, default, format.
+    pub detail: Option<String>,
+    /// The description.
+    pub description: Option<String>,
+}
+
+/// The kinds of candidates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CandidateKind {
+    /// A key of the language.
+    Key,
+    /// A word of the language or of an enumeration.
+    Word,
+    /// The name of a declaration.
+    Name(DeclarationKind),
+    /// A function of expressions.
+    Function,
+    /// A template.
+    Template,
+    /// A binding of the shader of a pass.
+    Binding,
+    /// An axis of the template of a pass.
+    Axis,
+}
+
+/// What stands at a place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Hover {
+    /// The place.
+    pub place: Span,
+    /// The text.
+    pub text: String,
+    /// Whether its lines and spaces are to stay, as of what `umbragraph why` prints.
+    pub is_preformatted: bool,
+}
+
+/// The kind of a file by its keys; `None` for a pipeline, and for what could be one.
+pub fn kind_of(document: &Document) -> Option<FileKind> {
+    let has = |key| document.root.get(key).is_some();
+    if has("inserts") {
+        return Some(FileKind::Extension);
+    }
+    if has("inputs") {
+        return Some(FileKind::Subgraph);
+    }
+    let sections = ["passes", "resources", "subgraphs", "extends", "include", "geometry", "name"];
+    if sections.into_iter().any(has) {
+        return None;
+    }
+    let is_declared = |value: &Value| value.get("type").is_some();
+    let given = ["parameters", "features"].map(|key| document.root.get(key).and_then(Value::entries));
+    let mut given = given.into_iter().flatten().flatten().peekable();
+    let has_values = given.peek().is_some() || has("preset");
+    (has_values && !given.any(|entry| is_declared(&entry.value))).then_some(FileKind::Parameters)
+}
+
+impl Session {
+    /// What is understood of one file by itself.
+    pub fn parsed(&mut self, path: &Path) -> Option<(FileId, Document)> {
+        let reads = [Read { path: path.to_owned(), revision: 0 }];
+        self.files.settle(&reads);
+        let done = &mut self.done;
+        self.files.with_sources(|files, sources| {
+            let file = files.read(path, None, Role::Document, sources, done).ok()?;
+            Some((file, files.parsed(file, sources, done, |parsed| parsed.document.clone())))
+        })
+    }
+
+    /// Holds a file that is no pipeline to the schema of its kind.
+    pub fn check_part(&mut self, path: &Path) -> Option<(FileKind, Diagnostics)> {
+        let document = self.document(path).ok()?;
+        let kind = kind_of(&document)?;
+        let mut diagnostics = Diagnostics::new();
+        Schema::new(&self.schema(kind)).check(&document.root, "", &mut diagnostics);
+        Some((kind, diagnostics))
+    }
+
+    fn schema(&mut self, kind: FileKind) -> Arc<Json> {
+        if let Some((_, schema)) = self.schemas.iter().find(|(known, _)| *known == kind) {
+            return schema.clone();
+        }
+        let schema = Arc::new(schema_of(kind, self.registry()));
+        self.schemas.push((kind, schema.clone()));
+        schema
+    }
+
+    /// Answers about a cursor with all that is known around it; nothing where its file cannot be read.
+    fn around<T>(
+        &mut self,
+        cursor: &Cursor<'_>,
+        answer: impl FnOnce(&Context<'_>) -> Option<T>,
+    ) -> Result<Option<T>, Cancelled> {
+        let Cursor { target, choice, path, offset } = *cursor;
+        let loaded = self.load_exactly(target)?;
+        let (planned, _) = self.plan(target, choice)?;
+        let known = self.files.path_among(path, &loaded.composition().reads);
+        let Some((file, document)) = self.parsed(known.as_deref().unwrap_or(path)) else { return Ok(None) };
+        let kind = kind_of(&document).unwrap_or(FileKind::Pipeline);
+        let schema = self.schema(kind);
+        let sources = self.files.settled();
+        let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_else(|| "".into());
+        let Some((composed, model)) = loaded.understood().zip(loaded.model()) else { return Ok(None) };
+        Ok(answer(&Context {
+            loaded: &loaded,
+            planned: &planned,
+            choice,
+            composed,
+            model,
+            sources,
+            schema: &schema,
+            kind,
+            file,
+            text: &text,
+            document: &document,
+            offset,
+        }))
+    }
+
+    /// The keys, words and names that can stand at a place.
+    ///
+    /// # Errors
+    /// [`Cancel::set`](crate::Cancel::set).
+    pub fn expected_at(&mut self, cursor: &Cursor<'_>) -> Result<Option<Expected>, Cancelled> {
+        self.around(cursor, |context| Some(expected::expected(context)))
+    }
+
+    /// What stands at a place: of a name what [`why`] tells of it, of a key its description.
+    ///
+    /// # Errors
+    /// [`Cancel::set`](crate::Cancel::set).
+    pub fn hover(&mut self, cursor: &Cursor<'_>) -> Result<Option<Hover>, Cancelled> {
+        self.around(cursor, |context| {
+            let site = context.site();
+            let (_, rules) = context.named(&site);
+            let place = context.span(site.replaced.clone());
+            let named = declaration_at(context).and_then(|(id, place)| Some((told(context, id)?, place)));
+            let described = rules.description().map(str::to_owned);
+            match (named, described) {
+                (Some((text, place)), _) => Some(Hover { place, text, is_preformatted: true }),
+                (None, Some(text)) if !site.replaced.is_empty() => {
+                    Some(Hover { place, text, is_preformatted: false })
+                }
+                _ => None,
+            }
+        })
+    }
+
+    /// The places where the thing at a place is declared: a declaration, a file, a template, a binding in WGSL.
+    ///
+    /// # Errors
+    /// [`Cancel::set`](crate::Cancel::set).
+    pub fn definition(&mut self, cursor: &Cursor<'_>) -> Result<Vec<Span>, Cancelled> {
+        let found = self.around(cursor, |context| {
+            if let Some((id, _)) = declaration_at(context) {
+                return Some((vec![context.model.declaration(id).place], None));
+            }
+            Some(definition_besides(context))
+        })?;
+        let (mut places, path) = found.unwrap_or_default();
+        if let Some((file, _)) = path.and_then(|path| self.parsed(&path)) {
+            places.push(Span::new(file, 0..0));
+        }
+        Ok(places)
+    }
+
+    /// The places where the thing at a place is declared and used, the declaration first.
+    ///
+    /// # Errors
+    /// [`Cancel::set`](crate::Cancel::set).
+    pub fn references(&mut self, cursor: &Cursor<'_>) -> Result<Vec<Span>, Cancelled> {
+        let found = self.around(cursor, |context| {
+            let (id, _) = declaration_at(context)?;
+            let uses = context.model.uses_of(id).map(|one| one.place);
+            let mut places = vec![context.model.declaration(id).place];
+            places.extend(uses);
+            places.dedup();
+            Some(places)
+        })?;
+        Ok(found.unwrap_or_default())
+    }
+
+    /// The place of the name at a cursor that can be given another.
+    ///
+    /// # Errors
+    /// [`Cancel::set`](crate::Cancel::set).
+    pub fn renamable(&mut self, cursor: &Cursor<'_>) -> Result<Option<(Span, String)>, Cancelled> {
+        self.around(cursor, |context| {
+            let (id, place) = declaration_at(context)?;
+            Some((place, context.model.declaration(id).name.clone()))
+        })
+    }
+
+    /// Gives the thing at a place another name, in all files of the pipeline; nothing where nothing has a name.
+    ///
+    /// # Errors
+    /// [`Cancel::set`](crate::Cancel::set). Within the answer: a name that cannot be given.
+    pub fn rename(
+        &mut self,
+        cursor: &Cursor<'_>,
+        name: &str,
+    ) -> Result<Option<Result<BTreeMap<String, Edits>, EditError>>, Cancelled> {
+        self.around(cursor, |context| {
+            let (id, _) = declaration_at(context)?;
+            let Context { sources, composed, model, .. } = *context;
+            Some(rename_declaration(sources, composed, model, id, name))
+        })
+    }
+}
+
+/// The declaration whose name stands at the cursor, and the place of that.
+fn declaration_at(context: &Context<'_>) -> Option<(Id, Span)> {
+    let offset = u32::try_from(context.offset).ok()?;
+    let id = context.model.declaration_at(context.file, offset)?;
+    let is_here = |place: &Span| place.file == context.file && (place.start..=place.end).contains(&offset);
+    let uses = context.model.uses_of(id).map(|one| one.place);
+    let places = uses.chain([context.model.declaration(id).place]).filter(is_here);
+    Some((id, places.min_by_key(|place| place.end - place.start)?))
+}
+
+/// What is told of a declaration.
+fn told(context: &Context<'_>, id: Id) -> Option<String> {
+    let declaration = context.model.declaration(id);
+    let Context { composed, model, sources, choice, planned, .. } = *context;
+    let subject =
+        Subject { composed, model, overrides: &choice.overrides, checked: &planned.report, sources };
+    let mut things = why(&subject, &declaration.name, declaration.place).ok()?;
+    let (file, place) = (sources.get(declaration.place.file)?, declaration.place);
+    let at = file.line_column(place.start);
+    let is_it = |thing: &crate::graph::why::Thing| {
+        thing.declared.file == file.name()
+            && (thing.declared.line, thing.declared.column) == (at.line, at.column)
+    };
+    if things.iter().any(is_it) {
+        things.retain(is_it);
+    }
+    Some(human(&things))
+}
+
+/// What is declared elsewhere than in the model: templates, bindings; and the path of a file that a string names.
+fn definition_besides(context: &Context<'_>) -> (Vec<Span>, Option<std::path::PathBuf>) {
+    let site = context.site();
+    let position = context.position(&site);
+    let folder = context.sources.get(context.file).and_then(|file| Path::new(file.name()).parent());
+    let path = |name: &str| Some(normalize(&folder?.join(name)));
+    match (site.spot, position.way.as_slice()) {
+        (Spot::Key { entry: Some(entry), .. }, ["passes" | "shared_settings", .., "bind"]) => {
+            let modules = context.pass(&position).map(|pass| context.modules(&pass)).unwrap_or_default();
+            let places = modules.iter().find_map(|module| expected::declared_in(module, &entry.key));
+            (places.into_iter().collect(), None)
+        }
+        (Spot::Value(Some(value)), way) => match (value.text(), way) {
+            (Some(name), [.., "shader"]) => {
+                let file = context.loaded.templates().file(name);
+                (file.map(|file| Span::new(file, 0..0)).into_iter().collect(), None)
+            }
+            (Some(name), ["extends" | "include", ..] | ["passes", _, "use"]) => (Vec::new(), path(name)),
+            _ => (Vec::new(), None),
+        },
+        _ => (Vec::new(), None),
+    }
+}
