@@ -1,0 +1,260 @@
+//! The answers to requests.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+
+use lsp_types::request::{
+    CodeActionRequest, Completion, DocumentSymbolRequest, Formatting, GotoDefinition, HoverRequest,
+    PrepareRenameRequest, References, Rename, Request as _, SemanticTokensFullRequest,
+};
+use lsp_types::{
+    CodeAction, CodeActionKind, CodeActionOrCommand, CodeActionParams, CompletionItem, CompletionItemKind,
+    CompletionParams, CompletionTextEdit, DocumentFormattingParams, DocumentSymbolParams, Documentation,
+    GotoDefinitionParams, Hover, HoverContents, HoverParams, Location, MarkupContent, MarkupKind,
+    PrepareRenameResponse, Range, ReferenceParams, RenameParams, SemanticTokensParams,
+    TextDocumentIdentifier, TextDocumentPositionParams, TextEdit, Uri, WorkspaceEdit,
+};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value as Json;
+
+use crate::graph::diagnostic::Fix;
+use crate::graph::document::format;
+use crate::graph::edit::Edits;
+use crate::graph::model::DeclarationKind;
+use crate::graph::source::{FileId, SourceFile, Span};
+use crate::outline;
+use crate::session::{Candidate, CandidateKind, Choice, Cursor, Session, Target};
+use crate::workspace::{Workspace, document_path, is_document};
+
+type Answer = Result<Json, String>;
+
+/// Answers a request; `None` for one that is not served.
+pub(crate) fn answer(workspace: &mut Workspace, method: &str, params: Json) -> Option<Answer> {
+    Some(match method {
+        Completion::METHOD => with(params, |params| completion(workspace, params)),
+        HoverRequest::METHOD => with(params, |params| hover(workspace, params)),
+        GotoDefinition::METHOD => with(params, |params| definition(workspace, params)),
+        References::METHOD => with(params, |params| references(workspace, params)),
+        PrepareRenameRequest::METHOD => with(params, |params| prepare_rename(workspace, params)),
+        Rename::METHOD => parsed(params).and_then(|params| json(rename(workspace, params)?)),
+        DocumentSymbolRequest::METHOD => with(params, |params: DocumentSymbolParams| {
+            let (file, document) = of_document(workspace, &params.text_document)?;
+            Some(outline::symbols(&document.root, source(workspace, file)?, workspace.encoding))
+        }),
+        SemanticTokensFullRequest::METHOD => with(params, |params: SemanticTokensParams| {
+            let (file, document) = of_document(workspace, &params.text_document)?;
+            Some(outline::tokens(&document.root, source(workspace, file)?, workspace.encoding))
+        }),
+        Formatting::METHOD => with(params, |params| formatted(workspace, params)),
+        CodeActionRequest::METHOD => with(params, |params| Some(actions(workspace, &params))),
+        _ => return None,
+    })
+}
+
+fn with<P: DeserializeOwned, R: Serialize>(params: Json, answer: impl FnOnce(P) -> Option<R>) -> Answer {
+    parsed(params).and_then(|params| json(answer(params)))
+}
+
+fn parsed<P: DeserializeOwned>(params: Json) -> Result<P, String> {
+    serde_json::from_value(params).map_err(|error| error.to_string())
+}
+
+fn json(answer: impl Serialize) -> Answer {
+    serde_json::to_value(answer).map_err(|error| error.to_string())
+}
+
+/// A place that a client asks about.
+struct Asked {
+    path: PathBuf,
+    offset: usize,
+    target: Target,
+    choice: Choice,
+}
+
+impl Asked {
+    fn of(workspace: &mut Workspace, at: TextDocumentPositionParams) -> Option<Self> {
+        let path = document_path(&at.text_document.uri).filter(|path| is_document(path))?;
+        let (file, _) = workspace.session.parsed(&path)?;
+        let offset = workspace.encoding.offset(source(workspace, file)?, at.position);
+        let target = workspace.target(&path);
+        let choice = workspace.choice(&target);
+        Some(Self { path, offset, target, choice })
+    }
+
+    fn cursor(&self) -> Cursor<'_> {
+        Cursor { target: &self.target, choice: &self.choice, path: &self.path, offset: self.offset }
+    }
+}
+
+fn source(workspace: &Workspace, file: FileId) -> Option<&SourceFile> {
+    workspace.session.sources().get(file).map(AsRef::as_ref)
+}
+
+fn of_document(
+    workspace: &mut Workspace,
+    document: &TextDocumentIdentifier,
+) -> Option<(FileId, crate::graph::document::Document)> {
+    let path = document_path(&document.uri)?;
+    workspace.session.parsed(&path)
+}
+
+fn range(workspace: &Workspace, place: Span) -> Option<Range> {
+    Some(workspace.encoding.range(source(workspace, place.file)?, place))
+}
+
+fn completion(workspace: &mut Workspace, params: CompletionParams) -> Option<Vec<CompletionItem>> {
+    let asked = Asked::of(workspace, params.text_document_position)?;
+    let expected = workspace.sure(|session| session.expected_at(&asked.cursor()))?;
+    let range = range(workspace, expected.replaced)?;
+    Some(expected.candidates.into_iter().map(|candidate| item(candidate, range)).collect())
+}
+
+fn item(candidate: Candidate, range: Range) -> CompletionItem {
+    let Candidate { kind, label, text, detail, description } = candidate;
+    let kind = match kind {
+        CandidateKind::Key => CompletionItemKind::PROPERTY,
+        CandidateKind::Word | CandidateKind::Axis => CompletionItemKind::ENUM_MEMBER,
+        CandidateKind::Function => CompletionItemKind::FUNCTION,
+        CandidateKind::Template => CompletionItemKind::FILE,
+        CandidateKind::Binding => CompletionItemKind::FIELD,
+        CandidateKind::Name(DeclarationKind::Resource | DeclarationKind::Data) => {
+            CompletionItemKind::VARIABLE
+        }
+        CandidateKind::Name(DeclarationKind::Pass | DeclarationKind::Subgraph) => CompletionItemKind::METHOD,
+        CandidateKind::Name(_) => CompletionItemKind::CONSTANT,
+    };
+    CompletionItem {
+        label,
+        kind: Some(kind),
+        detail,
+        documentation: description.map(|text| Documentation::MarkupContent(markdown(text))),
+        filter_text: Some(text.trim_start_matches(", ").to_owned()),
+        text_edit: Some(CompletionTextEdit::Edit(TextEdit { range, new_text: text })),
+        ..CompletionItem::default()
+    }
+}
+
+fn markdown(value: String) -> MarkupContent {
+    MarkupContent { kind: MarkupKind::Markdown, value }
+}
+
+fn hover(workspace: &mut Workspace, params: HoverParams) -> Option<Hover> {
+    let asked = Asked::of(workspace, params.text_document_position_params)?;
+    let found = workspace.sure(|session| session.hover(&asked.cursor()))?;
+    let text = match found.is_preformatted {
+        true => format!("```text\n{}\n```", found.text.trim_end()),
+        false => found.text,
+    };
+    Some(Hover { contents: HoverContents::Markup(markdown(text)), range: range(workspace, found.place) })
+}
+
+fn definition(workspace: &mut Workspace, params: GotoDefinitionParams) -> Option<Vec<Location>> {
+    let asked = Asked::of(workspace, params.text_document_position_params)?;
+    let places = workspace.sure(|session| session.definition(&asked.cursor()));
+    Some(places.into_iter().filter_map(|place| workspace.location(place)).collect())
+}
+
+fn references(workspace: &mut Workspace, params: ReferenceParams) -> Option<Vec<Location>> {
+    let asked = Asked::of(workspace, params.text_document_position)?;
+    let places = workspace.sure(|session| session.references(&asked.cursor()));
+    let wanted = places.into_iter().skip(usize::from(!params.context.include_declaration));
+    Some(wanted.filter_map(|place| workspace.location(place)).collect())
+}
+
+fn prepare_rename(
+    workspace: &mut Workspace,
+    params: TextDocumentPositionParams,
+) -> Option<PrepareRenameResponse> {
+    let asked = Asked::of(workspace, params)?;
+    let (place, placeholder) = workspace.sure(|session| session.renamable(&asked.cursor()))?;
+    Some(PrepareRenameResponse::RangeWithPlaceholder { range: range(workspace, place)?, placeholder })
+}
+
+fn rename(workspace: &mut Workspace, params: RenameParams) -> Result<Option<WorkspaceEdit>, String> {
+    let Some(asked) = Asked::of(workspace, params.text_document_position) else { return Ok(None) };
+    let renamed = workspace.sure(|session: &mut Session| session.rename(&asked.cursor(), &params.new_name));
+    let Some(edits) = renamed else { return Ok(None) };
+    let edits = edits.map_err(|error| error.to_string())?;
+    let mut changes = Changes::default();
+    for (name, edits) in edits {
+        let path = Path::new(&name);
+        let Some(uri) = workspace.uri(path) else {
+            return Err(format!("\"{name}\" comes with the module and cannot be changed"));
+        };
+        let sources = workspace.session.sources();
+        let Some((file, _)) = sources.find(&name).and_then(|id| Some((sources.get(id)?, id))) else {
+            continue;
+        };
+        changes.entry(uri).or_default().extend(text_edits(workspace, file, &edits));
+    }
+    Ok(Some(edit_of(changes)))
+}
+
+type Changes = BTreeMap<Uri, Vec<TextEdit>>;
+
+#[expect(clippy::mutable_key_type, reason = "the protocol's type; nothing in an address changes")]
+fn edit_of(changes: Changes) -> WorkspaceEdit {
+    let changes: HashMap<Uri, Vec<TextEdit>> = changes.into_iter().collect();
+    WorkspaceEdit { changes: Some(changes), ..WorkspaceEdit::default() }
+}
+
+fn text_edits(workspace: &Workspace, file: &SourceFile, edits: &Edits) -> Vec<TextEdit> {
+    let position =
+        |offset: usize| workspace.encoding.position(file, u32::try_from(offset).unwrap_or(u32::MAX));
+    let edit = |edit: &crate::graph::edit::Edit| TextEdit {
+        range: Range { start: position(edit.range.start), end: position(edit.range.end) },
+        new_text: edit.replacement.clone(),
+    };
+    edits.iter().map(edit).collect()
+}
+
+fn formatted(workspace: &mut Workspace, params: DocumentFormattingParams) -> Option<Vec<TextEdit>> {
+    let (file, _) = of_document(workspace, &params.text_document)?;
+    let edits = format::format(workspace.session.sources(), file).ok()?;
+    Some(text_edits(workspace, source(workspace, file)?, &edits))
+}
+
+/// The fixes of diagnostics in a range.
+fn actions(workspace: &mut Workspace, params: &CodeActionParams) -> Vec<CodeActionOrCommand> {
+    let Some(path) = document_path(&params.text_document.uri) else { return Vec::new() };
+    let is_there = |range: &Range| range.start <= params.range.end && params.range.start <= range.end;
+    let found = workspace.of_file(&path);
+    let found = found.into_iter().filter(|(one, _)| is_there(&one.range));
+    let action = |(written, diagnostic): &(lsp_types::Diagnostic, crate::graph::diagnostic::Diagnostic)| {
+        let fix = diagnostic.fix.as_ref()?;
+        Some(CodeActionOrCommand::CodeAction(CodeAction {
+            title: title(workspace, fix),
+            kind: Some(CodeActionKind::QUICKFIX),
+            diagnostics: Some(vec![written.clone()]),
+            edit: Some(mended(workspace, fix)?),
+            is_preferred: Some(true),
+            ..CodeAction::default()
+        }))
+    };
+    found.filter_map(action).collect()
+}
+
+fn title(workspace: &Workspace, fix: &Fix) -> String {
+    match fix.edits.as_slice() {
+        [one] if one.replacement.is_empty() => "Remove it".to_owned(),
+        [one] => {
+            let old = workspace.session.sources().text(one.span).trim().to_owned();
+            match old.is_empty() {
+                true => format!("Insert {}", one.replacement.trim()),
+                false => format!("Replace {old} by {}", one.replacement.trim()),
+            }
+        }
+        many => format!("Mend it at {} places", many.len()),
+    }
+}
+
+/// The edit of a fix; `None` where a file of it cannot be changed.
+fn mended(workspace: &Workspace, fix: &Fix) -> Option<WorkspaceEdit> {
+    let mut changes = Changes::default();
+    for one in &fix.edits {
+        let Location { uri, range } = workspace.location(one.span)?;
+        changes.entry(uri).or_default().push(TextEdit { range, new_text: one.replacement.clone() });
+    }
+    Some(edit_of(changes))
+}

@@ -1,0 +1,373 @@
+//! The documents of an editor, the pipelines that they are part of, and what is wrong with them.
+//!
+//! A part of a pipeline, such as a file that others extend, is told of as part of that pipeline: all pipelines below the
+//! folders of the editor are composed once, so that it is known which files they read.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use lsp_types::{DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString, Range, Uri};
+
+use crate::graph::compiler::PlanOptions;
+use crate::graph::diagnostic::{Diagnostic, Diagnostics, Place, Severity};
+use crate::graph::document::Document;
+use crate::graph::pipeline::claimed_profiles;
+use crate::graph::shader::TargetProfile;
+use crate::graph::source::{Sources, Span};
+use crate::position::{Encoding, path_of, uri_of};
+use crate::session::{Cancel, Cancelled, Choice, Judges, Session, Survey, Target, kind_of};
+
+/// Files of the folders that are looked at, at most.
+const MAX_FILES: usize = 2_000;
+/// How deep folders are looked into.
+const MAX_DEPTH: usize = 12;
+/// Folders that hold no pipelines of their author.
+const LEFT_OUT: [&str; 2] = ["node_modules", "target"];
+/// The size of the picture that plans are made for, as of the command.
+const SIZE: [u32; 2] = [1280, 720];
+
+/// A diagnostic as the protocol writes it, with what it was made of.
+pub(crate) type Found = (lsp_types::Diagnostic, Diagnostic);
+
+/// The documents of an editor.
+pub(crate) struct Workspace {
+    pub(crate) session: Session,
+    pub(crate) cancel: Cancel,
+    pub(crate) encoding: Encoding,
+    folders: Vec<PathBuf>,
+    /// The texts that the editor has.
+    open: BTreeMap<PathBuf, String>,
+    /// The pipelines that read a file, by its path; found with the first question.
+    readers: Option<BTreeMap<PathBuf, BTreeSet<PathBuf>>>,
+    /// The pipeline that an open document is told of as part of.
+    targets: BTreeMap<PathBuf, Target>,
+    /// What is wrong, by pipeline and file.
+    found: BTreeMap<Target, BTreeMap<PathBuf, Vec<Found>>>,
+    /// Documents that changed since their pipelines were told of.
+    changed: BTreeSet<PathBuf>,
+    /// Pipelines that were planned, but not checked in all configurations, since they changed.
+    unchecked: BTreeSet<Target>,
+}
+
+impl Workspace {
+    pub(crate) fn new(mut session: Session, folders: Vec<PathBuf>, encoding: Encoding) -> Self {
+        session.set_roots(&folders);
+        let cancel = session.cancel();
+        Self {
+            session,
+            cancel,
+            encoding,
+            folders,
+            open: BTreeMap::new(),
+            readers: None,
+            targets: BTreeMap::new(),
+            found: BTreeMap::new(),
+            changed: BTreeSet::new(),
+            unchecked: BTreeSet::new(),
+        }
+    }
+
+    /// An answer of the session, also where what was asked before was cancelled.
+    pub(crate) fn sure<T>(&mut self, mut ask: impl FnMut(&mut Session) -> Result<T, Cancelled>) -> T {
+        loop {
+            self.cancel.clear();
+            if let Ok(answer) = ask(&mut self.session) {
+                return answer;
+            }
+        }
+    }
+
+    pub(crate) fn text(&self, path: &Path) -> Option<&str> {
+        self.open.get(path).map(String::as_str)
+    }
+
+    pub(crate) fn write(&mut self, path: &Path, text: String) {
+        self.session.overlay(path, text.as_bytes());
+        self.open.insert(path.to_owned(), text);
+        self.changed.insert(path.to_owned());
+    }
+
+    pub(crate) fn close(&mut self, path: &Path) {
+        self.session.close(path);
+        self.open.remove(path);
+        self.changed.insert(path.to_owned());
+    }
+
+    /// A file on disk changed, is new, or is gone.
+    pub(crate) fn changed_on_disk(&mut self, path: &Path) {
+        if self.open.contains_key(path) {
+            return;
+        }
+        self.session.changed(path);
+        self.changed.insert(path.to_owned());
+        if is_document(path) && self.readers.is_some() {
+            self.compose(path);
+        }
+    }
+
+    /// The pipelines that read a file.
+    fn readers_of(&mut self, path: &Path) -> BTreeSet<PathBuf> {
+        if self.readers.is_none() {
+            self.readers = Some(BTreeMap::new());
+            let mut files = Vec::new();
+            for folder in &self.folders {
+                collect(folder, 0, &mut files);
+            }
+            files.iter().for_each(|path| self.compose(path));
+        }
+        self.readers.as_ref().and_then(|readers| readers.get(path)).cloned().unwrap_or_default()
+    }
+
+    /// Composes a pipeline, and notes which files it reads.
+    fn compose(&mut self, path: &Path) {
+        let is_pipeline = |document: &Document| {
+            let has = |key| document.root.get(key).is_some();
+            kind_of(document).is_none()
+                && has("format")
+                && ["passes", "extends", "include"].into_iter().any(has)
+        };
+        let is_one = self.session.parsed(path).is_some_and(|(_, document)| is_pipeline(&document));
+        let reads = match is_one {
+            true => {
+                self.sure(|session| session.load(&Target::new(path))).paths().map(Path::to_owned).collect()
+            }
+            false => Vec::new(),
+        };
+        self.read_by(path, reads);
+    }
+
+    fn read_by(&mut self, target: &Path, reads: Vec<PathBuf>) {
+        let Some(readers) = &mut self.readers else { return };
+        for targets in readers.values_mut() {
+            targets.remove(target);
+        }
+        for read in reads {
+            readers.entry(read).or_default().insert(target.to_owned());
+        }
+    }
+
+    /// The pipeline that a document is told of as part of: itself, or where it is none, or none that is right by itself,
+    /// one that reads it.
+    pub(crate) fn target(&mut self, path: &Path) -> Target {
+        if let Some(known) = self.targets.get(path) {
+            return known.clone();
+        }
+        let own = Target::new(path);
+        let readers = self.readers_of(path);
+        let other = readers.iter().find(|reader| *reader != path);
+        let target = match other {
+            Some(other) if !self.is_right(&own) => Target::new(other),
+            _ => own,
+        };
+        self.targets.insert(path.to_owned(), target.clone());
+        target
+    }
+
+    fn is_right(&mut self, target: &Target) -> bool {
+        let is_part = self.session.parsed(&target.path).is_none_or(|(_, document)| {
+            kind_of(&document).is_some() || document.root.get("passes").is_none()
+        });
+        !is_part && !self.planned(target).has_errors()
+    }
+
+    /// The configuration that values are told of: that of the command without further arguments.
+    pub(crate) fn choice(&mut self, target: &Target) -> Choice {
+        let loaded = self.sure(|session| session.load(target));
+        let profiles = loaded.understood().map(|composed| profiles(&composed.document));
+        let first = profiles.and_then(|profiles| profiles.into_iter().next());
+        Choice::new(first.unwrap_or_else(TargetProfile::webgpu), PlanOptions::new(SIZE[0], SIZE[1]))
+    }
+
+    fn planned(&mut self, target: &Target) -> Diagnostics {
+        let choice = self.choice(target);
+        self.sure(|session| session.plan(target, &choice)).1
+    }
+
+    /// Tells anew of the pipelines of all documents that changed; the addresses of the files of which something else is
+    /// to be said now.
+    pub(crate) fn tell(&mut self) -> BTreeSet<PathBuf> {
+        let changed = std::mem::take(&mut self.changed);
+        let is_of_templates = changed.iter().any(|path| is_template(path));
+        let mut targets: BTreeSet<Target> =
+            changed.iter().filter_map(|path| self.targets.get(path)).cloned().collect();
+        let open: Vec<PathBuf> = self.open.keys().filter(|path| is_document(path)).cloned().collect();
+        for path in open {
+            let target = self.target(&path);
+            let reads = |path: &PathBuf| {
+                self.readers
+                    .as_ref()
+                    .and_then(|all| all.get(path))
+                    .is_some_and(|of| of.contains(&target.path))
+            };
+            let is_new = !self.found.contains_key(&target);
+            if is_new || is_of_templates || changed.contains(&path) || changed.iter().any(reads) {
+                targets.insert(target);
+            }
+        }
+        let gone: Vec<Target> = self.found.keys().filter(|target| !self.is_wanted(target)).cloned().collect();
+        let mut files = BTreeSet::new();
+        for target in gone {
+            files.append(&mut self.replace(&target, None));
+            targets.remove(&target);
+            self.unchecked.remove(&target);
+        }
+        targets.retain(|target| self.is_wanted(target));
+        for target in targets {
+            files.append(&mut self.tell_of(&target));
+        }
+        files
+    }
+
+    /// Whether a document is open that is told of as part of a pipeline.
+    fn is_wanted(&self, target: &Target) -> bool {
+        self.targets.iter().any(|(path, known)| known == target && self.open.contains_key(path))
+    }
+
+    fn tell_of(&mut self, target: &Target) -> BTreeSet<PathBuf> {
+        let part = self.session.check_part(&target.path);
+        let diagnostics = match part {
+            Some((_, diagnostics)) => diagnostics,
+            None => {
+                self.unchecked.insert(target.clone());
+                self.planned(target)
+            }
+        };
+        let loaded = self.sure(|session| session.load(target));
+        self.read_by(&target.path, loaded.paths().map(Path::to_owned).collect());
+        self.replace(target, Some(diagnostics))
+    }
+
+    /// Checks one pipeline in all configurations, if one is left to be; the files of which something else is to be said
+    /// now. `None` once all are checked, or where that is cancelled.
+    pub(crate) fn check(&mut self, judges: Judges<'_>) -> Option<BTreeSet<PathBuf>> {
+        let target = self.unchecked.first()?.clone();
+        let loaded = self.session.load(&target).ok()?;
+        let profiles = loaded.document().map(profiles).unwrap_or_default();
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let survey = Survey::new(profiles, PlanOptions::new(SIZE[0], SIZE[1])).threads(threads);
+        let (_, mut diagnostics) = self.session.check(&target, &survey, judges).ok()?;
+        diagnostics.merge();
+        self.unchecked.remove(&target);
+        Some(self.replace(&target, Some(diagnostics)))
+    }
+
+    /// Notes what is wrong with a pipeline; the files of which something was said, or is.
+    fn replace(&mut self, target: &Target, diagnostics: Option<Diagnostics>) -> BTreeSet<PathBuf> {
+        let sources = self.session.sources();
+        let mut by_file: BTreeMap<PathBuf, Vec<Found>> = BTreeMap::new();
+        for diagnostic in diagnostics.iter().flat_map(Diagnostics::iter) {
+            let path = match &diagnostic.place {
+                Place::Span(span) => sources.get(span.file).map(|file| PathBuf::from(file.name())),
+                Place::File { path, .. } => Some(PathBuf::from(path)),
+                Place::Nowhere => None,
+            };
+            let path = path.filter(|path| path.is_absolute()).unwrap_or_else(|| target.path.clone());
+            by_file.entry(path).or_default().push((self.written(diagnostic, sources), diagnostic.clone()));
+        }
+        let mut files: BTreeSet<PathBuf> = by_file.keys().cloned().collect();
+        let before = match diagnostics {
+            Some(_) => self.found.insert(target.clone(), by_file),
+            None => self.found.remove(target),
+        };
+        files.extend(before.into_iter().flat_map(BTreeMap::into_keys));
+        files
+    }
+
+    /// All that is wrong with a file, each once.
+    pub(crate) fn of_file(&self, path: &Path) -> Vec<&Found> {
+        let mut all: Vec<&Found> = Vec::new();
+        for one in self.found.values().filter_map(|files| files.get(path)).flatten() {
+            if !all.iter().any(|(known, _)| known == &one.0) {
+                all.push(one);
+            }
+        }
+        all
+    }
+
+    fn written(&self, diagnostic: &Diagnostic, sources: &Sources) -> lsp_types::Diagnostic {
+        let range = |place: &Place| match place {
+            Place::Span(span) => {
+                sources.get(span.file).map(|file| self.encoding.range(file, *span)).unwrap_or_default()
+            }
+            _ => Range::default(),
+        };
+        let mut message = diagnostic.message.clone();
+        let mut related = Vec::new();
+        for one in &diagnostic.related {
+            match one.place.clone() {
+                Place::Span(span) if self.location(span).is_some() => {
+                    related.extend(self.location(span).map(|location| DiagnosticRelatedInformation {
+                        location,
+                        message: one.message.clone(),
+                    }));
+                }
+                _ => message.push_str(&format!("\n{}", one.message)),
+            }
+        }
+        message.extend(diagnostic.help.iter().map(|help| format!("\nhelp: {help}")));
+        lsp_types::Diagnostic {
+            range: range(&diagnostic.place),
+            severity: Some(match diagnostic.severity {
+                Severity::Error => DiagnosticSeverity::ERROR,
+                Severity::Warning => DiagnosticSeverity::WARNING,
+                Severity::Note => DiagnosticSeverity::INFORMATION,
+            }),
+            code: Some(NumberOrString::String(diagnostic.code.id.to_owned())),
+            source: Some("umbragraph".to_owned()),
+            message,
+            related_information: (!related.is_empty()).then_some(related),
+            ..lsp_types::Diagnostic::default()
+        }
+    }
+
+    /// A place of a file; `None` for what comes with the module.
+    pub(crate) fn location(&self, place: Span) -> Option<Location> {
+        let file = self.session.sources().get(place.file)?;
+        let path = Path::new(file.name());
+        Some(Location { uri: self.uri(path)?, range: self.encoding.range(file, place) })
+    }
+
+    /// The address of a file with a whole path.
+    pub(crate) fn uri(&self, path: &Path) -> Option<Uri> {
+        path.is_absolute().then(|| uri_of(path)).flatten()
+    }
+}
+
+/// The path of an address, without `.` and `..`.
+pub(crate) fn document_path(uri: &Uri) -> Option<PathBuf> {
+    path_of(uri).map(|path| crate::graph::compose::normalize(&path))
+}
+
+fn profiles(document: &Document) -> Vec<TargetProfile> {
+    claimed_profiles(document, &mut Diagnostics::new())
+}
+
+pub(crate) fn is_template(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    crate::graph::shader::TEMPLATE_ENDS.iter().any(|end| name.ends_with(end))
+}
+
+pub(crate) fn is_document(path: &Path) -> bool {
+    let is_json = path.extension().is_some_and(|end| end == "json" || end == "jsonc");
+    is_json && !is_template(path)
+}
+
+fn collect(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    let mut entries: Vec<_> = entries.flatten().collect();
+    entries.sort_by_key(std::fs::DirEntry::file_name);
+    for entry in entries {
+        let (path, name) = (entry.path(), entry.file_name());
+        let Ok(kind) = entry.file_type() else { continue };
+        let is_hidden = name.to_string_lossy().starts_with('.');
+        let is_left_out = is_hidden || LEFT_OUT.iter().any(|left_out| name == *left_out);
+        if files.len() >= MAX_FILES {
+            return;
+        }
+        if kind.is_dir() && !is_left_out && depth < MAX_DEPTH {
+            collect(&path, depth + 1, files);
+        } else if kind.is_file() && is_document(&path) {
+            files.push(path);
+        }
+    }
+}
