@@ -2,14 +2,18 @@
 //!
 //! A string of `pipelines/awsm.json` becomes another, or a comment is added, or one of 10,000 passes changes. No shader
 //! text changes, so that every module is there. Lines `ratio NAME VALUE` are ours divided by what is aimed at (20 ms for a
-//! string, 2 ms for a comment, 100 ms for 10,000 passes). Times are the minimum of several runs; each is another edit.
+//! string, 2 ms for a comment, 100 ms for 10,000 passes). Times are the minimum of several runs; each is another edit. The
+//! steps behind are those of an answer that reads all of it again, each by itself.
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::low_level::compiler::{self, PlanOptions};
+use umbragraph::low_level::pipeline::{LoadOptions, Overrides, check_schema, load};
 use umbragraph::low_level::session::{Choice, Session, Target};
-use umbragraph::low_level::shader::TargetProfile;
+use umbragraph::low_level::shader::{ShaderCache, TargetProfile};
 use umbragraph::{DiskStorage, with_templates};
 
 const RUNS: usize = 15;
@@ -20,7 +24,10 @@ fn main() {
     let comment = |at: usize| format!("// {at}\n{awsm}");
     let many = chain(10_000);
     let pass = |at: usize| many.replacen("one of a chain", &format!("one of {at}"), 1);
-    println!("{:<12} {:>10} {:>10}", "edit", "first ms", "ms");
+    println!(
+        "{:<12} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10}",
+        "edit", "first ms", "ms", "read", "compose", "schema", "load", "plan"
+    );
     edits("string", "pipelines/awsm.json", &awsm, &string, 20);
     edits("comment", "pipelines/awsm.json", &awsm, &comment, 2);
     edits("10000_passes", "chain.json", &many, &pass, 100);
@@ -42,8 +49,46 @@ fn edits(name: &str, path: &str, text: &str, edit: &dyn Fn(usize) -> String, aim
     let first = answer(text);
     let time = (0..RUNS).map(|at| answer(&edit(at))).min().unwrap_or_default();
     let millis = |time: Duration| time.as_secs_f64() * 1e3;
-    println!("{name:<12} {:>10.3} {:>10.3}", millis(first), millis(time));
+    println!("{name:<12} {:>10.3} {:>10.3} {}", millis(first), millis(time), steps(path, text, edit));
     println!("ratio session/{name} {:.3}", millis(time) / aim_ms as f64);
+}
+
+/// The times of the steps of an answer, each by itself, in milliseconds.
+fn steps(path: &str, text: &str, edit: &dyn Fn(usize) -> String) -> String {
+    let mut session = Session::new(DiskStorage, umbragraph::registry(), with_templates([]));
+    let (target, profile) = (Target::new(path), TargetProfile::webgpu());
+    let shaders = Arc::new(ShaderCache::new(&session.templates(), &profile));
+    let mut least = [f64::INFINITY; 5];
+    session.overlay(path, text.as_bytes());
+    for at in 0..RUNS {
+        let edited = edit(RUNS + at);
+        let mut clock = Instant::now();
+        let mut step = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64() * 1e3;
+        session.overlay(path, edited.as_bytes());
+        let read = step();
+        let loaded = session.load_exactly(&target).expect("nothing cancels");
+        let composed = step();
+        let (document, sources) = (loaded.document().expect("a document"), loaded.sources());
+        let mut diagnostics = Diagnostics::new();
+        step();
+        let schema = check_schema(document, loaded.registry());
+        let checked = step();
+        let overrides = Overrides::default();
+        let options = LoadOptions {
+            schema: Some(&schema),
+            ..LoadOptions::new(loaded.registry(), &shaders, &overrides)
+        };
+        let pipeline = Arc::new(load(document, &options, sources, &mut diagnostics).expect("a pipeline"));
+        let typed = step();
+        let graph = compiler::build(&pipeline, &mut diagnostics).expect("a graph");
+        let plan = compiler::plan(&pipeline, &graph, &PlanOptions::new(1280, 720), sources, &mut diagnostics);
+        let planned = step();
+        assert!(plan.is_some(), "{diagnostics:?}");
+        for (least, time) in least.iter_mut().zip([read, composed, checked, typed, planned]) {
+            *least = least.min(time);
+        }
+    }
+    least.map(|time| format!("{time:>10.3}")).join(" ")
 }
 
 /// A chain of full-screen passes, each of which reads what the one before it wrote.

@@ -6,9 +6,7 @@ use umbragraph_session::{Storage, Template, TemplateText};
 
 use crate::Bundled;
 use crate::diagnostic::Diagnostic;
-use crate::low_level::compose::{
-    Disk, Files as _, Named, Roots, Unreachable, find_below, normalize,
-};
+use crate::low_level::compose::{Disk, Files as _, Named, Roots, Unreachable, find_below, normalize};
 use crate::low_level::source::{FileId, Sources};
 
 /// The files of a disk, and those that come with this crate.

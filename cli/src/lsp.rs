@@ -15,14 +15,9 @@ pub(crate) fn run(arguments: &LspArguments) -> bool {
     let served = umbragraph_lsp::serve(session, &connection, judges);
     drop(connection);
     let closed = threads.join();
-    for error in served
-        .err()
-        .map(|error| error.to_string())
-        .into_iter()
-        .chain(closed.err().map(|error| error.to_string()))
-    {
+    let failed = served.err().map(|error| error.to_string()).or(closed.err().map(|error| error.to_string()));
+    if let Some(error) = &failed {
         complain(&format!("the connection ended: {error}\n"));
-        return false;
     }
-    true
+    failed.is_none()
 }

@@ -1,7 +1,7 @@
 //! The answers to requests.
 
-use std::collections::{BTreeMap, HashMap};
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use lsp_types::request::{
     CodeActionRequest, Completion, DocumentSymbolRequest, Formatting, GotoDefinition, HoverRequest,
@@ -12,7 +12,7 @@ use lsp_types::{
     CompletionParams, CompletionTextEdit, DocumentFormattingParams, DocumentSymbolParams, Documentation,
     GotoDefinitionParams, Hover, HoverContents, HoverParams, Location, MarkupContent, MarkupKind,
     PrepareRenameResponse, Range, ReferenceParams, RenameParams, SemanticTokensParams,
-    TextDocumentIdentifier, TextDocumentPositionParams, TextEdit, Uri, WorkspaceEdit,
+    TextDocumentIdentifier, TextDocumentPositionParams, TextEdit, WorkspaceEdit,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -178,25 +178,24 @@ fn rename(workspace: &mut Workspace, params: RenameParams) -> Result<Option<Work
     let edits = edits.map_err(|error| error.to_string())?;
     let mut changes = Changes::default();
     for (name, edits) in edits {
-        let path = Path::new(&name);
-        let Some(uri) = workspace.uri(path) else {
+        let path = PathBuf::from(&name);
+        if !path.is_absolute() {
             return Err(format!("\"{name}\" comes with the module and cannot be changed"));
-        };
+        }
         let sources = workspace.session.sources();
         let Some((file, _)) = sources.find(&name).and_then(|id| Some((sources.get(id)?, id))) else {
             continue;
         };
-        changes.entry(uri).or_default().extend(text_edits(workspace, file, &edits));
+        changes.entry(path).or_default().extend(text_edits(workspace, file, &edits));
     }
-    Ok(Some(edit_of(changes)))
+    Ok(Some(edit_of(workspace, changes)))
 }
 
-type Changes = BTreeMap<Uri, Vec<TextEdit>>;
+type Changes = BTreeMap<PathBuf, Vec<TextEdit>>;
 
-#[expect(clippy::mutable_key_type, reason = "the protocol's type; nothing in an address changes")]
-fn edit_of(changes: Changes) -> WorkspaceEdit {
-    let changes: HashMap<Uri, Vec<TextEdit>> = changes.into_iter().collect();
-    WorkspaceEdit { changes: Some(changes), ..WorkspaceEdit::default() }
+fn edit_of(workspace: &Workspace, changes: Changes) -> WorkspaceEdit {
+    let changes = changes.into_iter().filter_map(|(path, edits)| Some((workspace.uri(&path)?, edits)));
+    WorkspaceEdit { changes: Some(changes.collect()), ..WorkspaceEdit::default() }
 }
 
 fn text_edits(workspace: &Workspace, file: &SourceFile, edits: &Edits) -> Vec<TextEdit> {
@@ -253,8 +252,12 @@ fn title(workspace: &Workspace, fix: &Fix) -> String {
 fn mended(workspace: &Workspace, fix: &Fix) -> Option<WorkspaceEdit> {
     let mut changes = Changes::default();
     for one in &fix.edits {
-        let Location { uri, range } = workspace.location(one.span)?;
-        changes.entry(uri).or_default().push(TextEdit { range, new_text: one.replacement.clone() });
+        let file = source(workspace, one.span.file)?;
+        let path = PathBuf::from(file.name());
+        workspace.uri(&path)?;
+        let edit =
+            TextEdit { range: workspace.encoding.range(file, one.span), new_text: one.replacement.clone() };
+        changes.entry(path).or_default().push(edit);
     }
-    Some(edit_of(changes))
+    Some(edit_of(workspace, changes))
 }

@@ -7,12 +7,12 @@ use std::time::Duration;
 
 use lsp_server::{Connection, Message, Notification, Request, RequestId};
 use serde_json::{Value as Json, json};
-use umbragraph::compiler::PlanOptions;
 use umbragraph::diagnostic::{Diagnostics, Severity};
-use umbragraph::pipeline::claimed_profiles;
-use umbragraph::session::{Choice, Session, Target};
-use umbragraph::shader::TargetProfile;
-use umbragraph::source::Sources;
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::pipeline::claimed_profiles;
+use umbragraph::low_level::session::{Choice, Session, Target};
+use umbragraph::low_level::shader::TargetProfile;
+use umbragraph::low_level::source::Sources;
 use umbragraph::{DiskStorage, with_templates};
 use umbragraph_test_support::edits::{documents, edited};
 use umbragraph_test_support::property;
@@ -46,14 +46,16 @@ impl Editor {
         let (connection, servers) = Connection::memory();
         let server = std::thread::spawn(move || {
             // All configurations are the business of `check`, which has tests of its own.
-            let judges: umbragraph::session::Judges<'_> = &mut |_| Box::new(|_| Diagnostics::new());
+            let judges: umbragraph::low_level::session::Judges<'_> =
+                &mut |_| Box::new(|_| Diagnostics::new());
             umbragraph_lsp::serve(session(), &servers, judges).expect("a client that keeps to the protocol");
         });
         let (texts, published) = (BTreeMap::new(), BTreeMap::new());
         let mut editor = Self { connection, server: Some(server), last: 0, texts, published };
         let capabilities = json!({ "general": { "positionEncodings": ["utf-8", "utf-16"] } });
         let folders = json!([{ "uri": uri(folder), "name": "pipelines" }]);
-        let answer = editor.ask("initialize", json!({ "capabilities": capabilities, "workspaceFolders": folders }));
+        let answer =
+            editor.ask("initialize", json!({ "capabilities": capabilities, "workspaceFolders": folders }));
         assert_eq!(answer["capabilities"]["positionEncoding"], "utf-8");
         editor.tell("initialized", json!({}));
         editor
@@ -67,7 +69,10 @@ impl Editor {
     fn ask(&mut self, method: &str, params: Json) -> Json {
         self.last += 1;
         let id = RequestId::from(self.last);
-        self.connection.sender.send(Request::new(id.clone(), method.to_owned(), params).into()).expect("a server");
+        self.connection
+            .sender
+            .send(Request::new(id.clone(), method.to_owned(), params).into())
+            .expect("a server");
         loop {
             match self.connection.receiver.recv_timeout(Duration::from_secs(240)).expect("an answer") {
                 Message::Response(response) if response.id == id => {
@@ -115,7 +120,8 @@ impl Editor {
         self.ask("textDocument/documentSymbol", json!({ "textDocument": { "uri": uri(path) } }));
         let published = self.published.get(&uri(path)).and_then(Json::as_array).cloned().unwrap_or_default();
         let line = |one: &Json| {
-            let at = |side: &str| format!("{}:{}", one["range"][side]["line"], one["range"][side]["character"]);
+            let at =
+                |side: &str| format!("{}:{}", one["range"][side]["line"], one["range"][side]["character"]);
             let message = one["message"].as_str().expect("a message").lines().next().unwrap_or_default();
             format!("{} {} {} {} {message}", at("start"), at("end"), one["code"], one["severity"])
         };
@@ -187,8 +193,12 @@ fn fresh(path: &Path, text: &str) -> Vec<String> {
             let profiles = loaded
                 .understood()
                 .map(|composed| claimed_profiles(&composed.document, &mut Diagnostics::new()));
-            let profile = profiles.and_then(|all| all.into_iter().next()).unwrap_or_else(TargetProfile::webgpu);
-            session.plan(&target, &Choice::new(profile, PlanOptions::new(1280, 720))).expect("nothing cancels").1
+            let profile =
+                profiles.and_then(|all| all.into_iter().next()).unwrap_or_else(TargetProfile::webgpu);
+            session
+                .plan(&target, &Choice::new(profile, PlanOptions::new(1280, 720)))
+                .expect("nothing cancels")
+                .1
         }
     };
     lines(&diagnostics, session.sources(), path)
@@ -197,7 +207,9 @@ fn fresh(path: &Path, text: &str) -> Vec<String> {
 fn lines(diagnostics: &Diagnostics, sources: &Sources, path: &Path) -> Vec<String> {
     let mut lines = Vec::new();
     for one in diagnostics.iter() {
-        let span = one.span().filter(|span| sources.get(span.file).is_some_and(|file| Path::new(file.name()).is_absolute()));
+        let span = one
+            .span()
+            .filter(|span| sources.get(span.file).is_some_and(|file| Path::new(file.name()).is_absolute()));
         let severity = match one.severity {
             Severity::Error => 1,
             Severity::Warning => 2,
@@ -232,7 +244,8 @@ fn answers_after_edits_are_those_of_a_fresh_session(remainder: usize, of: usize)
     for (number, path) in documents(&folder).into_iter().enumerate().filter(|(at, _)| at % of == remainder) {
         let text = std::fs::read_to_string(&path).expect("a text");
         // A part that is not right alone is told of as part of a whole: see the test of parts.
-        let stands_alone = session().check_part(&path).is_some() || fresh(&path, &text).is_empty() && text.contains("\"passes\"");
+        let stands_alone = session().check_part(&path).is_some()
+            || fresh(&path, &text).is_empty() && text.contains("\"passes\"");
         let mut random = Random(property::seed().wrapping_mul(3_000).wrapping_add(number as u64));
         editor.open(&path, &text);
         let edits: Vec<String> = (0..EDITS).map(|_| edited(&text, &mut random)).collect();
@@ -254,12 +267,20 @@ fn answers_after_edits_are_those_of_a_fresh_session(remainder: usize, of: usize)
             for method in ["completion", "hover", "definition", "prepareRename"] {
                 editor.at(&format!("textDocument/{method}"), &path, at, Json::Null);
             }
-            editor.at("textDocument/references", &path, at, json!({ "context": { "includeDeclaration": true } }));
+            editor.at(
+                "textDocument/references",
+                &path,
+                at,
+                json!({ "context": { "includeDeclaration": true } }),
+            );
             let whole = json!({ "start": position(&now, 0), "end": position(&now, now.len()) });
             let document = json!({ "uri": uri(&path) });
             editor.ask("textDocument/semanticTokens/full", json!({ "textDocument": document }));
             let context = json!({ "diagnostics": [] });
-            editor.ask("textDocument/codeAction", json!({ "textDocument": document, "range": whole, "context": context }));
+            editor.ask(
+                "textDocument/codeAction",
+                json!({ "textDocument": document, "range": whole, "context": context }),
+            );
         }
         editor.close(&path);
     }
@@ -288,9 +309,15 @@ fn part_is_told_of_in_the_pipeline_that_reads_it() {
     let found = editor.diagnostics(&path);
     assert!(found.iter().any(|line| line.contains("1200")), "{found:?}");
     // What another file uses is found from here.
-    let at = text.find("\"filter_radius\"").expect("a parameter") + 3;
-    let uses = editor.at("textDocument/references", &path, at, json!({ "context": { "includeDeclaration": false } }));
-    let files: Vec<&str> = uses.as_array().expect("places").iter().filter_map(|one| one["uri"].as_str()).collect();
+    let at = text.find("\"light_filter\": {").expect("a feature") + 3;
+    let uses = editor.at(
+        "textDocument/references",
+        &path,
+        at,
+        json!({ "context": { "includeDeclaration": false } }),
+    );
+    let files: Vec<&str> =
+        uses.as_array().expect("places").iter().filter_map(|one| one["uri"].as_str()).collect();
     assert!(files.iter().any(|file| !file.ends_with("filters.json")), "{files:?}");
 }
 
@@ -306,7 +333,8 @@ fn fix_of_a_diagnostic_is_a_quick_fix_that_mends_it() {
     assert!(!editor.diagnostics(&path).is_empty());
     let at = broken.find("fulscreen").expect("the mistake");
     let range = json!({ "start": position(&broken, at), "end": position(&broken, at) });
-    let params = json!({ "textDocument": { "uri": uri(&path) }, "range": range, "context": { "diagnostics": [] } });
+    let params =
+        json!({ "textDocument": { "uri": uri(&path) }, "range": range, "context": { "diagnostics": [] } });
     let actions = editor.ask("textDocument/codeAction", params);
     let mended = changed(&broken, &actions[0]["edit"]["changes"][uri(&path)]);
     assert_eq!(mended, text, "{actions}");
@@ -360,21 +388,31 @@ fn completion_outline_tokens_and_layout_are_served() {
     editor.open(&path, &text);
     let document = json!({ "textDocument": { "uri": uri(&path) } });
     let outline = editor.ask("textDocument/documentSymbol", document.clone());
-    let names: Vec<&str> = outline.as_array().expect("symbols").iter().filter_map(|one| one["name"].as_str()).collect();
+    let names: Vec<&str> =
+        outline.as_array().expect("symbols").iter().filter_map(|one| one["name"].as_str()).collect();
     assert_eq!(names, ["resources", "passes"]);
     let at = text.find("\"&target\"").expect("a reference") + 2;
     let items = editor.at("textDocument/completion", &path, at, Json::Null);
-    let item = items.as_array().expect("items").iter().find(|item| item["label"] == "target").expect("the resource");
+    let item =
+        items.as_array().expect("items").iter().find(|item| item["label"] == "target").expect("the resource");
     assert_eq!(item["textEdit"]["newText"], "\"&target\"");
     let hover = editor.at("textDocument/hover", &path, at, Json::Null);
     assert!(hover["contents"]["value"].as_str().is_some_and(|text| text.contains("target")), "{hover}");
     let tokens = editor.ask("textDocument/semanticTokens/full", document.clone());
-    let kinds: Vec<u64> = tokens["data"].as_array().expect("numbers").iter().skip(3).step_by(5).filter_map(Json::as_u64).collect();
+    let kinds: Vec<u64> = tokens["data"]
+        .as_array()
+        .expect("numbers")
+        .iter()
+        .skip(3)
+        .step_by(5)
+        .filter_map(Json::as_u64)
+        .collect();
     assert!([0, 1, 2].iter().all(|kind| kinds.contains(kind)), "{kinds:?}");
-    let loose = text.replace(": ", ":   ");
+    let loose = text.replace("\": ", "\":   ");
     editor.change(&path, &loose);
     let options = json!({ "tabSize": 2, "insertSpaces": true });
-    let edits = editor.ask("textDocument/formatting", json!({ "textDocument": { "uri": uri(&path) }, "options": options }));
+    let edits = editor
+        .ask("textDocument/formatting", json!({ "textDocument": { "uri": uri(&path) }, "options": options }));
     assert_eq!(changed(&loose, &edits), text);
     assert!(editor.server.as_ref().is_some_and(|server| !server.is_finished()));
 }

@@ -345,6 +345,7 @@ impl FileTable {
         if let (Some(slot), Some(text)) = (known.slot, &text) {
             self.current.replace(slot, text.clone());
         }
+        let mut scanned = None;
         // The same tokens, of a text that was a document.
         if let (true, None, Role::Document, Some(parsed), Some(text), Some(old)) =
             (is_same, &failure, known.role, &known.parsed, &text, text_of(sources))
@@ -359,6 +360,7 @@ impl FileTable {
                 known.moved = (**text != *old).then_some(new);
                 return known.answer();
             }
+            scanned = Some(new);
         }
         if let (Some(slot), Some(text)) = (known.slot, text) {
             sources.replace(slot, text);
@@ -368,7 +370,7 @@ impl FileTable {
             failure,
             revision,
             parsed: None,
-            tokens: None,
+            tokens: scanned,
             moved: None,
             identity: std::mem::take(&mut known.identity),
             roots: known.roots.take(),

@@ -113,7 +113,7 @@ impl<'a> Found<'_, 'a> {
             ["passes" | "shared_settings", .., "axes"] => {
                 let template = pass().and_then(|pass| context.template(&pass));
                 let axes = template.and_then(|name| context.loaded.templates().axes(name));
-                let axes = axes.into_iter().flat_map(|axes| axes.iter());
+                let axes = axes.into_iter().flat_map(crate::graph::shader::Axes::iter);
                 axes.map(|axis| {
                     let detail = format!("{} ({})", axis.kind.describe(), axis.default);
                     (CandidateKind::Axis, axis.name.clone(), Some(detail), Some(axis.description.clone()))
@@ -244,10 +244,10 @@ impl<'a> Found<'_, 'a> {
             ["passes", _, "toggle"] => self.names(&[K::Toggle], ["\"", "\""]),
             ["passes", _, "use"] => self.names(&[K::Subgraph], ["\"", "\""]),
             ["passes" | "shared_settings", _, "extends", ..] => {
-                self.names(&[K::SharedSettings], ["\"", "\""])
+                self.names(&[K::SharedSettings], ["\"", "\""]);
             }
             ["features", _, "requires" | "excludes" | "one_of", ..] => {
-                self.names(&[K::Feature], ["\"", "\""])
+                self.names(&[K::Feature], ["\"", "\""]);
             }
             ["preset"] => self.names(&[K::Preset], ["\"", "\""]),
             ["passes" | "shared_settings", .., "geometry"] => self.names(&[K::Geometry], ["\"", "\""]),

@@ -101,6 +101,9 @@ pub struct Hover {
     pub is_preformatted: bool,
 }
 
+/// The edits that give a name, by the names of files, or why it cannot be given.
+pub type Renamed = Result<BTreeMap<String, Edits>, EditError>;
+
 /// The kind of a file by its keys; `None` for a pipeline, and for what could be one.
 pub fn kind_of(document: &Document) -> Option<FileKind> {
     let has = |key| document.root.get(key).is_some();
@@ -261,11 +264,7 @@ impl Session {
     ///
     /// # Errors
     /// [`Cancel::set`](crate::Cancel::set). Within the answer: a name that cannot be given.
-    pub fn rename(
-        &mut self,
-        cursor: &Cursor<'_>,
-        name: &str,
-    ) -> Result<Option<Result<BTreeMap<String, Edits>, EditError>>, Cancelled> {
+    pub fn rename(&mut self, cursor: &Cursor<'_>, name: &str) -> Result<Option<Renamed>, Cancelled> {
         self.around(cursor, |context| {
             let (id, _) = declaration_at(context)?;
             let Context { sources, composed, model, .. } = *context;
