@@ -19,7 +19,7 @@ use crate::session::{Cancel, Cancelled, Choice, Judges, Session, Survey, Target,
 
 /// Files of the folders that are looked at, at most.
 const MAX_FILES: usize = 2_000;
-/// How deep folders are looked into.
+/// The deepest level of folders that is looked into.
 const MAX_DEPTH: usize = 12;
 /// Folders that hold no pipelines of their author.
 const LEFT_OUT: [&str; 2] = ["node_modules", "target"];
@@ -41,7 +41,7 @@ pub(crate) struct Workspace {
     readers: Option<BTreeMap<PathBuf, BTreeSet<PathBuf>>>,
     /// The pipeline that an open document is told of as part of.
     targets: BTreeMap<PathBuf, Target>,
-    /// What is wrong, by pipeline and file.
+    /// Diagnostics by pipeline and file.
     found: BTreeMap<Target, BTreeMap<PathBuf, Vec<Found>>>,
     /// Documents that changed since their pipelines were told of.
     changed: BTreeSet<PathBuf>,

@@ -37,7 +37,7 @@ struct Editor {
     last: i32,
     /// The texts that are open, by address.
     texts: BTreeMap<String, String>,
-    /// What is published, by address.
+    /// Published diagnostics by address.
     published: BTreeMap<String, Json>,
 }
 
@@ -115,7 +115,7 @@ impl Editor {
         self.texts.remove(&uri(path));
     }
 
-    /// What is published of a file once everything is told of, as lines.
+    /// The published diagnostics of a file as lines, once all changes are told of.
     fn diagnostics(&mut self, path: &Path) -> Vec<String> {
         self.ask("textDocument/documentSymbol", json!({ "textDocument": { "uri": uri(path) } }));
         let published = self.published.get(&uri(path)).and_then(Json::as_array).cloned().unwrap_or_default();
@@ -180,7 +180,7 @@ fn changed(text: &str, edits: &Json) -> String {
     })
 }
 
-/// What a fresh session says of a file, as lines; `None` for a file that is not right by itself when it is unedited.
+/// The diagnostics of a file by a fresh session, as lines.
 fn fresh(path: &Path, text: &str) -> Vec<String> {
     let mut session = session();
     session.set_roots(&[root().join("pipelines")]);

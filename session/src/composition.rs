@@ -18,7 +18,7 @@ use crate::graph::source::{FileId, Sources};
 pub(crate) struct Composition {
     /// Nothing where a file is broken or missing.
     pub(crate) composed: Option<Arc<Composed>>,
-    /// What is understood of the files; nothing where the first of them cannot be read.
+    /// The understood part of the files; nothing where the first of them cannot be read.
     pub(crate) understood: Option<Arc<Composed>>,
     model: OnceLock<Model>,
     pub(crate) diagnostics: Diagnostics,

@@ -222,7 +222,7 @@ impl FileTable {
         self.parsed(file, sources, done, |parsed| parsed.clone().valid())
     }
 
-    /// What is understood of a slot's settled text.
+    /// The understood part of a slot's settled text.
     pub(crate) fn parsed<T>(
         &mut self,
         file: FileId,

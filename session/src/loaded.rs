@@ -85,7 +85,7 @@ impl Loaded {
         self.composed().map(|composed| &composed.document)
     }
 
-    /// What is understood of the files, broken ones too; `None` where the first of them cannot be read.
+    /// The understood part of the files, broken ones too; `None` where the first of them cannot be read.
     pub fn understood(&self) -> Option<&Arc<Composed>> {
         self.0.composition.understood.as_ref()
     }

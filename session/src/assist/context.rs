@@ -16,7 +16,7 @@ use crate::graph::shader::{AxisValues, ShaderModule};
 use crate::graph::source::{FileId, Sources, Span};
 use crate::loaded::{Loaded, Planned};
 
-/// What is known around a cursor.
+/// The knowledge around a cursor.
 pub(super) struct Context<'a> {
     pub(super) loaded: &'a Loaded,
     pub(super) planned: &'a Planned,
@@ -53,7 +53,7 @@ impl<'a> Context<'a> {
         Site::find(&self.document.root, self.text, self.offset)
     }
 
-    /// What the schema says of the value, or of the object for a key.
+    /// The rules of the schema for the value, or of the object for a key.
     pub(super) fn rules(&self, site: &Site<'_>) -> Rules<'a> {
         Rules::of(self.schema).below(site.way.iter().map(String::as_str))
     }
@@ -99,7 +99,7 @@ impl<'a> Context<'a> {
         found
     }
 
-    /// What is declared, in the composed document.
+    /// The declared value in the composed document.
     pub(super) fn value_of(&self, declaration: &Declaration) -> Option<&'a Value> {
         self.at(&declaration.pointer)
     }

@@ -14,9 +14,9 @@ use crate::graph::model::{Declaration, DeclarationKind as K};
 use crate::graph::pipeline::FileKind;
 use crate::graph::shader::{AxisKind, ShaderModule};
 
-/// What an expression can name.
+/// The kinds of things that an expression can name.
 const VALUES: [K; 7] = [K::Parameter, K::Feature, K::Derived, K::Input, K::Variable, K::Resource, K::Data];
-/// What a reference can name.
+/// The kinds of things that a reference can name.
 const RESOURCES: [K; 3] = [K::Resource, K::Input, K::Data];
 
 /// Finds what can stand at the cursor.
@@ -161,7 +161,7 @@ impl<'a> Found<'_, 'a> {
         (CandidateKind::Name(one.kind), one.name.clone(), detail(one, value), description)
     }
 
-    /// What can stand in a string, of which so many bytes are before the cursor.
+    /// Candidates within a string, of which so many bytes are before the cursor.
     fn in_string(&mut self, value: &Value, within: usize) {
         let text = value.text().unwrap_or_default();
         let is_verbatim = value.span.range().len() == text.len() + 2;
@@ -191,7 +191,7 @@ impl<'a> Found<'_, 'a> {
         }
     }
 
-    /// What an expression can begin with, between two texts.
+    /// Names and functions of an expression, between two texts.
     fn expression(&mut self, around: [&str; 2]) {
         self.names(&VALUES, around);
         let [before, behind] = around;

@@ -47,7 +47,7 @@ pub struct Cursor<'a> {
     pub offset: usize,
 }
 
-/// What can stand at a place.
+/// The candidates for a place.
 #[derive(Clone, Debug)]
 pub struct Expected {
     /// The place that a candidate replaces.
@@ -90,14 +90,14 @@ pub enum CandidateKind {
     Axis,
 }
 
-/// What stands at a place.
+/// The text about what stands at a place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Hover {
     /// The place.
     pub place: Span,
     /// The text.
     pub text: String,
-    /// Whether its lines and spaces are to stay, as of what `umbragraph why` prints.
+    /// Whether its lines and spaces are to stay, as in the output of `umbragraph why`.
     pub is_preformatted: bool,
 }
 
@@ -125,7 +125,7 @@ pub fn kind_of(document: &Document) -> Option<FileKind> {
 }
 
 impl Session {
-    /// What is understood of one file by itself.
+    /// The understood part of one file by itself.
     pub fn parsed(&mut self, path: &Path) -> Option<(FileId, Document)> {
         let reads = [Read { path: path.to_owned(), revision: 0 }];
         self.files.settle(&reads);
@@ -194,7 +194,7 @@ impl Session {
         self.around(cursor, |context| Some(expected::expected(context)))
     }
 
-    /// What stands at a place: of a name what [`why`] tells of it, of a key its description.
+    /// Text about a place: of a name the answer of [`why`], of a key its description.
     ///
     /// # Errors
     /// [`Cancel::set`](crate::Cancel::set).
@@ -283,7 +283,7 @@ fn declaration_at(context: &Context<'_>) -> Option<(Id, Span)> {
     Some((id, places.min_by_key(|place| place.end - place.start)?))
 }
 
-/// What is told of a declaration.
+/// The answer of [`why`] about a declaration.
 fn told(context: &Context<'_>, id: Id) -> Option<String> {
     let declaration = context.model.declaration(id);
     let Context { composed, model, sources, choice, planned, .. } = *context;
@@ -302,7 +302,7 @@ fn told(context: &Context<'_>, id: Id) -> Option<String> {
     Some(human(&things))
 }
 
-/// What is declared elsewhere than in the model: templates, bindings; and the path of a file that a string names.
+/// Declarations outside of the model: templates, bindings; and the path of a file that a string names.
 fn definition_besides(context: &Context<'_>) -> (Vec<Span>, Option<std::path::PathBuf>) {
     let site = context.site();
     let position = context.position(&site);

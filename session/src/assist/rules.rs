@@ -11,7 +11,7 @@ pub(super) struct Rules<'s> {
     all: Vec<&'s Map<String, Json>>,
 }
 
-/// How deep references and alternatives nest.
+/// The deepest nesting of references and alternatives.
 const MAX_DEPTH: usize = 16;
 
 impl<'s> Rules<'s> {

@@ -14,7 +14,7 @@ pub(super) struct Site<'d> {
     pub(super) replaced: Range<usize>,
 }
 
-/// What a cursor stands in.
+/// The kinds of places that a cursor stands in.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Spot<'d> {
     /// A key of an object, or room for one.
@@ -158,7 +158,7 @@ mod tests {
     use crate::graph::document;
     use crate::graph::source::Sources;
 
-    /// What stands at `|`: the pointer, whether it is a key, and the bytes that would be replaced.
+    /// The place of `|`: the pointer, whether it is a key, and the bytes that would be replaced.
     fn site(marked: &str) -> (String, bool, String) {
         let offset = marked.find('|').unwrap();
         let text = marked.replacen('|', "", 1);

@@ -23,7 +23,7 @@ pub trait Files {
         document::parse(sources, file).valid()
     }
 
-    /// What is understood of a registered text, whether or not it is a document.
+    /// The understood part of a registered text, whether or not it is a document.
     fn recover(&mut self, file: FileId, sources: &Sources) -> Document {
         document::parse(sources, file).document
     }
