@@ -226,7 +226,7 @@ impl Server<'_> {
                 if let Some(DidOpenTextDocumentParams { text_document }) = read(params)
                     && let Some(path) = document_path(&text_document.uri)
                 {
-                    self.workspace.write(&path, text_document.text);
+                    self.workspace.open(&path, text_document.text);
                 }
             }
             DidChangeTextDocument::METHOD => {

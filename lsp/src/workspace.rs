@@ -81,6 +81,15 @@ impl Workspace {
         self.open.get(path).map(String::as_str)
     }
 
+    /// Takes the text of an opened document. Its pipeline is found now: a later text may be broken.
+    pub(crate) fn open(&mut self, path: &Path, text: String) {
+        self.targets.remove(path);
+        self.write(path, text);
+        if is_document(path) {
+            self.target(path);
+        }
+    }
+
     pub(crate) fn write(&mut self, path: &Path, text: String) {
         self.session.overlay(path, text.as_bytes());
         self.open.insert(path.to_owned(), text);
