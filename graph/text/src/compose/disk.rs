@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_below_a_root_are_found_and_others_are_not_told_from_what_is_not_there() {
+    fn paths_outside_roots_look_like_missing_ones() {
         let scratch = std::env::temp_dir().join(format!("umbragraph-roots-{}", std::process::id()));
         let (inside, outside) = (scratch.join("inside"), scratch.join("outside"));
         for folder in [&inside, &outside] {
