@@ -53,7 +53,7 @@ fn keys_are_those_of_the_schema_with_their_descriptions() {
 }
 
 #[test]
-fn references_and_expressions_name_what_is_declared_in_all_files() {
+fn references_and_expressions_name_what_all_files_declare() {
     let references = expected("whole.json", &whole("\"&target\"", "\"&ta|rget\""));
     assert_eq!(references.0, "\"&target\"");
     assert!(references.1.iter().any(|one| one.text == "\"&target\""));
