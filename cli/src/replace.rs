@@ -32,7 +32,7 @@ pub(crate) struct Unfinished {
     /// The path itself, or the target of its link.
     place: PathBuf,
     temporary: PathBuf,
-    /// Those of a file that is there already.
+    /// The permissions of the file that it replaces; `None` for a new one.
     permissions: Option<Permissions>,
 }
 

@@ -14,8 +14,8 @@ use umbragraph_pipeline::pipeline::{
 };
 use umbragraph_pipeline::wgpu_types::{ColorWrites, StencilFaceState, StencilOperation, StencilState};
 use umbragraph_pipeline::work::{
-    Byte, ColorAttachment, Compare, DepthAttachment, Draw, Live, LiveValue, LoadOperation, RenderWork,
-    StencilAttachment, Subresource, Work,
+    AttachmentTarget, Byte, ColorAttachment, Compare, DepthAttachment, Draw, Live, LiveValue, LoadOperation,
+    RenderWork, StencilAttachment, Subresource, Work,
 };
 
 use crate::blend::{BlendSettings, blend_constant};
@@ -218,11 +218,18 @@ impl Attachments {
         let stencil = if_said(&self.stencil, |settings| settings.declare(pass, "/stencil"));
         let color = color.into_iter().collect::<Option<Vec<_>>>()?;
         let (mut depth, stencil) = (depth?, stencil?);
-        if let (Some(depth), Some(stencil)) = (&depth, &stencil)
+        if let (Some(depth), Some(stencil), Some(own), Some(other)) =
+            (&depth, &stencil, &self.depth, &self.stencil)
             && depth.to.target() != stencil.to.target()
         {
+            let place = |texture: &Ref, at: AttachmentTarget| {
+                let layer = at.layer.map(|layer| format!(" of layer {layer}")).unwrap_or_default();
+                format!("mip {}{layer} of \"{texture}\"", at.mip)
+            };
+            let (own, other) =
+                (place(&own.attached.to, depth.to.target()), place(&other.attached.to, stencil.to.target()));
+            let message = format!("depth is attached to {own}, stencil to {other}");
             let help = "give \"depth\" and \"stencil\" one texture, mip and layer";
-            let message = "depth and stencil of one pass belong to one texture";
             return pass.reject(codes::ATTACHMENTS, "/stencil/to", message, help);
         }
         crate::draw::keep(pass, &color, depth.as_mut(), stencil.is_some(), draw.as_mut())?;

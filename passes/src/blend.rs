@@ -36,9 +36,9 @@ pub enum Blend {
     Add,
     /// They are multiplied.
     Multiply,
-    /// Of each channel the lesser of the two.
+    /// The lesser of the two in each channel.
     Min,
-    /// Of each channel the greater of the two.
+    /// The greater of the two in each channel.
     Max,
 }
 
@@ -145,8 +145,9 @@ impl BlendSettings {
             None => color,
         };
         if [color, alpha].iter().any(BlendComponent::uses_constant) && equation.constant.is_none() {
+            let message = "a factor is \"constant\", but the blend has no key \"constant\"";
             let help = "add \"constant\": red, green, blue and alpha";
-            return pass.reject(codes::MISSING_KEY, at, "a factor is the constant, which is not said", help);
+            return pass.reject(codes::MISSING_KEY, at, message, help);
         }
         Some(Some(BlendState { color, alpha }))
     }

@@ -49,8 +49,8 @@ const MAX_JITTER: u32 = 1024;
 fn points(setting: &Option<Expr>, pass: &mut impl Evaluate) -> Option<u32> {
     let jitter = pass.count_or(setting, "/jitter", 0)?;
     if jitter > MAX_JITTER {
-        let message = format!("the picture is moved by {jitter} points in turn");
-        let help = "8 or 16 are usual, and 1024 the most";
+        let message = format!("\"jitter\" ({jitter} points) is larger than the maximum ({MAX_JITTER})");
+        let help = "8 or 16 points are usual";
         return pass.reject(codes::OUT_OF_BOUNDS, "/jitter", message, help);
     }
     Some(jitter)

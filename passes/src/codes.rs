@@ -27,7 +27,7 @@ umbragraph_pipeline::codes! {
         "The near plane of a cascade goes to the bounds of the casters (\"casters\") or so many metres beyond the slice; the far plane stands so many metres behind it. Both lie between 0 and 100,000 m.";
     /// A number of lights, maps or views that is out of range.
     LIGHT_CAPACITY = "UG0618", "numbers of lights and shadow maps",
-        "How many lights, descriptors, cubes, layers and views a frame can have is a whole number of at least one, since arrays of shaders and textures are made for it; sides of an atlas and its tiles are powers of two from 16 to 8192 texels; near planes stand between 0.1 mm and 10 km.";
+        "The numbers of lights, descriptors, cubes, layers and views of a frame are whole and at least one, since arrays of shaders and textures are made for them. Sides of an atlas and its tiles are powers of two from 16 to 8192 texels, and no minimum is larger than its maximum; the smallest tile fits into the smallest atlas. Near planes stand between 0.1 mm and 10 km.";
     /// Settings that contradict what a placement decides.
     PLACEMENT = "UG0619", "settings beside a placement",
         "With a placement, the node kind shadow_atlas decides which lights have cascades and in which layers they lie. Settings that decide it otherwise stand in its way.";

@@ -36,24 +36,24 @@ pub struct Copy {
 pub struct CopyEnd {
     /// The texture or buffer: a reference.
     pub name: Ref,
-    /// Of a buffer the first byte (unit: bytes); 0 without it.
+    /// The first byte of a buffer (unit: bytes); 0 without it.
     pub offset: Option<Expr>,
-    /// Of a buffer how many bytes (unit: bytes); all without it.
+    /// The number of bytes of a buffer (unit: bytes); all without it.
     pub size: Option<Expr>,
-    /// Of a buffer the bytes from one row of texels to the next, a multiple of 256 (unit: bytes); as few as possible
+    /// The bytes of a buffer from one row of texels to the next, a multiple of 256 (unit: bytes); as few as possible
     /// without it.
     pub bytes_per_row: Option<Expr>,
-    /// Of a buffer the rows from one layer of texels to the next; as few as possible without it.
+    /// The rows of a buffer from one layer of texels to the next; as few as possible without it.
     pub rows_per_image: Option<Expr>,
     /// The subresource range.
     #[serde(flatten)]
     pub range: SubresourceRangeSettings,
-    /// Of a texture the texel with which the copy begins: from the left, and from the top (unit: texels).
+    /// The texel of a texture with which the copy begins: from the left, and from the top (unit: texels).
     #[schemars(length(min = 2, max = 2))]
     pub origin: Option<Vec<Expr>>,
-    /// Under "to" whether what was there is needed, around the box or between the rows. Without it: "load" where a box of
-    /// a texture is copied to; where texels are copied to a buffer, what is there stays between the rows and behind them,
-    /// if anything is, unless numbers of the document say that they fill all bytes; else "discard".
+    /// The need of the destination for earlier contents, around the box or between the rows. Without it: "load" for a
+    /// copy to a box of a texture. A copy of texels to a buffer keeps the bytes between the rows and behind them, if
+    /// there are any, unless numbers of the document say that they fill all bytes. Else "discard".
     pub contents: Option<Word<Contents>>,
 }
 
@@ -73,7 +73,8 @@ impl Node for Copy {
         let range = !buffers[1] && (self.extent.is_some() || self.to.origin.is_some());
         if self.from.contents.is_some() {
             let help = "remove \"contents\", which says whether what is copied to needs what was there";
-            let message = "what is copied from is only read";
+            let message =
+                format!("\"contents\" is set for \"{}\", which the copy only reads", self.from.name);
             return pass.reject(codes::WRONG_RESOURCE, "/from/contents", message, help);
         }
         let contents = match &self.to.contents {
@@ -153,9 +154,9 @@ fn bytes_of(
 ) -> Option<Subresource> {
     let bytes = pass.bytes(offset, size, at)?;
     if let Some(run) = bytes.filter(|run| words && (run.first % 4 != 0 || run.count % 4 != 0)) {
-        let message = format!("{} bytes from byte {} are copied", run.count, run.first);
-        let help = "copies begin at, and have, multiples of 4 bytes";
-        let key = if run.first % 4 == 0 { "size" } else { "offset" };
+        let (key, value) = if run.first % 4 == 0 { ("size", run.count) } else { ("offset", run.first) };
+        let message = format!("\"{key}\" is {value} bytes, no multiple of 4");
+        let help = "copies of bytes begin at multiples of 4, and have multiples of 4";
         return pass.reject(codes::DEVICE_RULE, &format!("{at}/{key}"), message, help);
     }
     pass.buffer_range(name, bytes, pointer)
@@ -200,7 +201,7 @@ fn buffer_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, bytes: bool, at: &
     let bytes_per_row = pass.count_if(&settings.bytes_per_row, format_args!("{at}/bytes_per_row"))?;
     let rows_per_image = pass.count_if(&settings.rows_per_image, format_args!("{at}/rows_per_image"))?;
     if let Some(bytes) = bytes_per_row.filter(|bytes| bytes % 256 != 0) {
-        let message = format!("rows begin every {bytes} bytes");
+        let message = format!("\"bytes_per_row\" is {bytes} bytes, no multiple of 256");
         let help = "choose a multiple of 256";
         return pass.reject(codes::DEVICE_RULE, &format!("{at}/bytes_per_row"), message, help);
     }
@@ -229,7 +230,10 @@ fn texture_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, boxed: bool, at: 
     let mip = range.mip.unwrap_or(IndexRange::one(0));
     if mip.count > 1 && (boxed || settings.origin.is_some()) {
         let help = "remove \"mips\", and let a copy for each mip level follow";
-        let message = "a box is copied of one mip level";
+        let message = format!(
+            "\"mips\" is {}, but \"origin\" and \"extent\" choose texels of one mip level",
+            mip.count
+        );
         return pass.reject(codes::DEVICE_RULE, &format!("{at}/mips"), message, help);
     }
     let origin = if_said(&settings.origin, |exprs| two(pass, exprs, &format!("{at}/origin")))?;

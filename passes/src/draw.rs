@@ -147,7 +147,7 @@ impl Draw {
             else {
                 return Some(None);
             };
-            let message = format!("\"{name}\" is of views that are drawn when they changed");
+            let message = format!("\"{name}\" is set, but \"redraw\" is \"always\"");
             let help = format!("add \"redraw\": \"changed\", or remove \"{name}\"");
             return pass.reject(codes::OUT_OF_BOUNDS, &format!("/{name}"), message, help);
         }

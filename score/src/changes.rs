@@ -44,7 +44,7 @@ struct Pixel {
 pub struct Changes {
     /// The points.
     pub points: u64,
-    /// Those whose value has changed.
+    /// The points whose value has changed.
     pub changed: u64,
 }
 

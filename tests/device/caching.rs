@@ -247,7 +247,7 @@ fn a_mover_and_a_walking_camera_redraw_few_maps() {
     draw_a_small_part(&gpu, ("pipelines/awsm.json", &sizes), 3);
 }
 
-/// Of the cases one out of so many.
+/// Compares one out of so many cases.
 fn draw_a_small_part(gpu: &Gpu, subject: (&str, &[(&'static str, &'static str)]), out_of: u64) {
     let (path, _) = subject;
     let percent = |[all, cached]: [PassCounts; 2]| {

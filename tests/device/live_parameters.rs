@@ -442,6 +442,6 @@ fn a_live_parameter_reaches_a_pass_of_a_subgraph() {
     executor.set(red, 0.4).unwrap();
     assert_eq!(record(&mut executor), Ok(vec![51, 102, 0, 255]));
     executor.set(red, 0.9).unwrap();
-    assert!(record(&mut executor).unwrap_err().contains("0.9 is out of the range of"));
+    assert!(record(&mut executor).unwrap_err().contains("is 0.9, above its maximum of 0.8"));
     assert_eq!(record(&mut executor), Ok(vec![51, 102, 0, 255]));
 }

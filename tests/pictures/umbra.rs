@@ -160,7 +160,7 @@ fn camera(numbers: &mut Random, input: &FrameInput) -> Camera {
     input.camera.position(position).rotation(rotation).projection(projection)
 }
 
-/// Of 200 cuts: after each the first frame is that of a run that has seen nothing else.
+/// After each of 200 cuts the first frame is that of a run that has seen nothing else.
 #[test]
 fn the_first_frame_after_a_cut_is_that_of_a_fresh_run() {
     let Some(gpu) = gpu::device() else { return };

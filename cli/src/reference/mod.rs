@@ -113,7 +113,7 @@ fn codes() -> Page {
     Page {
         name: "diagnostics",
         title: "Diagnostics",
-        introduction: "What each code means, and the way out.",
+        introduction: "The meaning of each code, and the way out.",
         entries: entries.collect(),
     }
 }

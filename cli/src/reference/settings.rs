@@ -64,7 +64,7 @@ impl Settings {
         Page {
             name: "documents",
             title: "Documents",
-            introduction: "What files can have. The types are those of [types](types.md) and JSON's.",
+            introduction: "The keys of files. The types are those of [types](types.md) and JSON's.",
             entries,
         }
     }
@@ -88,7 +88,7 @@ impl Settings {
         Page {
             name: "nodes",
             title: "Node kinds",
-            introduction: "What a pass can be: the settings of each kind, and the blackboard data that it publishes, \
+            introduction: "The kinds of passes: the settings of each, and the blackboard data that it publishes, \
                 whose values a shader declares by name in a uniform or storage block (`array.member` is a member of the \
                 structs of an array). The types are those of [types](types.md) and JSON's.",
             entries: entries.collect(),
@@ -126,7 +126,7 @@ impl Settings {
         Page {
             name: "types",
             title: "Types of settings",
-            introduction: "What stands behind the types that documents and node kinds name.",
+            introduction: "The types that documents and node kinds name.",
             entries,
         }
     }

@@ -42,7 +42,7 @@ struct Scored {
     bytes: usize,
     /// In the order of the scene; names may be there twice.
     lights: Vec<(String, Scores)>,
-    /// Of each frame that shows something.
+    /// The scores of each frame that shows something.
     frames: Vec<(u32, Scores)>,
     together: Scores,
 }

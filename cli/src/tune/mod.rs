@@ -177,7 +177,7 @@ struct Tried {
 struct Search<'a> {
     trials: Trials<'a>,
     tuned: Vec<Tuned>,
-    /// Those that change nothing, as far as is known.
+    /// The parameters that change nothing, as far as is known.
     left_out: Vec<Tuned>,
     /// Whether anything is known of them.
     has_looked: bool,

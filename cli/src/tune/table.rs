@@ -143,7 +143,7 @@ pub(super) fn value(tried: &Tried, name: &str) -> String {
     found.map_or_else(String::new, |(_, value): &(String, Value)| value.to_string())
 }
 
-/// Those that are worth their cost, from the cheapest to the dearest.
+/// The trials that are worth their cost, from the cheapest to the dearest.
 fn pareto(mut tried: Vec<Tried>) -> Vec<Tried> {
     tried.sort_by(|one, other| {
         let key = |tried: &Tried| (tried.outcome.cost.texels, tried.outcome.cost.taps);

@@ -39,7 +39,7 @@ pub(crate) struct Subject<'r> {
 pub(crate) struct Outcome {
     /// The loss to minimise: the mean over the scenes.
     pub(crate) loss: f64,
-    /// Of each scene.
+    /// The scores of each scene.
     pub(crate) scenes: Vec<Scores>,
     pub(crate) cost: Cost,
     /// A hash of all pictures.

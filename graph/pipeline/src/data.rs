@@ -214,13 +214,13 @@ impl View {
         Self { reverse, ..self }
     }
 
-    /// Of another layer.
+    /// A view of another layer.
     #[must_use]
     pub fn layer(self, layer: u32) -> Self {
         Self { layer, ..self }
     }
 
-    /// Of a rectangle of texels, or of the whole attachment.
+    /// A view of a rectangle of texels, or of the whole attachment.
     #[must_use]
     pub fn viewport(self, viewport: Option<[u32; 4]>) -> Self {
         Self { viewport, ..self }

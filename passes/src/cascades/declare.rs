@@ -10,7 +10,7 @@ use super::MAX_CASCADES;
 use super::configuration::Configuration;
 use super::depth::{LONGEST_REACH, NearPull};
 use super::fit::FitShape;
-use super::layout::{Layout, LayoutError, MAX_SIDE};
+use super::layout::{Layout, LayoutError, MAX_SIDE, Tile};
 use super::node::Cascades;
 use super::snap::Snap;
 use super::splits::{Blend, BlendOf, SplitScheme, Splits};
@@ -169,8 +169,9 @@ fn cascade_count(count: usize, pointer: &str, pass: &mut impl Evaluate) -> Optio
     if (1..=MAX_CASCADES).contains(&count) {
         return Some(count);
     }
-    let help = format!("1 to {MAX_CASCADES} cascades are possible");
-    pass.reject(codes::CASCADE_COUNT, pointer, format!("{count} cascades cannot be fitted"), help)
+    let message = format!("{count} cascades are requested, 1 to {MAX_CASCADES} can be fitted");
+    let help = "change the number of far distances, or \"count\"";
+    pass.reject(codes::CASCADE_COUNT, pointer, message, help)
 }
 
 fn blend(settings: &Cascades, pass: &mut impl Evaluate) -> Option<Blend> {
@@ -270,7 +271,11 @@ fn layout(settings: &Cascades, pass: &mut PassBuilder<'_>, resolutions: &[u32]) 
                 (*tile, message, "move the tile, or make the map larger".to_owned())
             }
             LayoutError::Overlap { first, second } => {
-                let message = format!("the tiles of cascades {first} and {second} overlap");
+                let tile = |at: usize| {
+                    let Tile { origin, resolution, .. } = layout.tiles[at];
+                    format!("{at} ({resolution} texels from [{}, {}])", origin.x, origin.y)
+                };
+                let message = format!("the tiles of cascades {} and {} overlap", tile(*first), tile(*second));
                 (*second, message, format!("move one of them by {} texels", layout.tiles[*second].resolution))
             }
         };

@@ -28,8 +28,8 @@ pub(super) fn declare(
     configuration: Configuration,
     pass: &mut PassBuilder<'_>,
 ) -> Option<Produced> {
-    if settings.light.is_some() {
-        let message = "the placement says which lights have cascades";
+    if let Some(light) = &settings.light {
+        let message = format!("the light is \"{light}\", but \"{data}\" says which lights have cascades");
         pass.report(codes::PLACEMENT, "/light", message, "remove \"light\", or \"placement\"");
     }
     if settings.tiles.is_some() {

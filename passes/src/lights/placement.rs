@@ -283,15 +283,15 @@ fn atlas(
     let min_tile = side(&spots.min_tile, "/spots/min_tile")?;
     let max_tile = side(&spots.max_tile, "/spots/max_tile")?;
     let capacity = capacity?;
-    for (small, large, pointer) in [
-        (min_side, max_side, "/spots/min_side"),
-        (min_tile, max_tile, "/spots/min_tile"),
-        (min_tile, min_side, "/spots/min_tile"),
+    for ((small, low), (large, high)) in [
+        (("min_side", min_side), ("max_side", max_side)),
+        (("min_tile", min_tile), ("max_tile", max_tile)),
+        (("min_tile", min_tile), ("min_side", min_side)),
     ] {
-        if small > large {
-            let message = format!("{small} texels are more than {large}");
-            let help = "the minimum tile fits the minimum atlas, and no minimum is above its maximum";
-            return pass.reject(codes::LIGHT_CAPACITY, pointer, message, help);
+        if low > high {
+            let message = format!("\"{small}\" ({low} texels) is larger than \"{large}\" ({high} texels)");
+            let help = format!("raise \"{large}\", or lower \"{small}\"");
+            return pass.reject(codes::LIGHT_CAPACITY, &format!("/spots/{small}"), message, help);
         }
     }
     Some((capacity, atlas_of([min_side, max_side], [min_tile, max_tile])))

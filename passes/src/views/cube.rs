@@ -37,7 +37,7 @@ pub enum Face {
     NegativeZ,
 }
 
-/// Of each face the direction at its centre, and those in which u and v grow.
+/// The direction at the centre of each face, and those in which u and v grow.
 const DIRECTIONS: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::NEG_Z, DVec3::NEG_Y],
     [DVec3::NEG_X, DVec3::Z, DVec3::NEG_Y],

@@ -82,7 +82,7 @@ impl Sources {
         Some(Source::View(view.buffer.value(), view.byte_offset.unwrap_or_default().0, view.byte_length.0))
     }
 
-    /// Of the bytes of an image those that are not those of others: of a buffer as many as it has, in whatever views.
+    /// The bytes of an image that no other image has counted: those of a whole buffer once, in whatever views.
     fn new_bytes(&mut self, accessors: &Accessors<'_>, image: usize, bytes: usize) -> usize {
         match self.of(accessors, image) {
             Some(Source::View(buffer, ..)) => {

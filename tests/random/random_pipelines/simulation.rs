@@ -59,7 +59,7 @@ struct Image<'d> {
     of: &'d Texture,
     width: usize,
     height: usize,
-    /// Of all layers, row by row.
+    /// The texels of all layers, row by row.
     texels: Vec<Texel>,
 }
 

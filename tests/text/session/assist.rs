@@ -1,4 +1,4 @@
-//! What editors ask, in whole and broken files: what can stand at a place, what stands there, where it is declared and used.
+//! Questions of editors, in whole and broken files: completions, declarations and uses at a place.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ fn at<T>(path: &str, marked: &str, ask: impl FnOnce(&mut Session, &Cursor<'_>) -
     ask(&mut session, &cursor)
 }
 
-/// What can stand at the cursor, and what it replaces.
+/// The completions at the cursor, and the text that they replace.
 fn expected(path: &str, marked: &str) -> (String, Vec<Candidate>) {
     at(path, marked, |session, cursor| {
         let found = session.expected_at(cursor).expect("nothing cancels").expect("a file");

@@ -27,7 +27,7 @@ use crate::session::{choice, shown};
 const EDITS: usize = 300;
 /// Edits of each document after which all its configurations are checked.
 const CHECKS: usize = 10;
-/// Of a document that takes longer to load than others, so much less is tried in ordinary tests.
+/// The size from which a document is edited less often in ordinary tests.
 const LARGE: usize = 2_000;
 
 /// The files of the workspace, with one text over them.

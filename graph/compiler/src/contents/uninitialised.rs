@@ -42,7 +42,7 @@ struct Wanted {
     mips: (u64, u64),
     /// Layers or slices of mip 0, or bytes.
     run: (u64, u64),
-    /// Of a volume the slices of mip 0; each further mip has half as many.
+    /// The slices of mip 0, for a volume; each further mip has half as many.
     slices: Option<u64>,
     /// Depth (0), stencil (1) or both; color is one of its own.
     aspects: Vec<u64>,

@@ -19,7 +19,7 @@ use umbragraph_pipeline::work::PassHandle;
 pub(crate) enum Later {
     /// All from a rank.
     From(usize),
-    /// Those that are marked.
+    /// The marked ranks.
     Some(Vec<bool>),
 }
 
@@ -129,7 +129,7 @@ impl Stated {
 /// The passes that follow some others.
 struct Followers<'a> {
     stated: &'a Stated,
-    /// Those behind this position are of no interest.
+    /// The position after which followers do not matter.
     last: usize,
     known: HashSet<PassHandle>,
 }
@@ -139,7 +139,7 @@ impl<'a> Followers<'a> {
         Self { stated, last, known: HashSet::new() }
     }
 
-    /// Those that follow a pass as well.
+    /// Adds the passes that follow a pass.
     fn add(&mut self, pass: PassHandle) {
         let mut stack = vec![pass];
         while let Some(pass) = stack.pop() {

@@ -42,9 +42,9 @@ pub(crate) struct Assignment {
 /// The physical resources of one class.
 #[derive(Clone, Default)]
 struct CompatibilityClass {
-    /// Those in use with the pass that uses them last, the earliest on top.
+    /// The resources in use with the pass that uses them last, the earliest on top.
     busy: BinaryHeap<Reverse<(usize, usize)>>,
-    /// Those that are free: their bytes, the pass that used them last, and their index.
+    /// The free resources: their bytes, the pass that used them last, and their index.
     free: BTreeSet<(u64, usize, usize)>,
 }
 

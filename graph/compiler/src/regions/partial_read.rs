@@ -23,6 +23,6 @@ pub(crate) enum Left {
     AllBut(Vec<SubresourceRange>),
     /// Boxes in frames in which a condition does not hold, each with the pass that writes it in others, and where.
     Toggled(Vec<(Extents, PassHandle, Span, Condition)>),
-    /// Of a copy of texels to a buffer boxes that nothing fills between its rows.
+    /// Boxes that a copy of texels to a buffer leaves between its rows.
     BetweenRows(Vec<Extents>),
 }

@@ -229,8 +229,9 @@ impl Copies<'_, '_> {
         }
         for (region, texture, written) in [(from, &source, false), (to, &destination, true)] {
             if self.aspect(region, texture, written)? != TextureAspect::All && has_both(texture.format) {
-                let message = "one aspect is copied to or from a buffer only".to_owned();
-                let help = "remove \"aspect\" from both ends, or let a buffer lie between";
+                let message =
+                    format!("a copy of one aspect leads from the texture \"{a}\" to the texture \"{b}\"");
+                let help = "copy all aspects: remove \"aspect\" from both ends; or let a buffer lie between";
                 return self.reject(region.texture.resource, written, message, help);
             }
         }
@@ -415,7 +416,8 @@ impl Copies<'_, '_> {
                     return self.reject_at(said, message, "stay within the mip level");
                 }
                 if whole && (first > 0 || beyond < u64::from(full)) {
-                    let message = format!("a subresource range of \"{name}\" is copied");
+                    let message =
+                        format!("{} of {full} texels of \"{name}\" are copied in {what}", length[axis]);
                     let help = "depth, stencil and several samples are copied by whole layers: remove \"origin\" and \"extent\"";
                     return self.reject_at(said, message, help);
                 }

@@ -30,7 +30,7 @@ pub(crate) struct HostGroups {
 #[derive(PartialEq)]
 enum Kind {
     Materials,
-    /// Of each binding that is a block, its size and the stride from object to object, in bytes.
+    /// The size of each block binding and its stride from object to object, in bytes.
     Objects(Vec<Option<(u32, u32)>>),
 }
 

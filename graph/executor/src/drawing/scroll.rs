@@ -50,7 +50,7 @@ pub(crate) struct Scroll {
 }
 
 impl Scroll {
-    /// Of a pass of a plan, from a texture of it; `None` where there is no depth of one sample.
+    /// The scroll of a pass, from the plan and a texture of it; `None` without a depth of one sample.
     pub(crate) fn new(
         creation: &mut Creation<'_>,
         objects: &mut Objects,

@@ -46,7 +46,7 @@ pub(crate) struct Instantiated {
     pub(crate) host_groups: Vec<HostGroups>,
     /// The host's interfaces, by the name of the geometry.
     pub(crate) interfaces: BTreeMap<String, HostInterface>,
-    /// Those of them, and of plans before, that a draw source has stated.
+    /// The interfaces, of this plan and those before, that a draw source has declared.
     pub(crate) stated: Stated,
     /// For each pass the views whose texels it keeps.
     pub(crate) kept: Vec<Kept>,

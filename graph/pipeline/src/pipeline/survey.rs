@@ -53,7 +53,7 @@ pub struct Survey {
     pub wanted: Vec<Wanted>,
     /// The passes of the document, and uses of subgraphs, that it has.
     pub present: BTreeSet<Span>,
-    /// Those that it does not have.
+    /// The passes and uses of subgraphs that it does not have.
     pub absent: BTreeMap<Span, Absent>,
 }
 

@@ -16,7 +16,7 @@ pub fn schema() -> Value {
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Axes of a shader template",
-        "description": "What the template beside this file varies in.",
+        "description": "The axes and overrides of the template beside this file.",
         "type": "object",
         "additionalProperties": false,
         "properties": {
@@ -35,7 +35,7 @@ pub fn schema() -> Value {
                     "required": ["type", "default"],
                     "properties": {
                         "type": {
-                            "description": "What the values are: true and false, the words under `values`, the integers from `min` to `max`, or the texture formats under `values`.",
+                            "description": "The type of the values: true and false, the words under `values`, the integers from `min` to `max`, or the texture formats under `values`.",
                             "enum": ["bool", "enum", "integer", "texture_format"]
                         },
                         "default": {
@@ -51,7 +51,7 @@ pub fn schema() -> Value {
                         "min": { "type": "integer" },
                         "max": { "type": "integer" },
                         "prove": {
-                            "description": "Which integers are proven where nothing narrows them: all, or the minimum, the default and the maximum and what constraints name, for a number that is only a size. Pipelines are proven with the values that they reach all the same.",
+                            "description": "The integers that are proven where nothing narrows them. `all` proves each; `ends` proves the minimum, the default, the maximum, and the numbers in constraints, for a number that is only a size. Pipelines are proven with the values that they reach all the same.",
                             "enum": ["all", "ends"], "default": "all"
                         },
                         "own_layout": {
@@ -59,7 +59,7 @@ pub fn schema() -> Value {
                             "type": "boolean", "default": false
                         },
                         "from": {
-                            "description": "What a boolean override follows from where nothing gives it a value: `linear_target` is true where the first color attachment of a pass has a format without `-srgb`.",
+                            "description": "The source of a boolean override that nothing gives a value: `linear_target` is true if the first color attachment of a pass has a format without `-srgb`.",
                             "enum": ["linear_target"]
                         },
                         "requires": conditions,
@@ -68,7 +68,7 @@ pub fn schema() -> Value {
                 }
             },
             "constraints": {
-                "description": "Which values go together; a combination that breaks one is no variant.",
+                "description": "Conditions on combinations of values; a combination that breaks one is no variant.",
                 "type": "array",
                 "items": {
                     "type": "object",

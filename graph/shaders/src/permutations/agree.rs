@@ -136,7 +136,7 @@ fn conflicts<'a>(members: &[Member<'a>], own: &[&str]) -> Vec<(InterfaceConflict
     found
 }
 
-/// Of all variants with these two views, the two that differ in the fewest axes.
+/// The two variants with these two views that differ in the fewest axes.
 fn closest<'a>(
     members: &[Member<'a>],
     own: &[&str],

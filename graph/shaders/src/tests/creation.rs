@@ -1,6 +1,6 @@
 //! Texts that browsers refuse when the module is created, each with a twin that they take.
 //!
-//! Where `tint`, Chrome's compiler, is installed, it is asked as well: it must refuse the one and take the other.
+//! If `tint`, Chrome's compiler, is installed, it must refuse the one and take the other as well.
 
 use std::process::Command;
 

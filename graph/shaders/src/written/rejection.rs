@@ -30,7 +30,7 @@ pub(crate) struct Rejection {
 /// More of something than a profile guarantees.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Excess {
-    /// Of what: two excesses of one thing at one place have one cause, however large each is.
+    /// The subject: two excesses of one thing at one place have one cause, however large each is.
     pub(crate) of: String,
     pub(crate) found: u64,
 }

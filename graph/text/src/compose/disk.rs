@@ -92,7 +92,7 @@ fn collect(
     Ok(())
 }
 
-/// Of a folder so many files are compared with the name of one that is not there.
+/// The maximum number of files of a folder that are compared with the name of a missing one.
 const MAX_BESIDE: usize = 1000;
 
 /// The help for a file that is not there: the one beside it, of those whose names end in one of some ways, that was

@@ -15,7 +15,7 @@ crate::codes! {
     FILE_TOO_LARGE = "UG0003", "file too large", "Pipelines, parameter files and templates are limited to 64 MiB of text and 1,500,000 values: what is larger was hardly written by a person, and is rejected before a tree is made of it.";
     /// A file that a document names and may not read.
     FILE_OUTSIDE = "UG0010", "file outside of what may be read",
-        "What a document names (files that it extends or includes, subgraphs, templates, buffers and images of a scene) lies below the working folder, below the folder of the pipeline or scene that is named on the command line, or below a folder given with `--root FOLDER`. Links are followed before that is looked at. A file elsewhere is not opened, and whether it exists is not said.";
+        "Files that a document names (those that it extends or includes, subgraphs, templates, buffers and images of a scene) lie below the working folder, below the folder of the pipeline or scene that is named on the command line, or below a folder given with `--root FOLDER`. Links are followed before that is looked at. A file elsewhere is not opened, and whether it exists is not said.";
     /// A file that is named by two paths.
     FILE_TWICE = "UG0011", "one file by two paths",
         "Two paths lead to the same file, by a link or by the folder that they begin with. What it says counts twice, and an unsaved text over one of the paths is over the other too.";

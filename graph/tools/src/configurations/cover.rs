@@ -41,7 +41,7 @@ pub enum Cover {
 pub(super) struct Rules {
     /// Whether each value of each feature means that it is on.
     on: Vec<Vec<bool>>,
-    /// Of each feature those that it requires; `None` for one that is not declared.
+    /// The features that each feature requires; `None` for one that is not declared.
     requires: Vec<Vec<Option<usize>>>,
     excludes: Vec<Vec<usize>>,
     /// Groups of which exactly one is on.

@@ -125,7 +125,7 @@ impl Configurations {
         Self { list: vec![only], number: Count { number: 1, exact: true }, ..Self::default() }
     }
 
-    /// Those that the features of a document can reach on a profile where the caller gives the values `base`.
+    /// The configurations that the features of a document can reach on a profile, with the caller's values `base`.
     pub fn of_features(document: &Document, base: &Overrides, profile: &TargetProfile) -> Self {
         let varied = features(document, base, profile);
         let rules = Rules::new(&varied);
@@ -135,7 +135,7 @@ impl Configurations {
         found
     }
 
-    /// Those that can differ in their shaders or passes.
+    /// The configurations that can differ in their shaders or passes.
     pub fn all(
         (document, model): (&Document, &Model),
         templates: &TemplateSet,

@@ -36,9 +36,9 @@ struct RandomRange {
 struct RandomAccess {
     range: RandomRange,
     toggle: Option<(usize, bool)>,
-    /// Of a reader: the writer whose version it reads; the newest without it, or if there are fewer.
+    /// The writer whose version a reader reads; the newest without it, or if there are fewer.
     version: Option<usize>,
-    /// Of a reader: whether it is kept.
+    /// Whether a reader is kept.
     is_live: bool,
 }
 

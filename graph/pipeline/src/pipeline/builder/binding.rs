@@ -81,8 +81,8 @@ pub struct TextureBind {
     pub format: Option<String>,
     /// The view dimension; without it as the shader declares it.
     pub view_dimension: Option<TextureShape>,
-    /// Of what the shader writes, whether it needs what was there: "discard" where it writes all texels. Without it what
-    /// is only written is taken to be written, but not to the last texel.
+    /// The need of a written texture for earlier contents: "discard" if the shader writes all texels. Without it a
+    /// texture that is only written counts as written, but not to the last texel.
     pub contents: Option<Word<Contents>>,
 }
 
@@ -106,8 +106,8 @@ pub struct BufferBind {
     pub offset: Option<Expr>,
     /// The number of bytes (unit: bytes); all without it.
     pub size: Option<Expr>,
-    /// Of what the shader writes, whether it needs what was there; "load" without it, "discard" where the shader writes
-    /// all bytes and reads none before.
+    /// The need of a written buffer for earlier contents; "load" without it, "discard" if the shader writes all bytes
+    /// and reads none before.
     pub contents: Option<Word<Contents>>,
 }
 

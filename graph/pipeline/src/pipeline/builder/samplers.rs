@@ -71,9 +71,11 @@ impl PassBuilder<'_> {
             clamp[side] = (value * 1000.0).round() as u32;
         }
         if clamp[0] > clamp[1] {
-            let message = "the minimum level of detail is above the maximum";
+            let [min, max] = clamp.map(|thousandths| f64::from(thousandths) / 1000.0);
+            let message = format!("\"lod_min_clamp\" ({min}) is larger than \"lod_max_clamp\" ({max})");
             let pointer = format!("{at}/lod_min_clamp");
-            return self.reject(codes::OUT_OF_BOUNDS, &pointer, message, "swap the two");
+            let help = "raise \"lod_max_clamp\", or lower \"lod_min_clamp\"";
+            return self.reject(codes::OUT_OF_BOUNDS, &pointer, message, help);
         }
         Some(clamp)
     }

@@ -290,7 +290,8 @@ impl PassBuilder<'_> {
         let contents = self.word(word, &at)?;
         if !usage.writes() {
             let help = "remove \"contents\": it says whether what is written needs what was there";
-            return self.reject(codes::WRONG_RESOURCE, &at, "the shader only reads this", help);
+            let message = "\"contents\" is set, but the shader only reads the resource";
+            return self.reject(codes::WRONG_RESOURCE, &at, message, help);
         }
         Some(match contents {
             Contents::Load => Usage::StorageReadWrite,

@@ -37,17 +37,17 @@ pub enum Face {
 /// The settings of a subresource range of a texture.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 pub struct SubresourceRangeSettings {
-    /// Of a texture the first mip level; what is bound has all without it, what is copied the first.
+    /// The first mip level of a texture. Without it a binding has all, and a copy has the first.
     pub mip: Option<Expr>,
-    /// Of a texture how many mip levels from there; 1 without it.
+    /// The number of mip levels of a texture from there; 1 without it.
     pub mips: Option<Expr>,
-    /// Of a texture the first layer, of a volume the first slice; beside "face" the cube. All without it.
+    /// The first layer of a texture, or slice of a volume; beside "face" the cube. All without it.
     pub layer: Option<Expr>,
-    /// Of a texture how many layers, or slices, from there; 1 without it beside "layer".
+    /// The number of layers or slices of a texture from there; 1 without it beside "layer".
     pub layers: Option<Expr>,
-    /// Of a texture one face of a cube.
+    /// One face of a cube texture.
     pub face: Option<Word<Face>>,
-    /// Of a texture with depth and stencil which of the two; a shader sees the depth without it.
+    /// The depth or the stencil of a texture that has both; a shader sees the depth without it.
     pub aspect: Option<Word<Aspect>>,
 }
 
@@ -89,7 +89,7 @@ impl PassBuilder<'_> {
         let first = self.count_if(first, format_args!("{at}/{one}"))?;
         let count = self.count_if(count, format_args!("{at}/{several}"))?;
         if count == Some(0) {
-            let message = format!("{several} are counted from 1");
+            let message = format!("\"{several}\" is 0, the minimum is 1");
             let help = format!("remove \"{several}\" for all, or give a positive number");
             return self.reject(codes::OUT_OF_BOUNDS, &format!("{at}/{several}"), message, help);
         }
@@ -112,7 +112,7 @@ impl PassBuilder<'_> {
         let Some(expr) = size else {
             if first > 0 {
                 let help = "add \"size\", the number of bytes";
-                let message = "an offset without a size says no range";
+                let message = format!("\"offset\" is {first}, but \"size\" is missing");
                 return self.reject(codes::MISSING_KEY, at, message, help);
             }
             return Some(None);

@@ -171,14 +171,16 @@ impl<'a, 's> Expander<'a, 's> {
         pass: &Instance<'a>,
     ) -> Result<(&'a Entry, Vec<Value>), Gap> {
         let at = format!("{}/for_each", pass.pointer);
-        let [variable] = rounds.entries().unwrap_or_default() else {
-            let help = "write { \"level\": 4 }";
-            return Err(gap(codes::LOOP, rounds, &at, "a loop has one variable", help));
+        let variables = rounds.entries().unwrap_or_default();
+        let [variable] = variables else {
+            let message = format!("\"for_each\" has {} variables, a loop has one", variables.len());
+            return Err(gap(codes::LOOP, rounds, &at, message, "write { \"level\": 4 }"));
         };
         let (at, value) = (pointer_join(&at, &variable.key), &variable.value);
         let wrong = |message: String, help: &str| Err(gap(codes::LOOP, value, &at, message, help));
         let too_many = |count: f64| {
-            wrong(format!("{count} rounds are too many"), &format!("a loop has at most {MAX_ROUNDS}"))
+            let message = format!("{count} rounds are more than the maximum of {MAX_ROUNDS}");
+            wrong(message, "shorten the list, or lower the count")
         };
         let values = match self.structural(value, &at, &pass.environment).ok_or(None)? {
             Value::List(list) if list.len() <= MAX_ROUNDS => list,

@@ -21,7 +21,7 @@ pub(super) struct Settings {
     pub(super) parameters: BTreeMap<String, ValuedParameter>,
     pub(super) features: BTreeMap<String, Feature>,
     pub(super) derived: BTreeMap<String, Derived>,
-    /// Those without a value, because of diagnostics of their own.
+    /// The names without a value, because of diagnostics of their own.
     pub(super) broken: BTreeSet<String>,
 }
 

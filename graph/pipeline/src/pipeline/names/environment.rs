@@ -37,7 +37,7 @@ pub struct Environment {
     pub(crate) is_file: bool,
     /// Parameters and derived values of the subgraph, and variables of loops.
     pub(crate) locals: BTreeMap<String, Value>,
-    /// Of locals that follow from parameters of the pipeline the names outside.
+    /// The names outside of locals that follow from parameters of the pipeline.
     pub(crate) following: BTreeMap<String, String>,
     /// The words of parameters that are enumerations.
     pub(crate) words: BTreeMap<String, Vec<String>>,

@@ -474,17 +474,20 @@ fn misfit(name: &str, declaration: &ParameterDeclaration, number: f64, whole: bo
     let is_unsigned = matches!(declaration.parameter_type, ParameterType::U32 | ParameterType::U32List);
     let low = declaration.min.or(is_unsigned.then_some(0.0));
     let high = declaration.max.unwrap_or(if whole { f64::from(u32::MAX) } else { f64::from(f32::MAX) });
-    if number > high || low.is_some_and(|low| number < low) || number.abs() > f64::from(f32::MAX) {
-        let unit = declaration.unit.as_deref().filter(|unit| *unit != "1");
-        let unit = unit.map(|unit| format!(" {unit}")).unwrap_or_default();
-        let range = match low {
-            Some(low) => format!("{low} to {high}{unit}"),
-            None => format!("up to {high}{unit}"),
-        };
-        let message = format!("{number} is out of the range of \"{name}\"");
-        return Some((codes::SETTING_RANGE, message, format!("the range is {range}")));
-    }
-    None
+    let limit = f64::from(f32::MAX);
+    let (bound, value) = match (low.unwrap_or(-limit).max(-limit), high.min(limit)) {
+        (min, _) if number < min => ("below its minimum", min),
+        (_, max) if number > max => ("above its maximum", max),
+        _ => return None,
+    };
+    let unit = declaration.unit.as_deref().filter(|unit| *unit != "1");
+    let unit = unit.map(|unit| format!(" {unit}")).unwrap_or_default();
+    let range = match low {
+        Some(low) => format!("{low} to {high}{unit}"),
+        None => format!("up to {high}{unit}"),
+    };
+    let message = format!("\"{name}\" is {number}, {bound} of {value}{unit}");
+    Some((codes::SETTING_RANGE, message, format!("the range is {range}")))
 }
 
 fn words(values: &[String]) -> Vec<&str> {
