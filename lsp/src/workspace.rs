@@ -21,6 +21,8 @@ use crate::session::{Cancel, Cancelled, Choice, Judges, Session, Survey, Target,
 const MAX_FILES: usize = 2_000;
 /// The deepest level of folders that is looked into.
 const MAX_DEPTH: usize = 12;
+/// The largest file that is looked into before it is opened, in bytes.
+const MAX_BYTES: u64 = 4 << 20;
 /// Folders that hold no pipelines of their author.
 const LEFT_OUT: [&str; 2] = ["node_modules", "target"];
 /// The size of the picture that plans are made for, as of the command.
@@ -85,7 +87,7 @@ impl Workspace {
     pub(crate) fn open(&mut self, path: &Path, text: String) {
         self.targets.remove(path);
         self.write(path, text);
-        if is_document(path) {
+        if is_document(path) && self.is_ours(path) {
             self.target(path);
         }
     }
@@ -179,6 +181,16 @@ impl Workspace {
         !is_part && !self.planned(target).has_errors()
     }
 
+    /// Whether a document is one of this language: editors may send all JSON.
+    fn is_ours(&mut self, path: &Path) -> bool {
+        let has = |document: &Document| {
+            let keys = ["format", "passes", "resources"];
+            kind_of(document).is_some() || keys.into_iter().any(|key| document.root.get(key).is_some())
+        };
+        self.session.parsed(path).is_some_and(|(_, document)| has(&document))
+            || !self.readers_of(path).is_empty()
+    }
+
     /// The configuration that values are told of: that of the command without further arguments.
     pub(crate) fn choice(&mut self, target: &Target) -> Choice {
         let loaded = self.sure(|session| session.load(target));
@@ -201,6 +213,9 @@ impl Workspace {
             changed.iter().filter_map(|path| self.targets.get(path)).cloned().collect();
         let open: Vec<PathBuf> = self.open.keys().filter(|path| is_document(path)).cloned().collect();
         for path in open {
+            if !self.is_ours(&path) {
+                continue;
+            }
             let target = self.target(&path);
             let reads = |path: &PathBuf| {
                 self.readers
@@ -375,7 +390,10 @@ fn collect(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) {
         }
         if kind.is_dir() && !is_left_out && depth < MAX_DEPTH {
             collect(&path, depth + 1, files);
-        } else if kind.is_file() && is_document(&path) {
+        } else if kind.is_file()
+            && is_document(&path)
+            && entry.metadata().is_ok_and(|file| file.len() <= MAX_BYTES)
+        {
             files.push(path);
         }
     }

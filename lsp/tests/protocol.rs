@@ -322,6 +322,17 @@ fn part_is_told_of_in_the_pipeline_that_reads_it() {
 }
 
 #[test]
+fn json_of_other_languages_is_left_alone() {
+    let folder = root().join("pipelines");
+    let path = folder.join("package.json");
+    let mut editor = Editor::start(&folder);
+    editor.open(&path, "{ \"name\": \"a\", \"extends\": \"b.json\", \"dependencies\": {} }");
+    assert_eq!(editor.diagnostics(&path), Vec::<String>::new());
+    editor.change(&path, "{ \"format\": 1, \"name\": \"a\", \"dependencies\": {} }");
+    assert!(editor.diagnostics(&path).iter().any(|line| line.contains("dependencies")));
+}
+
+#[test]
 fn fix_of_a_diagnostic_is_a_quick_fix_that_mends_it() {
     let folder = root().join("pipelines");
     let path = folder.join("learn/01-smallest.json");
