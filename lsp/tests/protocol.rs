@@ -145,7 +145,9 @@ impl Drop for Editor {
         if !std::thread::panicking() {
             self.ask("shutdown", Json::Null);
             self.tell("exit", Json::Null);
-            self.server.take().map(|server| server.join().expect("no panic"));
+            if let Some(server) = self.server.take() {
+                server.join().expect("no panic");
+            }
         }
     }
 }
@@ -206,7 +208,7 @@ fn fresh(path: &Path, text: &str) -> (Vec<String>, bool) {
 
 fn lines(diagnostics: &Diagnostics, sources: &Sources, path: &Path) -> Vec<String> {
     let mut lines = Vec::new();
-    for one in diagnostics.iter() {
+    for one in diagnostics {
         let span = one
             .span()
             .filter(|span| sources.get(span.file).is_some_and(|file| Path::new(file.name()).is_absolute()));
