@@ -19,8 +19,11 @@ pub const GEOMETRY: &str = "scene";
 /// The property of meshes with holes where their texture is transparent.
 pub const ALPHA_MASKED: &str = "alpha_masked";
 
+/// The property of meshes whose material has more than a base colour and constant emission.
+pub const PBR: &str = "pbr";
+
 /// The properties that meshes of scenes can have.
-const PROPERTIES: [&str; 2] = [ALPHA_MASKED, DOUBLE_SIDED];
+const PROPERTIES: [&str; 3] = [ALPHA_MASKED, DOUBLE_SIDED, PBR];
 
 /// Bytes from one block to the next: what every device accepts as the alignment of an offset.
 pub const BLOCK_STRIDE: u32 = 256;
@@ -83,7 +86,9 @@ block! {
 
 /// The properties of a draw of a scene.
 pub fn properties(scene: &Scene, draw: Draw) -> PropertySet {
-    PropertySet(u32::from(scene.is_alpha_masked(draw)) | u32::from(scene.material(draw).double_sided) << 1)
+    let material = scene.material(draw);
+    let properties = [scene.is_alpha_masked(draw), material.double_sided, material.is_pbr()];
+    PropertySet((0..).zip(properties).map(|(at, has)| u32::from(has) << at).sum())
 }
 
 /// The layout in which `scene` stores the members of [`GEOMETRY`].
@@ -103,6 +108,8 @@ pub fn any_scene() -> HostInterface {
         .material(MaterialBlock::slot("material", 0))
         .material(HostResource::opaque("base_color_texture", "texture_2d<f32>"))
         .material(HostResource::opaque("base_color_sampler", "sampler"))
+        .material(HostResource::opaque("emissive_texture", "texture_2d<f32>"))
+        .material(HostResource::opaque("emissive_sampler", "sampler"))
         .object(ObjectBlock::slot("object", BLOCK_STRIDE))
         .properties(PROPERTIES, (0..1 << PROPERTIES.len()).map(PropertySet))
         .filters(FILTERS)

@@ -23,8 +23,10 @@ pub struct Material {
     pub base_color: [f32; 4],
     /// The index of the base colour texture in [`Scene::textures`](crate::Scene::textures).
     pub base_color_texture: Option<usize>,
-    /// Linear colour that the surface emits.
+    /// Linear colour that the surface emits, multiplied with the texture's.
     pub emissive: [f32; 3],
+    /// The index of the texture of emitted colour in [`Scene::textures`](crate::Scene::textures).
+    pub emissive_texture: Option<usize>,
     /// The meaning of alpha.
     pub alpha_mode: AlphaMode,
     /// Whether back faces are drawn, lit by the reversed normal.
@@ -35,6 +37,13 @@ pub struct Material {
     pub receive_shadow: bool,
 }
 
+impl Material {
+    /// Whether a shader needs more of the material than base colour and constant emission.
+    pub fn is_pbr(&self) -> bool {
+        self.emissive_texture.is_some()
+    }
+}
+
 impl Default for Material {
     /// glTF's default material: white, opaque, one-sided.
     fn default() -> Self {
@@ -43,6 +52,7 @@ impl Default for Material {
             base_color: [1.0; 4],
             base_color_texture: None,
             emissive: [0.0; 3],
+            emissive_texture: None,
             alpha_mode: AlphaMode::Opaque,
             double_sided: false,
             cast_shadow: true,

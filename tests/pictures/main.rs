@@ -11,6 +11,7 @@ mod extended;
 mod golden;
 mod learn;
 mod lights;
+mod materials;
 mod moment_shadows;
 mod moments;
 mod nebula;

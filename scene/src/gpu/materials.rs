@@ -1,7 +1,7 @@
 //! Materials, textures and samplers of a scene on the device.
 //!
-//! Every material has the same three bindings; one without a texture gets a white one. Images beyond what the device
-//! allows begin with the first mip level that fits.
+//! Every material has the same bindings; a texture that it lacks is white. Images beyond what the device allows begin
+//! with the first mip level that fits.
 
 use std::collections::HashMap;
 use std::num::NonZeroU64;
@@ -17,10 +17,13 @@ use crate::texture::{Image, Sampler};
 /// The maximum anisotropy of material samplers, for textures at grazing angles.
 const ANISOTROPY: u16 = 8;
 
+/// The textures of a material, by the beginning of the names of their bindings.
+const MAPS: [&str; 2] = ["base_color", "emissive"];
+
 pub(super) struct Materials {
     blocks: wgpu::Buffer,
-    /// For each material, the indices of its image and its sampler.
-    textures: Vec<(usize, usize)>,
+    /// For each material, the indices of the image and the sampler of each of [`MAPS`].
+    textures: Vec<[(usize, usize); MAPS.len()]>,
     /// The images, and a white texel last.
     images: Vec<wgpu::TextureView>,
     samplers: Vec<wgpu::Sampler>,
@@ -44,9 +47,12 @@ impl Materials {
         let mut blocks = vec![0; scene.materials.len().max(1) * stride];
         for (material, bytes) in scene.materials.iter().zip(blocks.chunks_exact_mut(stride)) {
             bytes[..size_of::<MaterialBlock>()].copy_from_slice(bytemuck::bytes_of(&block(material)));
-            let texture = material.base_color_texture.and_then(|texture| scene.textures.get(texture));
-            let image = texture.map_or(scene.images.len(), |texture| texture.image);
-            textures.push((image, sampler_of(texture.map(|texture| texture.sampler).unwrap_or_default())));
+            let maps = [material.base_color_texture, material.emissive_texture];
+            textures.push(maps.map(|texture| {
+                let texture = texture.and_then(|texture| scene.textures.get(texture));
+                let image = texture.map_or(scene.images.len(), |texture| texture.image);
+                (image, sampler_of(texture.map(|texture| texture.sampler).unwrap_or_default()))
+            }));
         }
         let blocks = device.create_buffer_init(&BufferInitDescriptor {
             label: Some("scene materials"),
@@ -62,15 +68,19 @@ impl Materials {
 
     /// The resource that a material binds under a name.
     pub(super) fn binding(&self, material: u32, name: &str) -> Option<wgpu::BindingResource<'_>> {
-        let (image, sampler) = self.textures.get(material as usize)?;
-        match name {
-            "material" => Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+        let textures = self.textures.get(material as usize)?;
+        if name == "material" {
+            return Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                 buffer: &self.blocks,
                 offset: u64::from(material) * u64::from(BLOCK_STRIDE),
                 size: NonZeroU64::new(u64::from(MaterialBlock::SIZE)),
-            })),
-            "base_color_texture" => self.images.get(*image).map(wgpu::BindingResource::TextureView),
-            "base_color_sampler" => self.samplers.get(*sampler).map(wgpu::BindingResource::Sampler),
+            }));
+        }
+        let (map, kind) = name.rsplit_once('_')?;
+        let (image, sampler) = textures[MAPS.iter().position(|known| *known == map)?];
+        match kind {
+            "texture" => self.images.get(image).map(wgpu::BindingResource::TextureView),
+            "sampler" => self.samplers.get(sampler).map(wgpu::BindingResource::Sampler),
             _ => None,
         }
     }

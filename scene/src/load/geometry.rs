@@ -164,11 +164,12 @@ impl Reader<'_> {
         report.index(materials, self.json.material, "material", &at).unwrap_or(materials.len())
     }
 
-    /// The set of texture coordinates that the material's base colour texture wants.
+    /// The set of texture coordinates that the material's base colour texture wants, else its emissive texture.
     fn texcoord_set(&self, material: usize) -> u32 {
-        let material = self.accessors.root.materials.get(material);
-        let texture =
-            material.and_then(|material| material.pbr_metallic_roughness.base_color_texture.as_ref());
+        let texture = self.accessors.root.materials.get(material).and_then(|material| {
+            let base_color = material.pbr_metallic_roughness.base_color_texture.as_ref();
+            base_color.or(material.emissive_texture.as_ref())
+        });
         texture.map_or(0, |texture| texture.tex_coord)
     }
 

@@ -1,6 +1,7 @@
-//! Materials, and which textures they use.
+//! Materials, and the textures that they use.
 
 use gltf::json::material::AlphaMode as JsonAlphaMode;
+use gltf::json::texture::Info;
 use gltf::json::{Material as JsonMaterial, Root};
 use std::collections::BTreeMap;
 
@@ -13,7 +14,7 @@ use crate::material::{AlphaMode, Material};
 const DEFAULT_CUTOFF: f32 = 0.5;
 
 /// The materials with glTF's default one added last, and the indices (in the document) of the textures that they use:
-/// a material's `base_color_texture` is an index into that second list.
+/// the textures of a material are indices into that second list.
 pub(super) fn read(root: &Root, report: &mut Report) -> (Vec<Material>, Vec<usize>) {
     let mut textures = Textures::default();
     let mut materials = Vec::with_capacity(root.materials.len() + 1);
@@ -29,6 +30,18 @@ pub(super) fn read(root: &Root, report: &mut Report) -> (Vec<Material>, Vec<usiz
 struct Textures {
     list: Vec<usize>,
     places: BTreeMap<usize, usize>,
+}
+
+impl Textures {
+    /// The place in the list of the texture that a material names at a JSON pointer.
+    fn place(&mut self, root: &Root, texture: Option<&Info>, at: &str, report: &mut Report) -> Option<usize> {
+        let wanted = texture?.index.value();
+        report.lookup(&root.textures, wanted, "texture", &format!("{at}/index"))?;
+        Some(*self.places.entry(wanted).or_insert_with(|| {
+            self.list.push(wanted);
+            self.list.len() - 1
+        }))
+    }
 }
 
 fn one(
@@ -59,20 +72,18 @@ fn one(
         Some(JsonAlphaMode::Mask) => AlphaMode::Mask { cutoff },
         Some(JsonAlphaMode::Blend) => AlphaMode::Blend,
     };
-    let base_color_texture = surface.base_color_texture.as_ref().and_then(|texture| {
-        let at = format!("{at}/pbrMetallicRoughness/baseColorTexture/index");
-        let wanted = texture.index.value();
-        report.lookup(&root.textures, wanted, "texture", &at)?;
-        Some(*textures.places.entry(wanted).or_insert_with(|| {
-            textures.list.push(wanted);
-            textures.list.len() - 1
-        }))
-    });
+    let mut texture = |texture: Option<&Info>, property: &str| {
+        textures.place(root, texture, &format!("{at}/{property}"), report)
+    };
+    let base_color_texture =
+        texture(surface.base_color_texture.as_ref(), "pbrMetallicRoughness/baseColorTexture");
+    let emissive_texture = texture(json.emissive_texture.as_ref(), "emissiveTexture");
     Material {
         name: json.name.clone().unwrap_or_default(),
         base_color,
         base_color_texture,
         emissive,
+        emissive_texture,
         alpha_mode,
         double_sided: json.double_sided,
         cast_shadow: extras.boolean("castShadow", report).unwrap_or(true),

@@ -122,11 +122,9 @@ pub(crate) fn draw(gpu: &Gpu, resources: &SceneResources, filter: &str) -> Drawn
     let frame = group(&layouts[0], vec![uniforms.as_entire_binding()]);
     let materials: Vec<wgpu::BindGroup> = (0..resources.material_count())
         .map(|material| {
-            let slots = interface
-                .material
-                .iter()
-                .map(|slot| resources.material(material, &slot.name).expect("a binding"));
-            group(&layouts[1], slots.collect())
+            let names = ["material", "base_color_texture", "base_color_sampler"];
+            let slots = names.map(|name| resources.material(material, name).expect("a binding"));
+            group(&layouts[1], slots.to_vec())
         })
         .collect();
     let object = group(&layouts[2], vec![resources.object("object").expect("the object")]);

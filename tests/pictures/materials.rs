@@ -1,0 +1,117 @@
+//! Materials of glTF files as pipelines show them: small files are written here, drawn, and read back.
+
+use crate::common::gpu::render;
+use crate::common::{With, check_file};
+use serde_json::{Value, json};
+use umbragraph::scene::{NoFiles, Scene, from_slice};
+use umbragraph_test_support::gpu::{self, Gpu};
+
+const SIDE: u32 = 32;
+
+/// Pipelines that light forward, from textures, and after visibility was stored, with their features.
+const PATHS: [(&str, &[(&str, &str)]); 6] = [
+    ("pipelines/nebula.json", &[]),
+    ("pipelines/learn/30-deferred.json", &[]),
+    ("pipelines/lore.json", &[]),
+    ("pipelines/umbra.json", &[]),
+    ("pipelines/umbra.json", &[("deferred", "true")]),
+    ("pipelines/umbra.json", &[("visibility_first", "true")]),
+];
+
+/// A square of 2 m that faces a camera, in light along the view; `material` may name the textures of `images`.
+fn square(material: &Value, images: &[[[u8; 4]; 2]]) -> Scene {
+    let mut binary: Vec<u8> = Vec::new();
+    let mut floats = |values: &[f32]| {
+        binary.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    };
+    floats(&[-1.0, -1.0, 0.0, 1.0, -1.0, 0.0, -1.0, 1.0, 0.0, 1.0, 1.0, 0.0]);
+    floats(&[0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
+    let mut views = vec![json!({ "buffer": 0, "byteLength": 48 })];
+    views.push(json!({ "buffer": 0, "byteOffset": 48, "byteLength": 32 }));
+    for [left, right] in images {
+        let texels = image::RgbaImage::from_fn(2, 1, |x, _| image::Rgba(if x == 0 { *left } else { *right }));
+        let mut png = std::io::Cursor::new(Vec::new());
+        texels.write_to(&mut png, image::ImageFormat::Png).expect("a picture");
+        views.push(json!({ "buffer": 0, "byteOffset": binary.len(), "byteLength": png.get_ref().len() }));
+        binary.extend(png.into_inner());
+        binary.resize(binary.len().next_multiple_of(4), 0);
+    }
+    let list = |count: usize, one: &dyn Fn(usize) -> Value| (0..count).map(one).collect::<Vec<_>>();
+    let document = json!({
+        "asset": { "version": "2.0" }, "extensionsUsed": ["KHR_lights_punctual"],
+        "extensions": { "KHR_lights_punctual": { "lights": [{ "type": "directional", "intensity": 2 }] } },
+        "scenes": [{ "nodes": [0, 1, 2] }],
+        "nodes": [
+            { "mesh": 0 },
+            { "camera": 0, "translation": [0, 0, 2.5] },
+            { "extensions": { "KHR_lights_punctual": { "light": 0 } } },
+        ],
+        "cameras": [{ "type": "perspective", "perspective": { "yfov": 0.7, "znear": 0.1, "zfar": 20 } }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0, "TEXCOORD_0": 1 }, "mode": 5, "material": 0 }] }],
+        "materials": [material],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-1, -1, 0], "max": [1, 1, 0] },
+            { "bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2" },
+        ],
+        "samplers": [{ "magFilter": 9728, "minFilter": 9728, "wrapS": 33071 }],
+        "textures": list(images.len(), &|at| json!({ "source": at, "sampler": 0 })),
+        "images": list(images.len(), &|at| json!({ "bufferView": 2 + at })),
+        "bufferViews": views,
+        "buffers": [{ "byteLength": binary.len() }],
+    });
+    from_slice("square.glb", &container(&document, &binary), &NoFiles)
+        .unwrap_or_else(|error| panic!("{error:?}"))
+}
+
+fn container(document: &Value, binary: &[u8]) -> Vec<u8> {
+    let mut text = document.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let length = 12 + 8 + text.len() + 8 + binary.len();
+    let mut bytes = b"glTF".to_vec();
+    for number in [2, length as u32, text.len() as u32] {
+        bytes.extend(number.to_le_bytes());
+    }
+    bytes.extend(b"JSON");
+    bytes.extend(&text);
+    bytes.extend((binary.len() as u32).to_le_bytes());
+    bytes.extend(b"BIN\0");
+    bytes.extend(binary);
+    bytes
+}
+
+/// The colors left and right of the middle of a square, without tone mapping.
+fn halves(gpu: &Gpu, (pipeline, features): (&str, &[(&str, &str)]), scene: &Scene) -> [[u8; 3]; 2] {
+    let parameters = [("tone_map", "\"none\"")];
+    let with = With { parameters: &parameters, features, size: Some([SIDE; 2]), ..With::default() };
+    let picture = render(gpu, &check_file(pipeline, &with), scene);
+    let pixels: Vec<[u8; 4]> = picture.rgba_pixels().collect();
+    let at = |x: u32| {
+        let [red, green, blue, _] = pixels[(SIDE / 2 * SIDE + x) as usize];
+        [red, green, blue]
+    };
+    [at(SIDE * 3 / 8), at(SIDE * 5 / 8)]
+}
+
+#[test]
+fn emission_follows_its_texture_on_every_path() {
+    let Some(gpu) = gpu::device() else { return };
+    let material = json!({
+        "pbrMetallicRoughness": { "baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0 },
+        "emissiveFactor": [1, 1, 1], "emissiveTexture": { "index": 0 },
+    });
+    let scene = square(&material, &[[[0, 0, 0, 255], [188, 64, 0, 255]]]);
+    for path in PATHS {
+        let [left, right] = halves(&gpu, path, &scene);
+        assert!(left.iter().all(|part| *part < 60), "{path:?} shows {left:?} where nothing is emitted");
+        for (part, (left, right, wanted)) in
+            [188, 64, 0].iter().zip(left.iter().zip(right)).map(|(w, (l, r))| (l, r, w)).enumerate()
+        {
+            let more = |byte: u8| (f64::from(byte) / 255.0).powf(2.2);
+            let emitted = (more(right) - more(*left)).max(0.0).powf(1.0 / 2.2) * 255.0;
+            assert!(
+                (emitted - f64::from(*wanted)).abs() < 8.0,
+                "{path:?}: {emitted} of {wanted} in part {part}"
+            );
+        }
+    }
+}
