@@ -213,7 +213,9 @@ impl Boxes {
             objects.resize(start + 256, 0);
             middles.push(place);
         }
-        let material: [f32; 12] = [0.6, 0.6, 0.55, 1.0, 0.0, 0.0, 0.0, 0.0, f32::from_bits(1), 0.0, 0.0, 0.0];
+        // Large enough for the block of what whole materials have, which no box reads.
+        let mut material = [0.0; 64];
+        material[..9].copy_from_slice(&[0.6, 0.6, 0.55, 1.0, 0.0, 0.0, 0.0, 0.0, f32::from_bits(1)]);
         let white = gpu.device.create_texture_with_data(
             &gpu.queue,
             &wgpu::TextureDescriptor {
@@ -268,9 +270,9 @@ impl DrawSource for Boxes {
     }
     fn material(&self, _: u32, binding: &str) -> Option<wgpu::BindingResource<'_>> {
         Some(match binding {
-            "material" => self.material.as_entire_binding(),
-            "base_color_texture" => wgpu::BindingResource::TextureView(&self.white),
-            "base_color_sampler" => wgpu::BindingResource::Sampler(&self.sampler),
+            "material" | "material_detail" => self.material.as_entire_binding(),
+            map if map.ends_with("_texture") => wgpu::BindingResource::TextureView(&self.white),
+            map if map.ends_with("_sampler") => wgpu::BindingResource::Sampler(&self.sampler),
             _ => return None,
         })
     }

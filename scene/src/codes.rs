@@ -15,7 +15,7 @@ umbragraph_pipeline::codes! {
         "Only glTF 2.x is read. glTF 1.0 files can be converted by most modelling programs.";
     /// An extension without which the document makes no sense is not understood.
     UNSUPPORTED_EXTENSION = "UG0704", "unsupported glTF extension",
-        "The document lists an extension in `extensionsRequired` that this loader does not understand. Understood are `KHR_lights_punctual`, `KHR_mesh_quantization` and `MSFT_lod`.\n\nCompressed geometry (`KHR_draco_mesh_compression`, `EXT_meshopt_compression`) has to be decompressed by a glTF tool first. Extensions that are used but not required are ignored.";
+        "The document lists an extension in `extensionsRequired` that this loader does not understand. Understood are `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_unlit`, `KHR_mesh_quantization`, `KHR_texture_transform` and `MSFT_lod`.\n\nCompressed geometry (`KHR_draco_mesh_compression`, `EXT_meshopt_compression`) has to be decompressed by a glTF tool first. Extensions that are used but not required are ignored.";
     /// A reference to an object that does not exist.
     DANGLING_REFERENCE = "UG0705", "reference to nothing",
         "glTF objects refer to one another by index into the document's arrays. The index at this place is beyond the end of its array.";
@@ -60,7 +60,7 @@ umbragraph_pipeline::codes! {
         "Images are PNG or JPEG, in a buffer view, in a file beside the document, or in a `data:` URI.";
     /// A material value outside its range.
     BAD_MATERIAL = "UG0719", "material value out of range",
-        "Colour factors must be finite and not negative; the alpha cutoff must be finite and not negative.";
+        "Colour factors, the alpha cutoff and the strength of emission must be finite and not negative; metallic, roughness and the strength of occlusion lie between 0 and 1. An index of refraction is 0 or at least 1. Textures use the texture coordinates TEXCOORD_0 or TEXCOORD_1.";
     /// A skin that does not fit its mesh.
     BAD_SKIN = "UG0720", "unusable skin",
         "A skin lists its joints (at least one, all existing nodes) and has one inverse bind matrix (affine) for each joint, or none at all. A mesh drawn with it may name only those joints.";

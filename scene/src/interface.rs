@@ -11,6 +11,8 @@ use umbragraph_pipeline::draw::{DOUBLE_SIDED, HostInterface, HostResource, HostV
 use umbragraph_pipeline::wgpu_types::VertexFormat;
 
 use crate::filter::FILTERS;
+use crate::material::{AlphaMode, Map, Material};
+use crate::mesh::VertexDetail;
 use crate::scene::{Draw, Scene};
 
 /// The name of the geometry contract that scenes fulfil.
@@ -19,7 +21,7 @@ pub const GEOMETRY: &str = "scene";
 /// The property of meshes with holes where their texture is transparent.
 pub const ALPHA_MASKED: &str = "alpha_masked";
 
-/// The property of meshes whose material has more than a base colour and constant emission.
+/// The property of meshes whose shader needs the whole material: more than base colour and constant emission.
 pub const PBR: &str = "pbr";
 
 /// The properties that meshes of scenes can have.
@@ -34,6 +36,27 @@ pub(crate) const STREAMS: [(&str, VertexFormat, u64); 3] = [
     ("normal", VertexFormat::Float32x3, 12),
     ("texcoord", VertexFormat::Float32x2, 8),
 ];
+
+/// The attributes of [`VertexDetail`]: name, format, and offset.
+const DETAILS: [(&str, VertexFormat, u64); 3] = [
+    ("texcoords", VertexFormat::Float32x4, std::mem::offset_of!(VertexDetail, texcoords) as u64),
+    ("tangent", VertexFormat::Float32x4, std::mem::offset_of!(VertexDetail, tangent) as u64),
+    ("color", VertexFormat::Float32x4, std::mem::offset_of!(VertexDetail, color) as u64),
+];
+
+/// The maps of a material in shaders: each is a texture and a sampler of its name.
+pub(crate) const MAPS: [&str; 5] = ["base_color", "metallic_roughness", "normal", "occlusion", "emissive"];
+
+/// The textures of a material by [`MAPS`], and whether their colours are encoded as sRGB.
+pub(crate) fn maps(material: &Material) -> [(Option<Map>, bool); MAPS.len()] {
+    [
+        (material.base_color_map, true),
+        (material.metallic_roughness_map, false),
+        (material.normal_map, false),
+        (material.occlusion_map, false),
+        (material.emissive_map, true),
+    ]
+}
 
 /// Declares a block: a struct in memory order, and the list of its members for the interface.
 macro_rules! block {
@@ -73,6 +96,84 @@ block! {
 }
 
 block! {
+    /// The block of the rest of a material in shaders: how its maps are sampled, and how it reflects.
+    MaterialDetailBlock {
+        /// Rows of the matrix of texture coordinates, and in the last place of the first the set.
+        metallic_roughness_u: [f32; 4] = ValueType::VEC4,
+        /// The second row.
+        metallic_roughness_v: [f32; 4] = ValueType::VEC4,
+        /// The same of normals.
+        normal_u: [f32; 4] = ValueType::VEC4,
+        /// The second row.
+        normal_v: [f32; 4] = ValueType::VEC4,
+        /// The same of occlusion.
+        occlusion_u: [f32; 4] = ValueType::VEC4,
+        /// The second row.
+        occlusion_v: [f32; 4] = ValueType::VEC4,
+        /// The same of emission.
+        emissive_u: [f32; 4] = ValueType::VEC4,
+        /// The second row.
+        emissive_v: [f32; 4] = ValueType::VEC4,
+        /// Reflectance of the dielectric at normal incidence.
+        f0: [f32; 3] = ValueType::VEC3,
+        /// Reflectance of the dielectric at grazing incidence.
+        f90: f32 = ValueType::F32,
+        /// 1 for a metal.
+        metallic: f32 = ValueType::F32,
+        /// 1 for the roughest surface.
+        roughness: f32 = ValueType::F32,
+        /// Factor of the slopes of the normal map.
+        normal_scale: f32 = ValueType::F32,
+        /// Weight of the occlusion map.
+        occlusion_strength: f32 = ValueType::F32,
+        /// 1 for a colour that no light changes.
+        unlit: f32 = ValueType::F32,
+    }
+}
+
+impl From<&Material> for MaterialBlock {
+    fn from(material: &Material) -> Self {
+        Self {
+            base_color: material.base_color,
+            emissive: material.emissive,
+            alpha_cutoff: match material.alpha_mode {
+                AlphaMode::Mask { cutoff } => cutoff,
+                AlphaMode::Opaque | AlphaMode::Blend => 0.0,
+            },
+            receive_shadow: u32::from(material.receive_shadow),
+        }
+    }
+}
+
+impl From<&Material> for MaterialDetailBlock {
+    fn from(material: &Material) -> Self {
+        let [_, metallic_roughness, normal, occlusion, emissive] = maps(material).map(|(map, _)| {
+            let set = map.map_or(0, |map| map.set);
+            let [[a, b, x], [c, d, y]] = map.map_or(Map::IDENTITY, |map| map.transform);
+            [[a, b, x, set as f32], [c, d, y, 0.0]]
+        });
+        Self {
+            metallic_roughness_u: metallic_roughness[0],
+            metallic_roughness_v: metallic_roughness[1],
+            normal_u: normal[0],
+            normal_v: normal[1],
+            occlusion_u: occlusion[0],
+            occlusion_v: occlusion[1],
+            emissive_u: emissive[0],
+            emissive_v: emissive[1],
+            f0: material.f0,
+            f90: material.f90,
+            metallic: material.metallic,
+            roughness: material.roughness,
+            // Without a map its texel is white, which is no normal.
+            normal_scale: material.normal_map.map_or(0.0, |_| material.normal_scale),
+            occlusion_strength: material.occlusion_strength,
+            unlit: f32::from(u8::from(material.unlit)),
+        }
+    }
+}
+
+block! {
     /// The block of a placed primitive in shaders.
     ObjectBlock {
         /// From the mesh's space to the world.
@@ -86,8 +187,8 @@ block! {
 
 /// The properties of a draw of a scene.
 pub fn properties(scene: &Scene, draw: Draw) -> PropertySet {
-    let material = scene.material(draw);
-    let properties = [scene.is_alpha_masked(draw), material.double_sided, material.is_pbr()];
+    let is_double_sided = scene.material(draw).double_sided;
+    let properties = [scene.is_alpha_masked(draw), is_double_sided, scene.primitive(draw).details.is_some()];
     PropertySet((0..).zip(properties).map(|(at, has)| u32::from(has) << at).sum())
 }
 
@@ -104,12 +205,16 @@ pub fn any_scene() -> HostInterface {
         HostVertexBuffer::new(stride, [(name, format, 0)])
     };
     let interface = STREAMS.into_iter().map(stream).fold(HostInterface::new(), HostInterface::vertices);
-    interface
+    let interface = interface
+        .vertices(HostVertexBuffer::new(size_of::<VertexDetail>() as u64, DETAILS))
         .material(MaterialBlock::slot("material", 0))
-        .material(HostResource::opaque("base_color_texture", "texture_2d<f32>"))
-        .material(HostResource::opaque("base_color_sampler", "sampler"))
-        .material(HostResource::opaque("emissive_texture", "texture_2d<f32>"))
-        .material(HostResource::opaque("emissive_sampler", "sampler"))
+        .material(MaterialDetailBlock::slot("material_detail", 0));
+    let interface = MAPS.into_iter().fold(interface, |interface, map| {
+        interface
+            .material(HostResource::opaque(format!("{map}_texture"), "texture_2d<f32>"))
+            .material(HostResource::opaque(format!("{map}_sampler"), "sampler"))
+    });
+    interface
         .object(ObjectBlock::slot("object", BLOCK_STRIDE))
         .properties(PROPERTIES, (0..1 << PROPERTIES.len()).map(PropertySet))
         .filters(FILTERS)
@@ -140,9 +245,11 @@ mod tests {
     #[test]
     fn blocks_lie_in_memory_as_wgsl_reads_them() {
         let interface = any_scene();
-        for (slot, bytes) in
-            [(&interface.material[0], MaterialBlock::SIZE), (&interface.object[0], ObjectBlock::SIZE)]
-        {
+        for (slot, bytes) in [
+            (&interface.material[0], MaterialBlock::SIZE),
+            (&interface.material[1], MaterialDetailBlock::SIZE),
+            (&interface.object[0], ObjectBlock::SIZE),
+        ] {
             let HostResourceKind::Block { members, size, .. } = &slot.kind else { panic!("{slot:?}") };
             assert_eq!(*size, bytes);
             let offsets: Vec<u32> = members.iter().map(|member| member.offset).collect();

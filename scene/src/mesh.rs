@@ -4,6 +4,7 @@
 //! and a primitive without indices gets them, so that users have one case only. If a file gives no normals, glTF
 //! requires flat ones: each triangle then gets three vertices of its own.
 
+use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use umbragraph_pipeline::frame::Bounds;
 
@@ -31,8 +32,10 @@ pub struct Primitive {
     pub positions: Vec<[f32; 3]>,
     /// Unit normals, pointing outward.
     pub normals: Vec<[f32; 3]>,
-    /// The texture coordinates that the base colour texture uses; zero where the file has none.
+    /// The texture coordinates of the base colour texture; zero where the file has none.
     pub texcoords: Vec<[f32; 2]>,
+    /// The other attributes of each vertex, in a primitive whose shader reads them.
+    pub details: Option<Vec<VertexDetail>>,
     /// The joints that move each vertex, in a primitive that can be skinned.
     pub joints: Option<JointWeights>,
     /// Three vertices for each triangle, counter-clockwise seen from its front; every index is below the number of
@@ -46,6 +49,39 @@ pub struct Primitive {
     pub targets: Vec<MorphTarget>,
     /// Whether the file gives no normals, so that these are the triangles' normals.
     pub has_flat_normals: bool,
+}
+
+/// Attributes of a vertex that only whole materials read.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct VertexDetail {
+    /// The texture coordinates of the sets 0 and 1; zero where the file has none.
+    pub texcoords: [f32; 4],
+    /// The unit tangent along the first texture coordinate and the sign of the bitangent, 0 for a vertex without tangent.
+    pub tangent: [f32; 4],
+    /// Linear colour and alpha, multiplied with the base colour.
+    pub color: [f32; 4],
+}
+
+impl VertexDetail {
+    /// The details of `count` vertices by attribute; an attribute that is absent has its default.
+    pub(crate) fn all(
+        count: usize,
+        [first, second]: [Option<Vec<[f32; 2]>>; 2],
+        tangents: Option<Vec<[f32; 4]>>,
+        colors: Option<Vec<[f32; 4]>>,
+    ) -> Vec<Self> {
+        let pair = |set: &Option<Vec<[f32; 2]>>, at: usize| {
+            set.as_ref().and_then(|set| set.get(at).copied()).unwrap_or_default()
+        };
+        let detail = |at: usize| {
+            let ([u, v], [s, t]) = (pair(&first, at), pair(&second, at));
+            let of = |list: &Option<Vec<[f32; 4]>>| list.as_ref().and_then(|list| list.get(at).copied());
+            let tangent = of(&tangents).unwrap_or_default();
+            Self { texcoords: [u, v, s, t], tangent, color: of(&colors).unwrap_or([1.0; 4]) }
+        };
+        (0..count).map(detail).collect()
+    }
 }
 
 /// For each vertex of a primitive, up to four joints and how much each of them moves it.

@@ -1,28 +1,29 @@
 //! Mip levels, averaged in linear light.
 //!
-//! Each level halves the one before it (rounding down, at least 1) by a box filter. Colours are decoded from sRGB before
+//! Each level halves the one before it (rounding down, at least 1) by a box filter. Numbers, such as those of normal maps,
+//! are averaged channel by channel. Colours are decoded from sRGB before
 //! they are averaged and encoded again afterwards: averaging encoded values darkens fine patterns. They are weighted by
 //! alpha, so that the colour of invisible texels does not bleed into the edges of masks. Where a side is odd, its last
 //! texel belongs to the last box, which then is three texels wide: nothing is left out.
 
 use crate::texture::Image;
 
-/// The levels of an image: itself first, then each half as large, down to 1 × 1. Only the levels after the first are
-/// new bytes, four for each texel.
-pub fn levels(image: &Image) -> Vec<(u32, u32, Vec<u8>)> {
-    let decode = decode_table();
+/// The levels of an image after the first, each half as large as the one before, down to 1 × 1: four bytes for each texel,
+/// colours encoded as sRGB or numbers.
+pub fn levels(image: &Image, is_srgb: bool) -> Vec<(u32, u32, Vec<u8>)> {
+    let decode = is_srgb.then(decode_table);
     let mut levels: Vec<(u32, u32, Vec<u8>)> = Vec::new();
     let (mut width, mut height) = (image.width, image.height);
     while width > 1 || height > 1 {
         let source = levels.last().map_or(&image.rgba, |(_, _, texels)| texels);
-        let half = halve(source, width, height, &decode);
+        let half = halve(source, width, height, decode.as_ref());
         (width, height) = ((width / 2).max(1), (height / 2).max(1));
         levels.push((width, height, half));
     }
     levels
 }
 
-fn halve(source: &[u8], width: u32, height: u32, decode: &[f32; 256]) -> Vec<u8> {
+fn halve(source: &[u8], width: u32, height: u32, decode: Option<&[f32; 256]>) -> Vec<u8> {
     let (half_width, half_height) = ((width / 2).max(1), (height / 2).max(1));
     let mut half = Vec::with_capacity(half_width as usize * half_height as usize * 4);
     for y in 0..half_height {
@@ -38,7 +39,7 @@ fn halve(source: &[u8], width: u32, height: u32, decode: &[f32; 256]) -> Vec<u8>
                     };
                     let opacity = f32::from(*opacity);
                     for (part, value) in [red, green, blue].into_iter().enumerate() {
-                        let value = decode[usize::from(*value)];
+                        let value = decode.map_or(f32::from(*value), |decode| decode[usize::from(*value)]);
                         weighted[part] += value * opacity;
                         plain[part] += value;
                     }
@@ -46,9 +47,12 @@ fn halve(source: &[u8], width: u32, height: u32, decode: &[f32; 256]) -> Vec<u8>
                     count += 1.0;
                 }
             }
+            let is_weighted = decode.is_some() && alpha > 0.0;
             let color =
-                if alpha > 0.0 { weighted.map(|sum| sum / alpha) } else { plain.map(|sum| sum / count) };
-            half.extend(color.map(encode));
+                if is_weighted { weighted.map(|sum| sum / alpha) } else { plain.map(|sum| sum / count) };
+            half.extend(
+                color.map(|value| if decode.is_some() { encode(value) } else { value.round() as u8 }),
+            );
             half.push((alpha / count).round() as u8);
         }
     }
@@ -83,26 +87,32 @@ mod tests {
     #[test]
     fn black_and_white_average_to_half_the_light_not_half_the_code() {
         let checker = image(2, 2, [[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]].concat());
-        assert_eq!(levels(&checker), [(1, 1, vec![188, 188, 188, 255])]);
+        assert_eq!(levels(&checker, true), [(1, 1, vec![188, 188, 188, 255])]);
+    }
+
+    #[test]
+    fn numbers_average_channel_by_channel() {
+        let two = image(2, 1, [[0, 128, 255, 0], [255, 128, 1, 255]].concat());
+        assert_eq!(levels(&two, false), [(1, 1, vec![128, 128, 128, 128])]);
     }
 
     #[test]
     fn invisible_texels_do_not_color_the_edge_of_a_mask() {
         let edge = image(2, 1, [[200, 100, 50, 255], [0, 0, 0, 0]].concat());
-        assert_eq!(levels(&edge), [(1, 1, vec![200, 100, 50, 128])]);
+        assert_eq!(levels(&edge, true), [(1, 1, vec![200, 100, 50, 128])]);
     }
 
     #[test]
     fn odd_sides_lose_no_texel_and_end_at_one_by_one() {
         let white = image(5, 3, vec![255; 60]);
         let sizes: Vec<(u32, u32)> =
-            levels(&white).iter().map(|(width, height, _)| (*width, *height)).collect();
+            levels(&white, true).iter().map(|(width, height, _)| (*width, *height)).collect();
         assert_eq!(sizes, [(2, 1), (1, 1)]);
-        let narrow = levels(&image(1, 4, vec![255; 16]));
+        let narrow = levels(&image(1, 4, vec![255; 16]), true);
         assert_eq!(narrow.iter().map(|level| (level.0, level.1)).collect::<Vec<_>>(), [(1, 2), (1, 1)]);
         let mut last_column = image(3, 1, vec![0; 12]);
         last_column.rgba[8..].fill(255);
-        assert_eq!(levels(&last_column)[0].2[3], 85, "a third of the coverage");
+        assert_eq!(levels(&last_column, true)[0].2[3], 85, "a third of the coverage");
     }
 
     #[test]
@@ -110,7 +120,7 @@ mod tests {
         for value in [0, 1, 7, 90, 128, 254, 255] {
             let flat = image(8, 8, [value, value, value, 255].repeat(64));
             assert!(
-                levels(&flat)
+                levels(&flat, true)
                     .iter()
                     .all(|(_, _, texels)| texels.chunks(4).all(|texel| texel == [value, value, value, 255]))
             );

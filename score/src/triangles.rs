@@ -115,7 +115,7 @@ pub(crate) fn surface_of(scene: &Scene, draw: Draw) -> Surface {
             draw,
             cutoff: f64::from(cutoff),
             factor: f64::from(material.base_color[3]),
-            texture: material.base_color_texture.and_then(|at| scene.textures.get(at)).copied(),
+            texture: material.base_color_map.and_then(|map| scene.textures.get(map.texture)).copied(),
         }),
         _ => None,
     };

@@ -5,6 +5,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod brdf;
 mod contact;
 mod details;
 mod extended;

@@ -13,6 +13,7 @@ use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 use crate::codes;
 use crate::interface::{BLOCK_STRIDE, STREAMS};
+use crate::mesh::VertexDetail;
 use crate::scene::{Draw, Scene};
 
 /// The ranges of a primitive in the buffers.
@@ -32,6 +33,8 @@ pub(super) struct Geometry {
     pub(super) positions: wgpu::Buffer,
     pub(super) normals: wgpu::Buffer,
     texcoords: wgpu::Buffer,
+    /// The other attributes, of the first vertices up to the last that has some.
+    details: wgpu::Buffer,
     indices: wgpu::Buffer,
     /// By mesh, primitive, and the number of the draw where its vertices are its own.
     parts: BTreeMap<(usize, usize, Option<usize>), Part>,
@@ -46,11 +49,15 @@ fn key(scene: &Scene, number: usize, draw: Draw) -> (usize, usize, Option<usize>
 
 /// Checks that the buffers of a scene fit the limits of a device.
 pub(super) fn check_limits(scene: &Scene, limits: &wgpu::Limits) -> Result<(), Diagnostics> {
-    let (mut vertices, mut indices) = (0_u64, 0_u64);
+    let (mut vertices, mut detailed, mut indices) = (0_u64, 0_u64, 0_u64);
     let mut known = std::collections::BTreeSet::new();
     for (number, draw) in scene.draws_of_all_details().enumerate() {
         if known.insert(key(scene, number, draw)) {
-            vertices += scene.primitive(draw).positions.len() as u64;
+            let primitive = scene.primitive(draw);
+            vertices += primitive.positions.len() as u64;
+            if primitive.details.is_some() || draw.skin.is_some() {
+                detailed += primitive.positions.len() as u64;
+            }
             indices += scene.primitive(draw).indices.len() as u64 * 2;
         }
     }
@@ -58,6 +65,12 @@ pub(super) fn check_limits(scene: &Scene, limits: &wgpu::Limits) -> Result<(), D
     let blocks = scene.draws_of_all_details().len().max(scene.materials.len()) as u64;
     let needed = [
         ("vertices", vertices, vertices * 12, i32::MAX as u64),
+        (
+            "vertices with whole materials",
+            detailed,
+            detailed * size_of::<VertexDetail>() as u64,
+            i32::MAX as u64,
+        ),
         ("indices", indices, indices * 4, u64::from(u32::MAX)),
         (
             "objects and materials",
@@ -82,20 +95,27 @@ pub(super) fn check_limits(scene: &Scene, limits: &wgpu::Limits) -> Result<(), D
 impl Geometry {
     pub(super) fn new(device: &wgpu::Device, scene: &Scene) -> Self {
         let (mut positions, mut normals, mut texcoords) = (Vec::new(), Vec::new(), Vec::new());
+        let mut details: Vec<VertexDetail> = Vec::new();
         let (mut indices, mut parts) = (Vec::<u32>::new(), BTreeMap::new());
         let mut skinned_vertices = 0;
-        let of_kind = |is_skinned| {
-            scene
-                .draws_of_all_details()
-                .enumerate()
-                .filter(move |(_, draw)| draw.skin.is_some() == is_skinned)
-        };
-        for (number, draw) in of_kind(true).chain(of_kind(false)) {
+        let mut draws: Vec<(usize, Draw)> = scene.draws_of_all_details().enumerate().collect();
+        draws.sort_by_key(|(_, draw)| (draw.skin.is_none(), scene.primitive(*draw).details.is_none()));
+        for (number, draw) in draws {
             parts.entry(key(scene, number, draw)).or_insert_with(|| {
                 let primitive = scene.primitive(draw);
                 let first_vertex = positions.len() as i32;
-                positions.extend_from_slice(&primitive.positions);
                 normals.extend_from_slice(&primitive.normals);
+                if let Some(own) = &primitive.details {
+                    details.resize(positions.len(), VertexDetail::default());
+                    // Tangents of vertices that move would have to move with them.
+                    let is_fixed = !scene.has_own_vertices(draw);
+                    let kept = |detail: &VertexDetail| VertexDetail {
+                        tangent: if is_fixed { detail.tangent } else { [0.0; 4] },
+                        ..*detail
+                    };
+                    details.extend(own.iter().map(kept));
+                }
+                positions.extend_from_slice(&primitive.positions);
                 texcoords.extend_from_slice(&primitive.texcoords);
                 let (start, count) = (indices.len() as u32, primitive.indices.len() as u32);
                 indices.extend_from_slice(&primitive.indices);
@@ -123,6 +143,7 @@ impl Geometry {
             positions: buffer(&label(0), bytemuck::cast_slice(&positions), moved),
             normals: buffer(&label(1), bytemuck::cast_slice(&normals), moved),
             texcoords: buffer(&label(2), bytemuck::cast_slice(&texcoords), vertices),
+            details: buffer("scene details", bytemuck::cast_slice(&details), vertices),
             indices: buffer("scene indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             parts,
             skinned_vertices,
@@ -136,7 +157,7 @@ impl Geometry {
 
     /// Binds all streams and the indices.
     pub(super) fn bind(&self, pass: &mut wgpu::RenderPass<'static>) {
-        for (slot, stream) in (0..).zip([&self.positions, &self.normals, &self.texcoords]) {
+        for (slot, stream) in (0..).zip([&self.positions, &self.normals, &self.texcoords, &self.details]) {
             pass.set_vertex_buffer(slot, stream.slice(..));
         }
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);

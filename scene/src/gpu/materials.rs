@@ -8,8 +8,8 @@ use std::num::NonZeroU64;
 use umbragraph_executor::wgpu;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-use crate::interface::{BLOCK_STRIDE, MaterialBlock};
-use crate::material::{AlphaMode, Material};
+use crate::interface::{BLOCK_STRIDE, MAPS, MaterialBlock, MaterialDetailBlock, maps};
+use crate::material::Material;
 use crate::mipmap;
 use crate::scene::Scene;
 use crate::texture::{Image, Sampler};
@@ -17,24 +17,43 @@ use crate::texture::{Image, Sampler};
 /// The maximum anisotropy of material samplers, for textures at grazing angles.
 const ANISOTROPY: u16 = 8;
 
-/// The textures of a material, by the beginning of the names of their bindings.
-const MAPS: [&str; 2] = ["base_color", "emissive"];
-
 pub(super) struct Materials {
     blocks: wgpu::Buffer,
+    details: wgpu::Buffer,
     /// For each material, the indices of the image and the sampler of each of [`MAPS`].
     textures: Vec<[(usize, usize); MAPS.len()]>,
-    /// The images, and a white texel last.
     images: Vec<wgpu::TextureView>,
     samplers: Vec<wgpu::Sampler>,
 }
 
+/// The uploaded images, each once for every encoding in which it is sampled.
+struct Images<'a> {
+    device: &'a wgpu::Device,
+    queue: &'a wgpu::Queue,
+    views: Vec<wgpu::TextureView>,
+    known: HashMap<(usize, bool), usize>,
+}
+
+impl Images<'_> {
+    /// The index of an image of the scene; a white texel where it has none.
+    fn index(&mut self, scene: &Scene, image: usize, is_srgb: bool) -> usize {
+        let found = scene.images.get(image);
+        let key = if found.is_some() { (image, is_srgb) } else { (usize::MAX, true) };
+        *self.known.entry(key).or_insert_with(|| {
+            let white = || Image { name: "white".to_owned(), width: 1, height: 1, rgba: vec![255; 4] };
+            let view = match found {
+                Some(image) => upload(self.device, self.queue, image, is_srgb),
+                None => upload(self.device, self.queue, &white(), true),
+            };
+            self.views.push(view);
+            self.views.len() - 1
+        })
+    }
+}
+
 impl Materials {
     pub(super) fn new(device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene) -> Self {
-        let mut images: Vec<wgpu::TextureView> =
-            scene.images.iter().map(|image| upload(device, queue, image)).collect();
-        let white = Image { name: "white".to_owned(), width: 1, height: 1, rgba: vec![255; 4] };
-        images.push(upload(device, queue, &white));
+        let mut images = Images { device, queue, views: Vec::new(), known: HashMap::new() };
         let (mut samplers, mut known) = (Vec::new(), HashMap::new());
         let mut sampler_of = |sampler: Sampler| {
             *known.entry(sampler).or_insert_with(|| {
@@ -42,24 +61,18 @@ impl Materials {
                 samplers.len() - 1
             })
         };
-        let mut textures = Vec::with_capacity(scene.materials.len());
-        let stride = BLOCK_STRIDE as usize;
-        let mut blocks = vec![0; scene.materials.len().max(1) * stride];
-        for (material, bytes) in scene.materials.iter().zip(blocks.chunks_exact_mut(stride)) {
-            bytes[..size_of::<MaterialBlock>()].copy_from_slice(bytemuck::bytes_of(&block(material)));
-            let maps = [material.base_color_texture, material.emissive_texture];
-            textures.push(maps.map(|texture| {
-                let texture = texture.and_then(|texture| scene.textures.get(texture));
-                let image = texture.map_or(scene.images.len(), |texture| texture.image);
-                (image, sampler_of(texture.map(|texture| texture.sampler).unwrap_or_default()))
-            }));
-        }
-        let blocks = device.create_buffer_init(&BufferInitDescriptor {
-            label: Some("scene materials"),
-            contents: &blocks,
-            usage: wgpu::BufferUsages::UNIFORM,
+        let textures = scene.materials.iter().map(|material| {
+            maps(material).map(|(map, is_srgb)| {
+                let texture = map.and_then(|map| scene.textures.get(map.texture));
+                let image = texture.map_or(usize::MAX, |texture| texture.image);
+                let sampler = texture.map(|texture| texture.sampler).unwrap_or_default();
+                (images.index(scene, image, is_srgb), sampler_of(sampler))
+            })
         });
-        Self { blocks, textures, images, samplers }
+        let textures = textures.collect();
+        let blocks = uniforms(device, scene, |material| MaterialBlock::from(material));
+        let details = uniforms(device, scene, |material| MaterialDetailBlock::from(material));
+        Self { blocks, details, textures, images: images.views, samplers }
     }
 
     pub(super) fn count(&self) -> u32 {
@@ -69,12 +82,15 @@ impl Materials {
     /// The resource that a material binds under a name.
     pub(super) fn binding(&self, material: u32, name: &str) -> Option<wgpu::BindingResource<'_>> {
         let textures = self.textures.get(material as usize)?;
-        if name == "material" {
-            return Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                buffer: &self.blocks,
-                offset: u64::from(material) * u64::from(BLOCK_STRIDE),
-                size: NonZeroU64::new(u64::from(MaterialBlock::SIZE)),
-            }));
+        let block = |buffer, size: u32| {
+            let offset = u64::from(material) * u64::from(BLOCK_STRIDE);
+            let size = NonZeroU64::new(u64::from(size));
+            Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size }))
+        };
+        match name {
+            "material" => return block(&self.blocks, MaterialBlock::SIZE),
+            "material_detail" => return block(&self.details, MaterialDetailBlock::SIZE),
+            _ => {}
         }
         let (map, kind) = name.rsplit_once('_')?;
         let (image, sampler) = textures[MAPS.iter().position(|known| *known == map)?];
@@ -86,21 +102,27 @@ impl Materials {
     }
 }
 
-fn block(material: &Material) -> MaterialBlock {
-    MaterialBlock {
-        base_color: material.base_color,
-        emissive: material.emissive,
-        alpha_cutoff: match material.alpha_mode {
-            AlphaMode::Mask { cutoff } => cutoff,
-            AlphaMode::Opaque | AlphaMode::Blend => 0.0,
-        },
-        receive_shadow: u32::from(material.receive_shadow),
+/// The blocks of all materials in one buffer.
+fn uniforms<T: bytemuck::Pod>(
+    device: &wgpu::Device,
+    scene: &Scene,
+    block: impl Fn(&Material) -> T,
+) -> wgpu::Buffer {
+    let stride = BLOCK_STRIDE as usize;
+    let mut bytes = vec![0; scene.materials.len().max(1) * stride];
+    for (material, bytes) in scene.materials.iter().zip(bytes.chunks_exact_mut(stride)) {
+        bytes[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(&block(material)));
     }
+    device.create_buffer_init(&BufferInitDescriptor {
+        label: Some("scene materials"),
+        contents: &bytes,
+        usage: wgpu::BufferUsages::UNIFORM,
+    })
 }
 
-fn upload(device: &wgpu::Device, queue: &wgpu::Queue, image: &Image) -> wgpu::TextureView {
+fn upload(device: &wgpu::Device, queue: &wgpu::Queue, image: &Image, is_srgb: bool) -> wgpu::TextureView {
     let max = device.limits().max_texture_dimension_2d;
-    let smaller = mipmap::levels(image);
+    let smaller = mipmap::levels(image, is_srgb);
     let levels: Vec<(u32, u32, &[u8])> = std::iter::once((image.width, image.height, &image.rgba[..]))
         .chain(smaller.iter().map(|(width, height, texels)| (*width, *height, &texels[..])))
         .skip_while(|(width, height, _)| *width.max(height) > max)
@@ -113,7 +135,7 @@ fn upload(device: &wgpu::Device, queue: &wgpu::Queue, image: &Image) -> wgpu::Te
         mip_level_count: levels.len().max(1) as u32,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8UnormSrgb,
+        format: if is_srgb { wgpu::TextureFormat::Rgba8UnormSrgb } else { wgpu::TextureFormat::Rgba8Unorm },
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });

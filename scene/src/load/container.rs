@@ -135,7 +135,16 @@ fn pointer(path: &serde_path_to_error::Path) -> String {
 }
 
 /// Extensions that a document may require.
-const EXTENSIONS: [&str; 3] = ["KHR_lights_punctual", "KHR_mesh_quantization", "MSFT_lod"];
+const EXTENSIONS: [&str; 8] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+    "KHR_materials_unlit",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+    "MSFT_lod",
+];
 
 fn check_version(root: &Root, report: &mut Report) -> bool {
     let mut usable = true;

@@ -1,5 +1,6 @@
 //! Meshes: attributes and indices of every primitive, checked and completed.
 
+use gltf::json::accessor::Type;
 use gltf::json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
 use gltf::json::validation::Checked;
 
@@ -8,11 +9,14 @@ use super::extras::ObjectExtras;
 use super::morph;
 use super::report::Report;
 use crate::codes;
-use crate::mesh::{JointWeights, Mesh, Primitive, bounds_of, fan_to_list, flat_normals, strip_to_list, unit};
+use crate::material::{Map, Material};
+use crate::mesh::{
+    JointWeights, Mesh, Primitive, VertexDetail, bounds_of, fan_to_list, flat_normals, strip_to_list, unit,
+};
 use crate::morph::MorphTarget;
 
 /// All meshes; primitives that are no triangles are left out with a warning.
-pub(super) fn read(accessors: &Accessors<'_>, report: &mut Report) -> Vec<Mesh> {
+pub(super) fn read(accessors: &Accessors<'_>, materials: &[Material], report: &mut Report) -> Vec<Mesh> {
     let mut meshes = Vec::with_capacity(accessors.root.meshes.len());
     for (index, json) in accessors.root.meshes.iter().enumerate() {
         let at = format!("/meshes/{index}");
@@ -32,7 +36,7 @@ pub(super) fn read(accessors: &Accessors<'_>, report: &mut Report) -> Vec<Mesh> 
         let mut primitives = Vec::with_capacity(json.primitives.len());
         for (part, json) in json.primitives.iter().enumerate() {
             let at = format!("{at}/primitives/{part}");
-            primitives.extend(Reader { accessors, json, at: &at }.primitive(report));
+            primitives.extend(Reader { accessors, materials, json, at: &at }.primitive(report));
         }
         meshes.push(Mesh {
             name: json.name.clone().unwrap_or_default(),
@@ -47,6 +51,7 @@ pub(super) fn read(accessors: &Accessors<'_>, report: &mut Report) -> Vec<Mesh> 
 
 struct Reader<'a> {
     accessors: &'a Accessors<'a>,
+    materials: &'a [Material],
     json: &'a JsonPrimitive,
     at: &'a str,
 }
@@ -70,7 +75,7 @@ impl Reader<'_> {
                 "export the mesh with positions",
             );
         }
-        let texcoord_set = self.texcoord_set(material);
+        let base_color_map = self.materials.get(material).and_then(|material| material.base_color_map);
         // All attributes are read before any is given up, so that each of them gets its diagnostics.
         let positions = self.attribute::<f32, 3>(&Semantic::Positions, "position", report);
         // Normals that cannot be used are as good as missing, for which glTF has a rule.
@@ -78,19 +83,39 @@ impl Reader<'_> {
             let normals = self.attribute::<f32, 3>(&Semantic::Normals, "normal", report).flatten();
             normals.filter(|normals| self.fits("NORMAL", Some(normals.len()), &positions, report))
         });
-        let texcoords =
-            self.attribute::<f32, 2>(&Semantic::TexCoords(texcoord_set), "texture coordinate", report);
+        let maps = self.maps(material);
+        let is_wanted = |set: u32| match &maps[..] {
+            [] => set == 0,
+            maps => maps.iter().any(|(_, map)| map.set == set),
+        };
+        let sets = [0, 1].map(|set| {
+            let semantic = Semantic::TexCoords(set);
+            if !is_wanted(set) {
+                return Some(None);
+            }
+            self.attribute::<f32, 2>(&semantic, "texture coordinate", report)
+        });
+        // A tangent that cannot be used is as good as missing.
+        let tangents = report.optional("tangents are found by the shader", |report| {
+            let tangents = self.attribute::<f32, 4>(&Semantic::Tangents, "tangent", report).flatten();
+            tangents.filter(|tangents| self.fits("TANGENT", Some(tangents.len()), &positions, report))
+        });
+        let colors = report.optional("white is used", |report| {
+            let colors = self.colors(report).flatten();
+            colors.filter(|colors| self.fits("COLOR_0", Some(colors.len()), &positions, report))
+        });
         let joints = self.attribute::<u32, 4>(&Semantic::Joints(0), "joint", report);
         let weights = self.attribute::<f32, 4>(&Semantic::Weights(0), "weight", report);
         let indices = self.indices(report);
-        let texcoord_name = format!("TEXCOORD_{texcoord_set}");
         let fits = [
-            (&*texcoord_name, length(&texcoords)),
+            ("TEXCOORD_0", length(&sets[0])),
+            ("TEXCOORD_1", length(&sets[1])),
             ("JOINTS_0", length(&joints)),
             ("WEIGHTS_0", length(&weights)),
         ]
         .map(|(name, length)| self.fits(name, length, &positions, report));
-        let (positions, texcoords) = (positions??, texcoords?);
+        let [first, second] = sets;
+        let (positions, sets) = (positions??, [first?, second?]);
         let (joints, weights, indices) = (joints?, weights?, indices?);
         let count = positions.len();
         if fits.contains(&false) {
@@ -134,7 +159,19 @@ impl Reader<'_> {
             }
         };
         let bounds = bounds_of(&positions);
-        let texcoords = texcoords.unwrap_or_else(|| vec![[0.0; 2]; count]);
+        self.check_texcoords(&maps, &sets, report);
+        let texcoords = match base_color_map {
+            Some(map) => {
+                sets[map.set as usize].iter().flatten().map(|texcoord| map.texcoord(*texcoord)).collect()
+            }
+            None => sets[0].clone().unwrap_or_default(),
+        };
+        let texcoords = if texcoords.is_empty() { vec![[0.0; 2]; count] } else { texcoords };
+        let is_pbr = colors.is_some() || self.materials.get(material).is_some_and(Material::is_pbr);
+        if is_pbr && !report.charge(count as u64 * 48, at) {
+            return None;
+        }
+        let details = is_pbr.then(|| VertexDetail::all(count, sets, tangents, colors));
         let smooth: Option<Vec<[f32; 3]>> = normals.map(|normals| normals.into_iter().map(unit).collect());
         let targets = json.targets.as_deref().unwrap_or_default();
         let targets = morph::read(self.accessors, targets, count, &format!("{at}/targets"), report);
@@ -142,6 +179,7 @@ impl Reader<'_> {
             positions,
             normals: Vec::new(),
             texcoords,
+            details,
             joints,
             indices,
             material,
@@ -152,7 +190,7 @@ impl Reader<'_> {
         match smooth {
             Some(normals) => Some(Primitive { normals, ..primitive }),
             None => report
-                .charge(primitive.indices.len() as u64 * (60 + 12 * primitive.targets.len() as u64), at)
+                .charge(primitive.indices.len() as u64 * (108 + 12 * primitive.targets.len() as u64), at)
                 .then(|| with_flat_normals(&primitive)),
         }
     }
@@ -164,13 +202,49 @@ impl Reader<'_> {
         report.index(materials, self.json.material, "material", &at).unwrap_or(materials.len())
     }
 
-    /// The set of texture coordinates that the material's base colour texture wants, else its emissive texture.
-    fn texcoord_set(&self, material: usize) -> u32 {
-        let texture = self.accessors.root.materials.get(material).and_then(|material| {
-            let base_color = material.pbr_metallic_roughness.base_color_texture.as_ref();
-            base_color.or(material.emissive_texture.as_ref())
-        });
-        texture.map_or(0, |texture| texture.tex_coord)
+    /// The maps of a material, by name.
+    fn maps(&self, material: usize) -> Vec<(&'static str, Map)> {
+        let Some(material) = self.materials.get(material) else { return Vec::new() };
+        let maps = [
+            ("base colour", material.base_color_map),
+            ("metallic-roughness", material.metallic_roughness_map),
+            ("normal", material.normal_map),
+            ("occlusion", material.occlusion_map),
+            ("emissive", material.emissive_map),
+        ];
+        maps.into_iter().filter_map(|(name, map)| Some((name, map?))).collect()
+    }
+
+    /// Warns of the first map whose texture coordinates the primitive does not have.
+    fn check_texcoords(&self, maps: &[(&str, Map)], sets: &[Option<Vec<[f32; 2]>>; 2], report: &mut Report) {
+        let lacks = |map: &Map| sets.get(map.set as usize).is_none_or(Option::is_none);
+        if let Some((name, map)) = maps.iter().find(|(_, map)| lacks(map)) {
+            let message =
+                format!("the {name} texture wants TEXCOORD_{}, which the primitive does not have", map.set);
+            let help = "one texel is used everywhere; export the mesh with texture coordinates";
+            report.warning(codes::LEFT_OUT, &format!("{}/attributes", self.at), message, help);
+        }
+    }
+
+    /// The colours of vertices with alpha, which some files leave out; `Some(None)` where there are none, `None` after a
+    /// diagnostic.
+    fn colors(&self, report: &mut Report) -> Option<Option<Vec<[f32; 4]>>> {
+        let semantic = Semantic::Colors(0);
+        let accessor = self.json.attributes.get(&Checked::Valid(semantic.clone()));
+        let accessor = accessor.and_then(|accessor| self.accessors.root.accessors.get(accessor.value()));
+        let is_opaque = accessor.is_some_and(|accessor| accessor.type_ == Checked::Valid(Type::Vec3));
+        let colors: Option<Vec<[f32; 4]>> = if is_opaque {
+            let colors = self.attribute::<f32, 3>(&semantic, "colour", report)?;
+            colors
+                .map(|colors| colors.into_iter().map(|[red, green, blue]| [red, green, blue, 1.0]).collect())
+        } else {
+            self.attribute::<f32, 4>(&semantic, "colour", report)?
+        };
+        // Beyond their range some exporters write noise.
+        let clamped = |colors: Vec<[f32; 4]>| {
+            colors.into_iter().map(|color| color.map(|part| part.clamp(0.0, 65_504.0))).collect()
+        };
+        Some(colors.map(clamped))
     }
 
     /// An attribute; `Some(None)` where the primitive does not have it, `None` after a diagnostic.
@@ -252,6 +326,7 @@ fn with_flat_normals(shared: &Primitive) -> Primitive {
     Primitive {
         normals: flat_normals(&positions).collect(),
         texcoords: gather(&shared.texcoords, &shared.indices),
+        details: shared.details.as_ref().map(|details| gather(details, &shared.indices)),
         joints: shared.joints.as_ref().map(|shared_joints| JointWeights {
             joints: gather(&shared_joints.joints, &shared.indices),
             weights: gather(&shared_joints.weights, &shared.indices),

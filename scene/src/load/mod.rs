@@ -23,6 +23,7 @@ mod container;
 mod decode;
 mod details;
 mod draws;
+mod extensions;
 mod extras;
 mod geometry;
 mod hierarchy;
@@ -104,7 +105,7 @@ fn read(name: &str, bytes: &[u8], resolver: &dyn Resolver, report: &mut Report) 
     let accessors = Accessors { root, buffers: &buffers };
     let (materials, textures) = materials::read(root, report);
     let (images, textures) = images::read(&accessors, &textures, resolver, report);
-    let meshes = geometry::read(&accessors, report);
+    let meshes = geometry::read(&accessors, &materials, report);
     let hierarchy = hierarchy::read(root, report)?;
     let skins = skins::read(&accessors, report);
     let animations = animations::read(&accessors, &hierarchy, report);

@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use crate::bad_input::triangle_with;
-use crate::document::{Document, line};
+use crate::document::{Document, diagnostics, line};
 
 #[test]
 fn references_to_nothing_are_found_everywhere_at_once() {
@@ -232,6 +232,50 @@ fn lights_and_cameras_out_of_all_proportion_are_found() {
         found,
         [format!("UG0713 /nodes/3: camera 0 {far}"), format!("UG0713 /nodes/1: light \"star\" {far}"),]
     );
+}
+
+#[test]
+fn factors_and_extensions_of_materials_have_a_range() {
+    let mut document = Document::triangle();
+    document.push("textures", json!({ "source": 0 }));
+    document.push("materials", json!({
+        "pbrMetallicRoughness": { "metallicFactor": -1, "roughnessFactor": 1.5 },
+        "normalTexture": { "index": 0, "texCoord": 2 },
+        "extensions": {
+            "KHR_materials_ior": { "ior": 0.5 }, "KHR_materials_emissive_strength": { "emissiveStrength": "much" },
+            "KHR_materials_specular": { "specularColorFactor": [1, -1, 1] },
+        },
+    }));
+    let mut found = diagnostics(document.load());
+    found.retain(|line| line.starts_with("UG0719"));
+    assert_eq!(
+        found,
+        [
+            "UG0719 /materials/0/pbrMetallicRoughness/metallicFactor: a factor of material 0 is negative or not finite: [-1.0] (set it between 0 and 1)",
+            "UG0719 /materials/0/pbrMetallicRoughness/roughnessFactor: a factor of material 0 is above 1: [1.5] (set it between 0 and 1)",
+            "UG0719 /materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength: emissiveStrength is \"much\" (it is a number)",
+            "UG0719 /materials/0/extensions/KHR_materials_ior/ior: the index of refraction is 0.5 (it is 0, or at least 1; glass has 1.5)",
+            "UG0719 /materials/0/extensions/KHR_materials_specular/specularColorFactor: specularColorFactor is negative: [1.0, -1.0, 1.0] (set it to 0 or more)",
+            "UG0719 /materials/0/normalTexture/texCoord: a texture uses the texture coordinates TEXCOORD_2 (use the sets 0 and 1; others are not read)",
+        ]
+    );
+}
+
+#[test]
+fn maps_without_texture_coordinates_are_a_warning() {
+    let mut document = Document::triangle();
+    let mut png = Vec::new();
+    let texels = image::RgbaImage::from_pixel(1, 1, image::Rgba([128, 128, 255, 255]));
+    texels.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
+    let view = document.view(&png);
+    document.push("images", json!({ "bufferView": view }));
+    document.push("textures", json!({ "source": 0 }));
+    document.push("materials", json!({ "normalTexture": { "index": 0, "texCoord": 1 } }));
+    document.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    let scene = document.load().unwrap();
+    let warnings: Vec<&str> = scene.warnings.iter().map(|warning| warning.message.as_str()).collect();
+    assert_eq!(warnings, ["the normal texture wants TEXCOORD_1, which the primitive does not have"]);
+    assert_eq!(scene.primitive(scene.draws().next().unwrap()).details.as_ref().map(Vec::len), Some(3));
 }
 
 #[test]

@@ -64,7 +64,7 @@ fn exercise(scene: &Scene) {
         assert_eq!(primitive.positions.len(), primitive.normals.len());
         assert_eq!(primitive.positions.len(), primitive.texcoords.len());
         assert!(primitive.normals.iter().flatten().all(|part| part.is_finite()));
-        if let Some(texture) = scene.material(draw).base_color_texture {
+        if let Some(texture) = scene.material(draw).base_color_map.map(|map| map.texture) {
             assert!(scene.textures[texture].image < scene.images.len());
         }
         let _ = scene.joint_transforms(draw.node, &scene.rest_pose()).count();

@@ -144,7 +144,7 @@ fn materials_are_read_and_unused_images_are_not_decoded() {
     assert_eq!(material.emissive, [0.0, 0.5, 0.0]);
     assert_eq!(material.alpha_mode, AlphaMode::Mask { cutoff: 0.25 });
     assert!(material.double_sided && scene.is_alpha_masked(draw));
-    let texture = scene.textures[material.base_color_texture.unwrap()];
+    let texture = scene.textures[material.base_color_map.unwrap().texture];
     assert_eq!(
         (texture.sampler.wrap_u, texture.sampler.wrap_v),
         (AddressMode::ClampToEdge, AddressMode::MirrorRepeat)

@@ -98,6 +98,7 @@ mod tests {
             positions: vec![[1.0, 0.0, 0.0]],
             normals: vec![[0.0, 1.0, 0.0]],
             texcoords: vec![[0.0; 2]],
+            details: None,
             joints: Some(JointWeights { joints: vec![[0, 1, 0, 0]], weights: vec![[0.5, 0.5, 0.0, 0.0]] }),
             indices: Vec::new(),
             material: 0,
