@@ -1,5 +1,5 @@
 //! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `gallery`, `cameras`, `integrations`,
-//! `soak` and `mutants`.
+//! `soak`, `mutants` and `web`.
 //!
 //! They work on a fresh clone with nothing but cargo: other tools are installed if possible, and named otherwise. There
 //! are no dependencies, so that the command itself builds in a second.
@@ -22,6 +22,7 @@ mod steps;
 mod summary;
 mod test;
 mod toolchain;
+mod web;
 
 use std::process::ExitCode;
 
@@ -48,6 +49,9 @@ usage: cargo xtask COMMAND
          plant faults in the shader templates, all or N of them, and say which the reference pictures do not show;
          NAME may be several parts of names with commas between, each with a line: lit.wgsl.jinja:83;
          with --rust in node kinds, scenes and engine, by cargo-mutants
+  web [--test] [--serve]
+         build the page for browsers in target/web/site; --test compares what a browser draws and says with the command's,
+         --serve opens the page at http://127.0.0.1:8080
   help   print this
 
 demo and test need a graphics adapter. On Linux without a Vulkan driver they install Mesa's software driver (Debian and
@@ -58,6 +62,9 @@ environment:
   UMBRAGRAPH_ADAPTER=TEXT    the adapter whose name contains the text
   UMBRAGRAPH_BLESS=1         accept pictures that differ from their references
   UMBRAGRAPH_TRUTH=FOLDER    the ray-traced truth, in place of ../shared/truth
+  UMBRAGRAPH_BROWSER=FILE    the browser that `web --test` drives, in place of chromium
+  UMBRAGRAPH_REQUIRE_BROWSER=1
+                             `web --test` fails where no browser is installed
   UMBRAGRAPH_SEED=N          another seed for tests of random cases, and
   UMBRAGRAPH_TIMES=N         N times as many of them: what `soak` sets and prints
 ";
@@ -73,6 +80,7 @@ enum Command {
     Integrations { only: Option<String> },
     Soak(soak::Options),
     Mutants(mutants::Options),
+    Web(web::Options),
     Help,
 }
 
@@ -106,6 +114,7 @@ fn run(command: Command) -> Result<bool, String> {
         Command::Integrations { only } => integrations::run(only.as_deref()),
         Command::Soak(options) => soak::run(&options),
         Command::Mutants(options) => mutants::run(&options),
+        Command::Web(options) => web::run(options),
         Command::Help => {
             print!("{HELP}");
             Ok(true)
@@ -124,6 +133,7 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
         "integrations" => Command::Integrations { only: None },
         "soak" => return soak_options(rest),
         "mutants" => return mutants_options(rest),
+        "web" => return web_options(rest),
         "help" | "--help" | "-h" => return Ok(Command::Help),
         other => return Err(format!("there is no command `{other}`")),
     };
@@ -173,6 +183,19 @@ fn mutants_options(rest: &[String]) -> Result<Command, String> {
     Ok(Command::Mutants(options))
 }
 
+fn web_options(rest: &[String]) -> Result<Command, String> {
+    let mut options = web::Options::default();
+    for name in rest {
+        match name.as_str() {
+            "--test" => options.test = true,
+            "--serve" => options.serve = true,
+            "--help" | "-h" => return Ok(Command::Help),
+            extra => return Err(format!("`web` takes no argument `{extra}`")),
+        }
+    }
+    Ok(Command::Web(options))
+}
+
 fn number<T: std::str::FromStr>(name: &str, value: Option<&String>) -> Result<T, String> {
     let value = value.ok_or_else(|| format!("`{name}` needs a number"))?;
     value.parse().map_err(|_| format!("`{name}` needs a number, not `{value}`"))
@@ -202,6 +225,7 @@ mod tests {
         assert_eq!(parsed("soak --seconds 60 --cases 100"), Ok(Command::Soak(soak)));
         let mutants = mutants::Options { sample: Some(9), jobs: Some(2), ..mutants::Options::default() };
         assert_eq!(parsed("mutants --jobs 2 --sample 9"), Ok(Command::Mutants(mutants)));
+        assert_eq!(parsed("web --test"), Ok(Command::Web(web::Options { test: true, serve: false })));
         for help in ["help", "--help", "-h", "test --help"] {
             assert_eq!(parsed(help), Ok(Command::Help), "{help}");
         }
@@ -214,6 +238,7 @@ mod tests {
         assert!(parsed("test --fast").unwrap_err().contains("`--fast`"));
         assert!(parsed("test --check").unwrap_err().contains("`--check`"));
         assert!(parsed("soak --cases many").unwrap_err().contains("`many`"));
+        assert!(parsed("web --tset").unwrap_err().contains("`--tset`"));
         assert!(parsed("mutants --sample").unwrap_err().contains("`--sample`"));
     }
 }

@@ -43,8 +43,9 @@ pub(crate) fn steps(nextest: bool, wasm: bool) -> Vec<Step> {
     };
     let browser = Step::cargo(
         "browser",
-        "check --target wasm32-unknown-unknown --package umbragraph --no-default-features --features gpu,webgpu",
-    );
+        "clippy --target wasm32-unknown-unknown --package umbragraph-web --keep-going -- -D warnings",
+    )
+    .needs(Clippy);
     let steps = vec![
         Step::cargo("formatting", "fmt --all --check").needs(Rustfmt),
         Step::cargo("lints", "clippy --workspace --all-targets --keep-going -- -D warnings").needs(Clippy),

@@ -277,7 +277,8 @@ fn diagnostic(error: &wgpu::Error, Site(site): &Site) -> Diagnostic {
 /// An error's causes in one line, the first cause last.
 pub(crate) fn causes(error: &wgpu::Error) -> String {
     let mut texts: Vec<String> = Vec::new();
-    let mut cause = error.source();
+    // A browser's error is one text.
+    let mut cause = error.source().filter(|_| cfg!(not(target_family = "wasm")));
     while let Some(error) = cause {
         let text = error.to_string();
         if !texts.iter().any(|known| known.contains(&text)) {

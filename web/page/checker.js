@@ -1,0 +1,27 @@
+// A worker that checks, plans and explains. One question at a time; a panic of the library ends it.
+import init, { Project } from "./checker/umbragraph_web.js";
+
+const ready = init();
+let project = null;
+
+const answers = {
+  write: ({ files }) => Object.entries(files).forEach(([path, text]) => project.write(path, text)),
+  plan: ({ path, values, size }) => JSON.parse(project.plan(path, values, ...size)),
+  check: ({ path, size }) => JSON.parse(project.check(path, ...size)),
+  graph: ({ path, values, size }) => project.graph(path, values, ...size),
+  templates: () => JSON.parse(Project.templates()),
+};
+
+self.onmessage = async ({ data: { id, kind, ...asked } }) => {
+  try {
+    await ready;
+    project ??= new Project();
+    const begin = performance.now();
+    const answer = answers[kind](asked) ?? null;
+    if (answer?.diagnostics) answer.milliseconds = performance.now() - begin;
+    self.postMessage({ id, answer });
+  } catch (error) {
+    // What the library holds may be half done.
+    self.postMessage({ id, died: String(error) });
+  }
+};

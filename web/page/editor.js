@@ -1,0 +1,96 @@
+// The editor: CodeMirror with the colours of the page, one state of it for each file.
+import { defaultKeymap, history, historyKeymap, indentWithTab } from "@codemirror/commands";
+import { HighlightStyle, StreamLanguage, bracketMatching, foldGutter, foldKeymap, indentOnInput, indentUnit, syntaxHighlighting } from "@codemirror/language";
+import { json } from "@codemirror/legacy-modes/mode/javascript";
+import { rust } from "@codemirror/legacy-modes/mode/rust";
+import { lintGutter, lintKeymap, setDiagnostics } from "@codemirror/lint";
+import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
+import { EditorState, Transaction } from "@codemirror/state";
+import { EditorView, drawSelection, highlightActiveLine, highlightActiveLineGutter, keymap, lineNumbers } from "@codemirror/view";
+import { tags } from "@lezer/highlight";
+
+const colour = (light, dark) => `light-dark(${light}, ${dark})`;
+const colours = HighlightStyle.define([
+  { tag: [tags.propertyName, tags.definition(tags.propertyName)], color: colour("#1a4f9c", "#9cc4ff") },
+  { tag: tags.string, color: colour("#1e6b3a", "#93d7a4") },
+  { tag: [tags.number, tags.bool, tags.null, tags.atom], color: colour("#8a3b00", "#f2b27a") },
+  { tag: tags.comment, color: colour("#5d6570", "#98a1ac"), fontStyle: "italic" },
+  { tag: [tags.keyword, tags.definitionKeyword], color: colour("#7a2d8f", "#d6a5e8") },
+  { tag: [tags.typeName, tags.meta], color: colour("#00626b", "#7fd3db") },
+]);
+
+const json_of = StreamLanguage.define(json);
+// WGSL reads enough like Rust for colours.
+const wgsl = StreamLanguage.define(rust);
+
+export class Editor {
+  #view;
+  #states = new Map();
+  #path = null;
+
+  constructor(parent, { changed }) {
+    this.#view = new EditorView({
+      parent,
+      dispatchTransactions: (transactions, view) => {
+        view.update(transactions);
+        const is_edit = transactions.some((one) => one.docChanged && one.annotation(Transaction.userEvent) !== "load");
+        if (is_edit) changed(this.#path, view.state.doc.toString());
+      },
+    });
+  }
+
+  #state(path, text) {
+    const language = path.endsWith(".json") ? json_of : wgsl;
+    return EditorState.create({
+      doc: text,
+      extensions: [
+        lineNumbers(), foldGutter(), lintGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(),
+        highlightActiveLine(), highlightActiveLineGutter(), highlightSelectionMatches(),
+        indentUnit.of("  "), language, syntaxHighlighting(colours),
+        keymap.of([...defaultKeymap, ...historyKeymap, ...foldKeymap, ...searchKeymap, ...lintKeymap, indentWithTab]),
+        EditorView.contentAttributes.of({ "aria-label": `The text of ${path}` }),
+      ],
+    });
+  }
+
+  /** Shows a file; what was undone and selected in it before is kept. */
+  show(path, text) {
+    if (this.#path !== null) this.#states.set(this.#path, this.#view.state);
+    const known = this.#states.get(path);
+    this.#path = path;
+    this.#view.setState(known && known.doc.toString() === text ? known : this.#state(path, text));
+  }
+
+  /** Forgets all files. */
+  clear() {
+    this.#states.clear();
+    this.#path = null;
+  }
+
+  /** Replaces parts of the text as one step of undo; each part has `from`, `to` and `insert`. */
+  edit(changes) {
+    this.#view.dispatch({ changes, userEvent: "input" });
+    this.#view.focus();
+  }
+
+  /** The offset of a line and a column, both from 1; columns count characters. */
+  offset(line, column) {
+    const { doc } = this.#view.state;
+    if (line > doc.lines) return doc.length;
+    const { from, text } = doc.line(line);
+    return from + Array.from(text).slice(0, column - 1).join("").length;
+  }
+
+  /** Underlines diagnostics, each with `from`, `to`, `severity`, `message` and `actions`. */
+  underline(diagnostics) {
+    const { length } = this.#view.state.doc;
+    const within = diagnostics.map((one) => ({ ...one, from: Math.min(one.from, length), to: Math.min(one.to, length) }));
+    this.#view.dispatch(setDiagnostics(this.#view.state, within));
+  }
+
+  /** Puts the cursor at an offset and shows it. */
+  go(offset) {
+    this.#view.dispatch({ selection: { anchor: offset }, effects: EditorView.scrollIntoView(offset, { y: "center" }) });
+    this.#view.focus();
+  }
+}

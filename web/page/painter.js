@@ -1,0 +1,86 @@
+// A worker that draws, on a canvas that the page lends it: one frame after another for as long as something moves or was
+// changed.
+import init, { Painter, Project } from "./painter/umbragraph_web.js";
+
+/** How many frames follow a change: what frames gather settles in them. */
+const SETTLING = 24;
+
+const ready = init();
+let painter = null;
+let project = null;
+let left = 0;
+let playing = false;
+let seconds = 0;
+let index = 0;
+let running = false;
+
+const answers = {
+  async open({ canvas }) {
+    painter = await Painter.open(canvas);
+    project = new Project();
+    return { name: painter.name() };
+  },
+  write: ({ files }) => Object.entries(files).forEach(([path, text]) => project.write(path, text)),
+  scene({ name, bytes }) {
+    painter.scene(name, new Uint8Array(bytes));
+  },
+  pipeline({ path, values, size }) {
+    const answer = JSON.parse(painter.pipeline(project, path, values, ...size));
+    changed();
+    return answer;
+  },
+  set({ name, value }) {
+    painter.set(name, JSON.stringify(value));
+    changed();
+  },
+  look({ view }) {
+    painter.look(...view);
+    changed();
+  },
+  play({ on }) {
+    playing = on;
+    changed();
+  },
+  async read() {
+    return await painter.read();
+  },
+};
+
+function changed() {
+  left = SETTLING;
+  if (!running) draw();
+}
+
+async function draw() {
+  running = true;
+  let last = performance.now();
+  while (left > 0 || playing) {
+    const begin = performance.now();
+    if (playing) seconds += (begin - last) / 1000;
+    last = begin;
+    try {
+      painter.frame(index++, seconds);
+      const recorded = performance.now() - begin;
+      await painter.done();
+      self.postMessage({ frame: { recorded, total: performance.now() - begin, seconds } });
+    } catch (error) {
+      left = 0;
+      playing = false;
+      self.postMessage({ failed: String(error) });
+      break;
+    }
+    left -= 1;
+    // Messages that came meanwhile go first.
+    await new Promise((resolve) => (self.requestAnimationFrame ?? setTimeout)(resolve));
+  }
+  running = false;
+}
+
+self.onmessage = async ({ data: { id, kind, ...asked } }) => {
+  try {
+    await ready;
+    self.postMessage({ id, answer: (await answers[kind](asked)) ?? null });
+  } catch (error) {
+    self.postMessage({ id, error: String(error), died: error instanceof WebAssembly.RuntimeError });
+  }
+};

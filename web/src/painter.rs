@@ -1,0 +1,267 @@
+//! [`Painter`]: a WebGPU device that draws pipelines with a scene, into a texture and onto a canvas.
+
+use serde_json::Value;
+use umbragraph::compiler::PlanOptions;
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph::executor::read_bytes;
+use umbragraph::frame::Camera;
+use umbragraph::glam::{DQuat, DVec3};
+use umbragraph::scene::gpu::SceneResources;
+use umbragraph::scene::{NoFiles, Pose, Scene, from_slice};
+use umbragraph::source::Sources;
+use umbragraph::wgpu;
+use wasm_bindgen::prelude::wasm_bindgen;
+use web_sys::OffscreenCanvas;
+
+use crate::picture::Picture;
+use crate::project::Project;
+use crate::settings;
+
+/// A device, a scene on it, and the pipeline that draws it.
+#[wasm_bindgen]
+pub struct Painter {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    canvas: Option<wgpu::Surface<'static>>,
+    flags: wgpu::DownlevelFlags,
+    name: String,
+    scene: Option<Shown>,
+    picture: Option<Picture>,
+    view: View,
+}
+
+/// A scene on the device.
+struct Shown {
+    scene: Scene,
+    pose: Pose,
+    draws: SceneResources,
+}
+
+/// The camera's way from where the scene has it, around the middle of the scene.
+#[derive(Clone, Copy)]
+struct View {
+    /// To the side and up, in radians.
+    turn: [f64; 2],
+    /// How many times as far away.
+    distance: f64,
+}
+
+/// The type of an error that a page gets: a sentence, or diagnostics for people.
+type Reason = String;
+
+#[wasm_bindgen]
+impl Painter {
+    /// Opens a device; pictures are shown on a canvas, if one is given.
+    ///
+    /// # Errors
+    /// A browser without WebGPU, or one that has no device for it.
+    pub async fn open(canvas: Option<OffscreenCanvas>) -> Result<Painter, Reason> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let options = wgpu::RequestAdapterOptions::default();
+        let adapter = instance.request_adapter(&options).await;
+        let adapter = adapter.map_err(|error| format!("this browser has no WebGPU adapter: {error}"))?;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("umbragraph"),
+            required_features: adapter.features() & wgpu::Features::all_webgpu_mask(),
+            required_limits: adapter.limits(),
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let opened = adapter.request_device(&descriptor).await;
+        let (device, queue) = opened.map_err(|error| format!("the adapter gives no device: {error}"))?;
+        let canvas =
+            canvas.map(|canvas| instance.create_surface(wgpu::SurfaceTarget::OffscreenCanvas(canvas)));
+        let canvas = canvas.transpose().map_err(|error| format!("the canvas cannot be drawn on: {error}"))?;
+        let info = adapter.get_info();
+        Ok(Self {
+            device,
+            queue,
+            canvas,
+            flags: adapter.get_downlevel_capabilities().flags,
+            name: if info.name.is_empty() { "WebGPU".to_owned() } else { info.name },
+            scene: None,
+            picture: None,
+            view: View { turn: [0.0; 2], distance: 1.0 },
+        })
+    }
+
+    /// What the browser calls the adapter.
+    pub fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    /// Takes the scene of a `.glb` file.
+    ///
+    /// # Errors
+    /// Diagnostics of a file that is none, as text.
+    pub fn scene(&mut self, name: &str, bytes: &[u8]) -> Result<(), Reason> {
+        let scene = from_slice(name, bytes, &NoFiles).map_err(|found| in_words(&found, &Sources::new()))?;
+        let pose = scene.rest_pose();
+        let draws = SceneResources::new(&self.device, &self.queue, &scene, &pose);
+        let draws = draws.map_err(|found| in_words(&found, &Sources::new()))?;
+        self.scene = Some(Shown { scene, pose, draws });
+        // Meshes are stored in another way, perhaps.
+        self.picture = None;
+        Ok(())
+    }
+
+    /// Takes a pipeline, with the values of a parameter file. The answer is that of [`Project::plan`] without a plan; where
+    /// it has errors, the pipeline before goes on.
+    pub fn pipeline(
+        &mut self,
+        project: &mut Project,
+        path: &str,
+        values: &str,
+        width: u32,
+        height: u32,
+    ) -> String {
+        let options = PlanOptions::new(width, height);
+        let (planned, mut diagnostics) = project.planned(path, values, None, options.clone());
+        let is_whole = |planned: &_, diagnostics: &Diagnostics| {
+            let planned: &umbragraph::session::Planned = planned;
+            planned.report.plan.is_some() && !diagnostics.has_errors()
+        };
+        let Some(mut planned) = planned.filter(|planned| is_whole(planned, &diagnostics)) else {
+            return project.answer(diagnostics, Value::Null);
+        };
+        if let Some(pipeline) = &planned.report.pipeline {
+            let features = pipeline.device_features() & self.device.features();
+            let profile = pipeline.profile.clone().on_device(&self.device.limits(), self.flags);
+            let profile = if features.is_empty() { profile } else { profile.with_features(features) };
+            if profile != pipeline.profile
+                && let (Some(again), found) = project.planned(path, values, Some(profile), options.clone())
+            {
+                (planned, diagnostics) = (again, found);
+                if !is_whole(&planned, &diagnostics) {
+                    return project.answer(diagnostics, Value::Null);
+                }
+            }
+        }
+        let draws = self.scene.as_ref().map(|shown| &shown.draws);
+        let made = match &mut self.picture {
+            Some(picture) => picture.go_on(&self.device, planned.report, options, project.sources(), draws),
+            None => {
+                let made = Picture::new(
+                    &self.device,
+                    &self.queue,
+                    planned.report,
+                    options,
+                    project.sources(),
+                    draws,
+                );
+                made.map(|picture| self.picture = Some(picture))
+            }
+        };
+        diagnostics.extend(made.err().into_iter().flatten());
+        project.answer(diagnostics, Value::Null)
+    }
+
+    /// Sets a live parameter from the frame to come on; the value is JSON.
+    ///
+    /// # Errors
+    /// A value that the parameter does not take, in words.
+    pub fn set(&mut self, name: &str, value: &str) -> Result<(), Reason> {
+        let Some(picture) = &mut self.picture else { return Ok(()) };
+        let value: Value = serde_json::from_str(value).map_err(|error| format!("{name}: {error}"))?;
+        let value = settings::from_json(&value).ok_or_else(|| format!("{name}: {value} is no value"))?;
+        let set =
+            picture.executor.parameter(name).and_then(|parameter| picture.executor.set(parameter, value));
+        set.map_err(|error| error.to_string())
+    }
+
+    /// Moves the camera around the scene: to the side and up, in radians, and how many times as far away as the scene has it.
+    pub fn look(&mut self, side: f64, up: f64, distance: f64) {
+        self.view = View { turn: [side, up], distance };
+    }
+
+    /// Draws a frame at a time in seconds, and shows it.
+    ///
+    /// # Errors
+    /// Diagnostics as text, those of the device about earlier frames among them.
+    pub fn frame(&mut self, index: u32, time: f64) -> Result<(), Reason> {
+        let Some(picture) = &mut self.picture else { return Ok(()) };
+        let [width, height] = picture.size();
+        let aspect = f64::from(width) / f64::from(height);
+        let (input, draws) = match &mut self.scene {
+            Some(Shown { scene, pose, draws }) => {
+                scene.pose_into(time, pose);
+                draws.update(&self.queue, scene, pose);
+                let input = scene.frame_input_of(pose, aspect, time);
+                let camera = self.view.around(&input.camera, input.scene_bounds.center());
+                (input.camera(camera), Some(&*draws))
+            }
+            None => {
+                let camera = Camera::look_at([0.0, 0.0, 1.0], [0.0; 3], 0.8, aspect);
+                (umbragraph::frame::FrameInput::new(camera), None)
+            }
+        };
+        let drawn = picture.draw(&self.device, &self.queue, &input.index(u64::from(index)), draws);
+        drawn.map_err(|found| in_words(&found, picture.sources()))?;
+        match &self.canvas {
+            Some(canvas) => picture.show(&self.device, &self.queue, canvas),
+            None => Ok(()),
+        }
+    }
+
+    /// The last frame's texels, four bytes each: red, green, blue, alpha, from the top.
+    ///
+    /// # Errors
+    /// No frame; a lost device.
+    pub async fn read(&self) -> Result<Vec<u8>, Reason> {
+        let Some(texture) = self.picture.as_ref().and_then(Picture::texture) else {
+            return Err("nothing was drawn".to_owned());
+        };
+        let bytes = read_bytes(&self.device, &self.queue, texture).await;
+        bytes.map_err(|found| in_words(&found.into(), &Sources::new()))
+    }
+
+    /// Waits until the device has done what was submitted.
+    pub async fn done(&self) {
+        let (sender, receiver) = futures_channel::oneshot::channel();
+        self.queue.on_submitted_work_done(move || {
+            let _ = sender.send(());
+        });
+        // Without an answer there is nothing to wait for.
+        let _ = receiver.await;
+    }
+
+    /// Begins to listen to what the device rejects; [`Listener::rejected`] says it.
+    pub fn listen(&self) -> Listener {
+        Listener(Some(self.device.push_error_scope(wgpu::ErrorFilter::Validation)))
+    }
+}
+
+/// An open error scope.
+#[wasm_bindgen]
+pub struct Listener(Option<wgpu::ErrorScopeGuard>);
+
+#[wasm_bindgen]
+impl Listener {
+    /// Ends to listen: the first thing that the device rejected since, if there is one.
+    pub async fn rejected(mut self) -> Option<String> {
+        Some(self.0.take()?.pop().await?.to_string())
+    }
+}
+
+impl View {
+    fn around(self, camera: &Camera, middle: DVec3) -> Camera {
+        let [side, up] = self.turn;
+        let right = camera.rotation * DVec3::X;
+        let turn = DQuat::from_rotation_y(side) * DQuat::from_axis_angle(right, up);
+        let mut camera = camera.clone();
+        camera.position = middle + turn * (camera.position - middle) * self.distance;
+        camera.rotation = (turn * camera.rotation).normalize();
+        camera
+    }
+}
+
+/// Diagnostics for people.
+pub(crate) fn in_words(found: &Diagnostics, sources: &Sources) -> Reason {
+    umbragraph::diagnostic::render::human_all(found, sources)
+}
+
+/// What a pipeline is that writes no picture.
+pub(crate) fn no_picture(written: usize) -> Diagnostics {
+    let message = format!("the pipeline writes {written} imported textures");
+    let help = "a picture is made of the one imported texture that passes write, or of \"target\"";
+    Diagnostic::error(codes::PICTURE, Place::Nowhere, message).help(help).into()
+}

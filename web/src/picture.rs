@@ -1,0 +1,179 @@
+//! [`Picture`]: the executor of one pipeline, and the host's own textures, the picture among them.
+
+use std::sync::Arc;
+
+use umbragraph::compiler::{Plan, PlanOptions};
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::draw::DrawSource;
+use umbragraph::executor::{Executor, Frame, imported_texture};
+use umbragraph::frame::FrameInput;
+use umbragraph::language::Lifetime;
+use umbragraph::scene::gpu::SceneResources;
+use umbragraph::source::Sources;
+use umbragraph::{CheckReport, wgpu};
+
+use crate::painter::no_picture;
+
+/// How often a frame is planned again, so that CPU passes get the sizes that they want.
+const ROUNDS: usize = 8;
+
+/// A pipeline that draws.
+pub(crate) struct Picture {
+    checked: CheckReport,
+    options: PlanOptions,
+    sources: Sources,
+    pub(crate) executor: Executor,
+    name: String,
+    imports: Vec<(String, wgpu::Texture)>,
+    /// The size for which the canvas is set up.
+    shown: Option<[u32; 2]>,
+}
+
+impl Picture {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        checked: CheckReport,
+        options: PlanOptions,
+        sources: &Sources,
+        draws: Option<&SceneResources>,
+    ) -> Result<Self, Diagnostics> {
+        let Some(plan) = checked.plan.clone() else { return Err(Diagnostics::new()) };
+        let name = name_of(&plan)?;
+        let imports = imports(device, &plan);
+        let executor = Executor::new(device, queue, plan, draws.map(|draws| draws as &dyn DrawSource))?;
+        Ok(Self { checked, options, sources: sources.clone(), executor, name, imports, shown: None })
+    }
+
+    /// Goes on with what was checked anew; with an error, as before.
+    pub(crate) fn go_on(
+        &mut self,
+        device: &wgpu::Device,
+        checked: CheckReport,
+        options: PlanOptions,
+        sources: &Sources,
+        draws: Option<&SceneResources>,
+    ) -> Result<(), Diagnostics> {
+        let Some(plan) = checked.plan.clone() else { return Err(Diagnostics::new()) };
+        let name = name_of(&plan)?;
+        let imports = imports(device, &plan);
+        match draws {
+            Some(draws) => self.executor.set_plan_and_source(plan, draws)?,
+            None => self.executor.set_plan(plan)?,
+        }
+        (self.checked, self.options, self.sources) = (checked, options, sources.clone());
+        (self.name, self.imports, self.shown) = (name, imports, None);
+        Ok(())
+    }
+
+    /// Width and height.
+    pub(crate) fn size(&self) -> [u32; 2] {
+        self.options.viewport
+    }
+
+    /// The texts that diagnostics of the pipeline are about.
+    pub(crate) fn sources(&self) -> &Sources {
+        &self.sources
+    }
+
+    /// The texture of the picture.
+    pub(crate) fn texture(&self) -> Option<&wgpu::Texture> {
+        self.imports.iter().find(|(name, _)| *name == self.name).map(|(_, texture)| texture)
+    }
+
+    /// Records and submits a frame, planned again for as long as CPU passes want other sizes.
+    pub(crate) fn draw(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        input: &FrameInput,
+        draws: Option<&SceneResources>,
+    ) -> Result<(), Diagnostics> {
+        for round in 0..ROUNDS {
+            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let given: Vec<(&str, &wgpu::Texture)> =
+                self.imports.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
+            let frame = Frame::new(input).imports(&given);
+            let frame = match draws {
+                Some(draws) => frame.draws(draws),
+                None => frame,
+            };
+            self.executor.record(&mut encoder, &frame)?;
+            let Some(sizes) = self.executor.wanted_sizes().filter(|_| round + 1 < ROUNDS) else {
+                queue.submit([encoder.finish()]);
+                break;
+            };
+            self.options.data_sizes = sizes;
+            let plan = self.checked.plan_again(&self.options, &self.sources)?;
+            self.imports = imports(device, &plan);
+            self.executor.set_plan(Arc::new(plan))?;
+        }
+        Ok(())
+    }
+
+    /// Copies the picture to a canvas.
+    pub(crate) fn show(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        canvas: &wgpu::Surface<'static>,
+    ) -> Result<(), String> {
+        let [width, height] = self.size();
+        if self.shown != Some([width, height]) {
+            // Copies take the texels as they are, encoded or not, as browsers show them.
+            canvas.configure(
+                device,
+                &wgpu::SurfaceConfiguration {
+                    usage: wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::RENDER_ATTACHMENT,
+                    format: wgpu::TextureFormat::Rgba8Unorm,
+                    color_space: wgpu::SurfaceColorSpace::Auto,
+                    width,
+                    height,
+                    present_mode: wgpu::PresentMode::Fifo,
+                    desired_maximum_frame_latency: 2,
+                    alpha_mode: wgpu::CompositeAlphaMode::Opaque,
+                    view_formats: Vec::new(),
+                },
+            );
+            self.shown = Some([width, height]);
+        }
+        let Some(texture) = self.texture() else { return Ok(()) };
+        let target = match canvas.get_current_texture() {
+            wgpu::CurrentSurfaceTexture::Success(target)
+            | wgpu::CurrentSurfaceTexture::Suboptimal(target) => target,
+            _ => return Err("the canvas has no texture for this frame".to_owned()),
+        };
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_texture_to_texture(
+            texture.as_image_copy(),
+            target.texture.as_image_copy(),
+            texture.size(),
+        );
+        queue.submit([encoder.finish()]);
+        queue.present(target);
+        Ok(())
+    }
+}
+
+/// The name of the imported texture that is the picture: the one that passes write, or "target" among several.
+fn name_of(plan: &Plan) -> Result<String, Diagnostics> {
+    let written = plan.resources.iter().filter(|(_, resource)| {
+        let is_written = |handle| plan.writes(handle, resource.handle);
+        resource.lifetime == Lifetime::Imported && plan.passes.iter().any(|pass| is_written(pass.handle))
+    });
+    let written: Vec<&String> = written.map(|(name, _)| name).collect();
+    match written.as_slice() {
+        [one] => Ok((*one).clone()),
+        several => {
+            let target = several.iter().find(|name| **name == "target");
+            target.map(|name| (*name).clone()).ok_or_else(|| no_picture(several.len()))
+        }
+    }
+}
+
+/// A texture for each import of a plan.
+fn imports(device: &wgpu::Device, plan: &Plan) -> Vec<(String, wgpu::Texture)> {
+    let more = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING;
+    let texture = |name: &String| Some((name.clone(), imported_texture(device, plan, name, more)?));
+    plan.resources.keys().filter_map(texture).collect()
+}

@@ -1,0 +1,202 @@
+//! [`Project`]: the files of a page, and the answers to what it asks of a pipeline.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use serde_json::{Value, json};
+use umbragraph::Bundled;
+use umbragraph::compiler::PlanOptions;
+use umbragraph::compose::{Files as _, Memory, Roots};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, render};
+use umbragraph::document::{self, Document};
+use umbragraph::pipeline::{Overrides, ParameterFile, claimed_profiles, of_preset};
+use umbragraph::report::{Observed, Report, page};
+use umbragraph::scene::interface;
+use umbragraph::session::{Choice, Planned, Session, Storage, Survey, Target, Template, TemplateText};
+use umbragraph::shader::TargetProfile;
+use umbragraph::source::{FileId, Sources};
+use wasm_bindgen::prelude::wasm_bindgen;
+
+use crate::settings;
+
+/// The files of a page, and a session over them.
+#[wasm_bindgen]
+pub struct Project {
+    files: Pages,
+    templates: Vec<String>,
+    session: Session,
+}
+
+/// Texts in memory, and the pipelines that come with the module.
+#[derive(Clone, Default)]
+struct Pages(Arc<Mutex<Memory>>);
+
+impl Storage for Pages {
+    fn read(&mut self, path: &Path, _: Option<&Roots>, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+        let mut memory = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut bundled = Bundled(std::mem::take(&mut *memory));
+        let read = bundled.read(path, sources);
+        *memory = bundled.0;
+        read
+    }
+
+    fn has_scheme(&self, scheme: &str) -> bool {
+        Bundled(Memory::default()).has_scheme(scheme)
+    }
+}
+
+fn session(files: &Pages, templates: &[String]) -> Session {
+    // Glass and bones of glTF scenes are what a page draws.
+    let mut registry = umbragraph::registry();
+    registry.host(interface::GEOMETRY, interface::any_scene());
+    let own = templates.iter().map(|name| Template {
+        name: name.clone(),
+        text: TemplateText::File { path: name.into(), roots: Roots::default() },
+    });
+    Session::new(files.clone(), registry, umbragraph::with_templates(own))
+}
+
+impl Default for Project {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[wasm_bindgen]
+impl Project {
+    /// No files but those that come with the module.
+    #[wasm_bindgen(constructor)]
+    pub fn new() -> Self {
+        let files = Pages::default();
+        let session = session(&files, &[]);
+        Self { files, templates: Vec::new(), session }
+    }
+
+    /// The names and texts of the templates that come with the module, as an object.
+    pub fn templates() -> String {
+        let text = |template: Template| match template.text {
+            TemplateText::Library { text, .. } => Some((template.name, Value::from(text))),
+            _ => None,
+        };
+        Value::Object(umbragraph::with_templates([]).into_iter().filter_map(text).collect()).to_string()
+    }
+
+    /// Writes a file. One that is called like a template is one, in place of the module's own.
+    pub fn write(&mut self, path: &str, text: &str) {
+        let mut memory = self.files.0.lock().unwrap_or_else(PoisonError::into_inner);
+        memory.0.insert(path.to_owned(), text.to_owned());
+        drop(memory);
+        let is_template = umbragraph::shader::TEMPLATE_ENDS.iter().any(|end| path.ends_with(end));
+        if is_template && !self.templates.iter().any(|known| known == path) {
+            self.templates.push(path.to_owned());
+            self.session = session(&self.files, &self.templates);
+        } else {
+            self.session.changed(path);
+        }
+    }
+
+    /// Checks a pipeline in every configuration, for each profile that it claims, and proves its shaders.
+    ///
+    /// The answer has `diagnostics`, each as `umbragraph check --format json` has it, and the same as `text`.
+    pub fn check(&mut self, path: &str, width: u32, height: u32) -> String {
+        let target = Target::new(path);
+        let profiles = self.profiles(&target);
+        let survey = Survey::new(profiles, PlanOptions::new(width, height));
+        let found = self.session.check(&target, &survey, &mut |_| Box::new(|_| Diagnostics::new()));
+        self.answer(found.map(|(_, diagnostics)| diagnostics).unwrap_or_default(), Value::Null)
+    }
+
+    /// Takes a pipeline to its plan with the values of a parameter file, which is a text that may be empty.
+    ///
+    /// The answer has `diagnostics` and `text`; where there is a plan, also a `report` of it, the `settings` that the
+    /// pipeline has, and the names of its `presets`.
+    pub fn plan(&mut self, path: &str, values: &str, width: u32, height: u32) -> String {
+        let (planned, diagnostics) = self.planned(path, values, None, PlanOptions::new(width, height));
+        let plan = planned.as_ref().and_then(|planned| {
+            let settings = settings::of_pipeline(planned.report.pipeline.as_deref()?);
+            Some((self.report(planned)?, settings, self.presets(path)))
+        });
+        let plan = plan.map(|(report, settings, presets)| {
+            json!({ "report": report, "settings": settings, "presets": presets })
+        });
+        self.answer(diagnostics, plan.unwrap_or_default())
+    }
+
+    /// The page that `umbragraph graph --format html` makes; nothing without a plan.
+    pub fn graph(&mut self, path: &str, values: &str, width: u32, height: u32) -> Option<String> {
+        let (planned, _) = self.planned(path, values, None, PlanOptions::new(width, height));
+        Some(page(&self.report(&planned?)?, None, &Observed::default()))
+    }
+}
+
+impl Project {
+    /// The plan of a pipeline for a profile, or for the first that it claims, and all diagnostics.
+    pub(crate) fn planned(
+        &mut self,
+        path: &str,
+        values: &str,
+        profile: Option<TargetProfile>,
+        options: PlanOptions,
+    ) -> (Option<Planned>, Diagnostics) {
+        let target = Target::new(path);
+        let profile = profile.or_else(|| self.profiles(&target).into_iter().next());
+        let mut choice = Choice::new(profile.unwrap_or_else(TargetProfile::webgpu), options);
+        let mut diagnostics = Diagnostics::new();
+        if !values.is_empty() {
+            let file = self.session.text("values.json", values).file;
+            match document::parse(self.session.sources(), file).valid() {
+                Ok(values) => choice = choice.overrides(self.overrides(&target, &values, &mut diagnostics)),
+                Err(found) => diagnostics.extend(found),
+            }
+        }
+        let planned = self.session.plan(&target, &choice).map(|(planned, found)| {
+            diagnostics.extend(found);
+            planned
+        });
+        diagnostics.sort();
+        (planned.ok(), diagnostics)
+    }
+
+    /// The texts that diagnostics are about.
+    pub(crate) fn sources(&self) -> &Sources {
+        self.session.sources()
+    }
+
+    /// Diagnostics and what else there is to say, as JSON.
+    pub(crate) fn answer(&self, diagnostics: Diagnostics, plan: Value) -> String {
+        let sources = self.sources();
+        let all: Vec<Value> = diagnostics.iter().map(|one| render::json(one, sources)).collect();
+        let text = render::human_all(&diagnostics, sources);
+        json!({ "diagnostics": all, "text": text, "plan": plan }).to_string()
+    }
+
+    fn document(&mut self, target: &Target) -> Option<Document> {
+        self.session.load_exactly(target).ok()?.document().cloned()
+    }
+
+    /// The profiles that a pipeline claims.
+    fn profiles(&mut self, target: &Target) -> Vec<TargetProfile> {
+        let document = self.document(target);
+        document.map(|document| claimed_profiles(&document, &mut Diagnostics::new())).unwrap_or_default()
+    }
+
+    fn presets(&mut self, path: &str) -> Vec<String> {
+        let Some(document) = self.document(&Target::new(path)) else { return Vec::new() };
+        document.root.entries_of("presets").iter().map(|preset| preset.key.clone()).collect()
+    }
+
+    fn overrides(&mut self, target: &Target, values: &Document, diagnostics: &mut Diagnostics) -> Overrides {
+        let file = ParameterFile::read(values, diagnostics);
+        match (file.preset, self.document(target)) {
+            (Some((name, place)), Some(document)) => {
+                of_preset(&document, &name, place, diagnostics).under(file.overrides)
+            }
+            _ => file.overrides,
+        }
+    }
+
+    fn report(&self, planned: &Planned) -> Option<Report> {
+        let (plan, graph) = (planned.report.plan.as_deref()?, planned.report.graph.as_deref()?);
+        Some(Report::new(plan, graph, self.sources()))
+    }
+}
