@@ -16,16 +16,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use umbragraph::Plan;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, render};
 use umbragraph::low_level::CheckReport;
 use umbragraph::low_level::compiler::PlanOptions;
-use umbragraph::low_level::compose::Roots;
+use umbragraph::low_level::compose::{Files as _, Named, Roots};
 use umbragraph::low_level::document::{self, Document};
 use umbragraph::low_level::pipeline::{self, Override, Overrides, ParameterFile};
 use umbragraph::low_level::session::{Choice, Session, Storage, Target, Template, TemplateText};
 use umbragraph::low_level::shader::{TargetProfile, TemplateSet};
 use umbragraph::low_level::source::{FileId, Sources};
+use umbragraph::{Bundled, Plan};
 use umbragraph_verify::verify;
 
 /// The folder of the workspace.
@@ -181,7 +181,7 @@ struct Workspace;
 
 impl Storage for Workspace {
     fn read(&mut self, path: &Path, _: Option<&Roots>, sources: &mut Sources) -> Result<FileId, Diagnostic> {
-        umbragraph::low_level::read_source(path, sources)
+        Bundled(Named).read(path, sources)
     }
 }
 

@@ -1,14 +1,14 @@
 //! [`Painter`]: a WebGPU device that draws pipelines with a scene, into a texture and onto a canvas.
 
 use serde_json::Value;
-use umbragraph::compiler::PlanOptions;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph::executor::read_bytes;
 use umbragraph::frame::Camera;
 use umbragraph::glam::{DQuat, DVec3};
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::source::Sources;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::scene::{NoFiles, Pose, Scene, from_slice};
-use umbragraph::source::Sources;
 use umbragraph::wgpu;
 use wasm_bindgen::prelude::wasm_bindgen;
 use web_sys::OffscreenCanvas;
@@ -117,7 +117,7 @@ impl Painter {
         let options = PlanOptions::new(width, height);
         let (planned, mut diagnostics) = project.planned(path, values, None, options.clone());
         let is_whole = |planned: &_, diagnostics: &Diagnostics| {
-            let planned: &umbragraph::session::Planned = planned;
+            let planned: &umbragraph::low_level::session::Planned = planned;
             planned.report.plan.is_some() && !diagnostics.has_errors()
         };
         let Some(mut planned) = planned.filter(|planned| is_whole(planned, &diagnostics)) else {

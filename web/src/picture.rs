@@ -2,15 +2,18 @@
 
 use std::sync::Arc;
 
-use umbragraph::compiler::{Plan, PlanOptions};
+use umbragraph::Plan;
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::draw::DrawSource;
-use umbragraph::executor::{Executor, Frame, imported_texture};
+use umbragraph::executor::imported_texture;
 use umbragraph::frame::FrameInput;
-use umbragraph::language::Lifetime;
+use umbragraph::low_level::CheckReport;
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::language::Lifetime;
+use umbragraph::low_level::source::Sources;
 use umbragraph::scene::gpu::SceneResources;
-use umbragraph::source::Sources;
-use umbragraph::{CheckReport, wgpu};
+use umbragraph::wgpu;
+use umbragraph::{Executor, Frame};
 
 use crate::painter::no_picture;
 

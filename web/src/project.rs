@@ -5,16 +5,18 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use serde_json::{Value, json};
 use umbragraph::Bundled;
-use umbragraph::compiler::PlanOptions;
-use umbragraph::compose::{Files as _, Memory, Roots};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, render};
-use umbragraph::document::{self, Document};
-use umbragraph::pipeline::{Overrides, ParameterFile, claimed_profiles, of_preset};
-use umbragraph::report::{Observed, Report, page};
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::compose::{Files as _, Memory, Roots};
+use umbragraph::low_level::document::{self, Document};
+use umbragraph::low_level::pipeline::{Overrides, ParameterFile, claimed_profiles, of_preset};
+use umbragraph::low_level::report::{Observed, Report, page};
+use umbragraph::low_level::session::{
+    Choice, Planned, Session, Storage, Survey, Target, Template, TemplateText,
+};
+use umbragraph::low_level::shader::TargetProfile;
+use umbragraph::low_level::source::{FileId, Sources};
 use umbragraph::scene::interface;
-use umbragraph::session::{Choice, Planned, Session, Storage, Survey, Target, Template, TemplateText};
-use umbragraph::shader::TargetProfile;
-use umbragraph::source::{FileId, Sources};
 use wasm_bindgen::prelude::wasm_bindgen;
 
 use crate::settings;
@@ -86,7 +88,7 @@ impl Project {
         let mut memory = self.files.0.lock().unwrap_or_else(PoisonError::into_inner);
         memory.0.insert(path.to_owned(), text.to_owned());
         drop(memory);
-        let is_template = umbragraph::shader::TEMPLATE_ENDS.iter().any(|end| path.ends_with(end));
+        let is_template = umbragraph::low_level::shader::TEMPLATE_ENDS.iter().any(|end| path.ends_with(end));
         if is_template && !self.templates.iter().any(|known| known == path) {
             self.templates.push(path.to_owned());
             self.session = session(&self.files, &self.templates);

@@ -1,11 +1,11 @@
 //! The parameters and features of a pipeline, as a page shows them.
 
 use serde_json::{Map, Value as Json, json};
-use umbragraph::expression::Value;
-use umbragraph::pipeline::Pipeline;
+use umbragraph::low_level::expression::Value;
+use umbragraph::low_level::pipeline::TypedPipeline;
 
 /// Parameters and features by name: what they are, their values, and of parameters whether they can be set in a frame.
-pub(crate) fn of_pipeline(pipeline: &Pipeline) -> Json {
+pub(crate) fn of_pipeline(pipeline: &TypedPipeline) -> Json {
     let parameters = pipeline.parameters.iter().map(|(name, parameter)| {
         let declared = &parameter.declaration;
         let described = json!({

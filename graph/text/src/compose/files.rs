@@ -44,7 +44,11 @@ impl Files for Memory {
         match self.0.get(&name) {
             Some(text) => Ok(sources.add(name, text.as_str())),
             None => {
-                let message = format!("the file \"{name}\" cannot be read: it does not exist");
+                let is_folder = self.0.keys().any(|known| {
+                    known.strip_prefix(name.trim_end_matches('/')).is_some_and(|rest| rest.starts_with('/'))
+                });
+                let reason = if is_folder { "it is a folder" } else { "it does not exist" };
+                let message = format!("the file \"{name}\" cannot be read: {reason}");
                 let diagnostic = Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", message)
                     .help("paths are relative to the folder of the file that names them");
                 let beside = self.0.keys().map(Path::new).filter(|known| known.parent() == path.parent());
