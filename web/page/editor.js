@@ -11,15 +11,16 @@ import { tags } from "@lezer/highlight";
 
 const colour = (light, dark) => `light-dark(${light}, ${dark})`;
 const colours = HighlightStyle.define([
-  { tag: [tags.propertyName, tags.definition(tags.propertyName)], color: colour("#1a4f9c", "#9cc4ff") },
   { tag: tags.string, color: colour("#1e6b3a", "#93d7a4") },
+  // Of JSON a key is a string, too.
+  { tag: tags.propertyName, color: colour("#1a4f9c", "#9cc4ff") },
   { tag: [tags.number, tags.bool, tags.null, tags.atom], color: colour("#8a3b00", "#f2b27a") },
   { tag: tags.comment, color: colour("#5d6570", "#98a1ac"), fontStyle: "italic" },
   { tag: [tags.keyword, tags.definitionKeyword], color: colour("#7a2d8f", "#d6a5e8") },
   { tag: [tags.typeName, tags.meta], color: colour("#00626b", "#7fd3db") },
 ]);
 
-const json_of = StreamLanguage.define(json);
+const json_of = StreamLanguage.define({ ...json, tokenTable: { property: tags.propertyName } });
 // WGSL reads enough like Rust for colours.
 const wgsl = StreamLanguage.define(rust);
 

@@ -15,7 +15,7 @@ const SYSTEMS = ["nebula", "mantis", "caracal", "awsm", "lore", "umbra"];
 const SCENES = ["courtyard", "figure", "foliage", "interior"];
 const SIZE = [960, 540];
 /** So long after the last keystroke every configuration is checked. */
-const CHECK_AFTER = 700;
+const CHECK_AFTER = 1500;
 
 /** The files as they come, and what was changed of them. */
 const files = await (await fetch("files.json")).json();
@@ -39,13 +39,17 @@ const values = () => {
 const last_good = {};
 let poison = null;
 const checker = new Answerer("checker.js", {
-  begin: (self) => void self.ask("write", { files: { ...changed, ...last_good } }).catch(() => {}),
+  begin: (self) => void self.ask("write", { files: { ...files, ...changed, ...last_good } }).catch(() => {}),
   died(reason) {
     poison = shown;
     notice(`The checker stopped at this text of ${shown} and was started again with the one before: ${reason}`);
   },
 });
-checker.ask("write", { files }).catch((error) => notice(`The checker could not be loaded: ${error.message}`));
+
+/** What checks every configuration, which takes longer than to type: an edit ends it. */
+const prover = new Answerer("checker.js", {
+  begin: (self) => void self.ask("write", { files: { ...files, ...changed } }).catch(() => {}),
+});
 
 let asked = 0;
 let later = 0;
@@ -54,6 +58,7 @@ let later = 0;
 async function check() {
   const number = ++asked;
   clearTimeout(later);
+  prover.stop("something was changed");
   try {
     const answer = await checker.ask("plan", { path: chosen.pipeline, values: values(), size: SIZE });
     Object.assign(last_good, changed);
@@ -72,7 +77,7 @@ async function check() {
 
 /** Checks every configuration. */
 async function check_all(number) {
-  const answer = await checker.ask("check", { path: chosen.pipeline, size: SIZE }).catch(() => null);
+  const answer = await prover.ask("check", { path: chosen.pipeline, size: SIZE }).catch(() => null);
   if (answer && number === asked) tell(answer, true);
 }
 
@@ -189,7 +194,7 @@ function show_plan() {
   const { report, settings, presets } = planned;
   const live = report.passes.filter((pass) => pass.live).length;
   const culled = report.passes.length - live;
-  $("figures").textContent = `${plural(live, "pass").replace(/ss$/, "sses").replace("1 passes", "1 pass")}` +
+  $("figures").textContent = `${live} ${live === 1 ? "pass" : "passes"}` +
     `${culled ? `, ${culled} culled` : ""} · ${megabytes(report.memory.created)} of textures and buffers`;
   // Controls that are in use stay as they are.
   const kind = JSON.stringify([chosen.pipeline, chosen.preset, Object.keys(settings.parameters), Object.keys(settings.features)]);
@@ -408,7 +413,6 @@ Object.assign(changed, shared?.changed);
 fill_choices();
 listen();
 show(chosen.pipeline);
-if (Object.keys(changed).length) checker.ask("write", { files: changed }).catch(() => {});
 checker.ask("templates").then((found) => {
   templates = found;
   if (planned) fill_open();

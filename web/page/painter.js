@@ -46,6 +46,10 @@ const answers = {
   },
 };
 
+/** What is asked and drawn goes one after another: the library lends itself to one at a time. */
+let last_work = ready;
+const in_turn = (work) => (last_work = last_work.then(work, work));
+
 function changed() {
   left = SETTLING;
   if (!running) draw();
@@ -59,10 +63,13 @@ async function draw() {
     if (playing) seconds += (begin - last) / 1000;
     last = begin;
     try {
-      painter.frame(index++, seconds);
-      const recorded = performance.now() - begin;
-      await painter.done();
-      self.postMessage({ frame: { recorded, total: performance.now() - begin, seconds } });
+      await in_turn(async () => {
+        const begin = performance.now();
+        painter.frame(index++, seconds);
+        const recorded = performance.now() - begin;
+        await painter.done();
+        self.postMessage({ frame: { recorded, total: performance.now() - begin, seconds } });
+      });
     } catch (error) {
       left = 0;
       playing = false;
@@ -78,8 +85,8 @@ async function draw() {
 
 self.onmessage = async ({ data: { id, kind, ...asked } }) => {
   try {
-    await ready;
-    self.postMessage({ id, answer: (await answers[kind](asked)) ?? null });
+    const answer = await in_turn(() => answers[kind](asked));
+    self.postMessage({ id, answer: answer ?? null });
   } catch (error) {
     self.postMessage({ id, error: String(error), died: error instanceof WebAssembly.RuntimeError });
   }

@@ -24,6 +24,11 @@ export class Answerer {
     });
   }
 
+  /** Ends the worker, whatever it does; the next question starts another. */
+  stop(reason) {
+    if (this.#worker) this.#end(reason);
+  }
+
   #start() {
     this.#worker = new Worker(this.#file, { type: "module" });
     this.#worker.onmessage = ({ data }) => this.#told(data);
