@@ -36,12 +36,11 @@ const values = () => {
 
 // ---------------------------------------------------------------- checking
 
+/** What was changed as of the last answer: with it the checker begins again when it dies. */
 const last_good = {};
-let poison = null;
 const checker = new Answerer("checker.js", {
-  begin: (self) => void self.ask("write", { files: { ...files, ...changed, ...last_good } }).catch(() => {}),
+  begin: (self) => void self.ask("write", { files: { ...files, ...last_good } }).catch(() => {}),
   died(reason) {
-    poison = shown;
     notice(`The checker stopped at this text of ${shown} and was started again with the one before: ${reason}`);
   },
 });
@@ -62,7 +61,6 @@ async function check() {
   try {
     const answer = await checker.ask("plan", { path: chosen.pipeline, values: values(), size: SIZE });
     Object.assign(last_good, changed);
-    poison = null;
     if (number !== asked) return;
     tell(answer, false);
     if (!answer.plan) return;

@@ -65,9 +65,12 @@ async function draw() {
     try {
       await in_turn(async () => {
         const begin = performance.now();
-        painter.frame(index++, seconds);
+        const is_drawn = painter.frame(index++, seconds);
         const recorded = performance.now() - begin;
         await painter.done();
+        const lost = painter.lost();
+        if (lost !== undefined) throw new Error(`the device is lost: ${lost}`);
+        if (!is_drawn) return;
         self.postMessage({ frame: { recorded, total: performance.now() - begin, seconds } });
       });
     } catch (error) {

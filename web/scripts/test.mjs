@@ -7,6 +7,7 @@ import { join, relative } from "node:path";
 import { fileURLToPath } from "node:url";
 import { promisify } from "node:util";
 import { driver, program, start } from "./browser.mjs";
+import { page_works } from "./page.mjs";
 import { decode } from "./png.mjs";
 import { serve } from "./serve.mjs";
 
@@ -136,6 +137,8 @@ async function main([site, command]) {
     await page.waitForFunction(() => window.harness, null, { timeout: 60_000 });
     page.setDefaultTimeout(0);
     const failures = [...(await documents(page)), ...(await pictures(page, command, vulkan, folder))];
+    await page.close();
+    failures.push(...(await page_works(browser, address)));
     if (failures.length) console.log(`${failures.length} failed: ${failures.join(", ")}`);
     return failures.length === 0;
   } finally {

@@ -1,7 +1,9 @@
 //! [`Painter`]: a WebGPU device that draws pipelines with a scene, into a texture and onto a canvas.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use serde_json::Value;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph::diagnostic::Diagnostics;
 use umbragraph::executor::read_bytes;
 use umbragraph::frame::Camera;
 use umbragraph::glam::{DQuat, DVec3};
@@ -25,6 +27,7 @@ pub struct Painter {
     canvas: Option<wgpu::Surface<'static>>,
     flags: wgpu::DownlevelFlags,
     name: String,
+    lost: Arc<Mutex<Option<String>>>,
     scene: Option<Shown>,
     picture: Option<Picture>,
     view: View,
@@ -71,6 +74,11 @@ impl Painter {
         let canvas =
             canvas.map(|canvas| instance.create_surface(wgpu::SurfaceTarget::OffscreenCanvas(canvas)));
         let canvas = canvas.transpose().map_err(|error| format!("the canvas cannot be drawn on: {error}"))?;
+        let lost: Arc<Mutex<Option<String>>> = Arc::default();
+        let reason = lost.clone();
+        device.set_device_lost_callback(move |_, message| {
+            *reason.lock().unwrap_or_else(PoisonError::into_inner) = Some(message);
+        });
         let info = adapter.get_info();
         Ok(Self {
             device,
@@ -78,6 +86,7 @@ impl Painter {
             canvas,
             flags: adapter.get_downlevel_capabilities().flags,
             name: if info.name.is_empty() { "WebGPU".to_owned() } else { info.name },
+            lost,
             scene: None,
             picture: None,
             view: View { turn: [0.0; 2], distance: 1.0 },
@@ -87,6 +96,11 @@ impl Painter {
     /// What the browser calls the adapter.
     pub fn name(&self) -> String {
         self.name.clone()
+    }
+
+    /// Why the device is lost, if it is: nothing is drawn then, until there is another painter.
+    pub fn lost(&self) -> Option<String> {
+        self.lost.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Takes the scene of a `.glb` file.
@@ -173,12 +187,12 @@ impl Painter {
         self.view = View { turn: [side, up], distance };
     }
 
-    /// Draws a frame at a time in seconds, and shows it.
+    /// Draws a frame at a time in seconds, and shows it; whether there is a pipeline to draw.
     ///
     /// # Errors
     /// Diagnostics as text, those of the device about earlier frames among them.
-    pub fn frame(&mut self, index: u32, time: f64) -> Result<(), Reason> {
-        let Some(picture) = &mut self.picture else { return Ok(()) };
+    pub fn frame(&mut self, index: u32, time: f64) -> Result<bool, Reason> {
+        let Some(picture) = &mut self.picture else { return Ok(false) };
         let [width, height] = picture.size();
         let aspect = f64::from(width) / f64::from(height);
         let (input, draws) = match &mut self.scene {
@@ -196,10 +210,10 @@ impl Painter {
         };
         let drawn = picture.draw(&self.device, &self.queue, &input.index(u64::from(index)), draws);
         drawn.map_err(|found| in_words(&found, picture.sources()))?;
-        match &self.canvas {
-            Some(canvas) => picture.show(&self.device, &self.queue, canvas),
-            None => Ok(()),
+        if let Some(canvas) = &self.canvas {
+            picture.show(&self.device, &self.queue, canvas)?;
         }
+        Ok(true)
     }
 
     /// The last frame's texels, four bytes each: red, green, blue, alpha, from the top.
@@ -255,13 +269,6 @@ impl View {
 }
 
 /// Diagnostics for people.
-pub(crate) fn in_words(found: &Diagnostics, sources: &Sources) -> Reason {
+fn in_words(found: &Diagnostics, sources: &Sources) -> Reason {
     umbragraph::diagnostic::render::human_all(found, sources)
-}
-
-/// What a pipeline is that writes no picture.
-pub(crate) fn no_picture(written: usize) -> Diagnostics {
-    let message = format!("the pipeline writes {written} imported textures");
-    let help = "a picture is made of the one imported texture that passes write, or of \"target\"";
-    Diagnostic::error(codes::PICTURE, Place::Nowhere, message).help(help).into()
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use umbragraph::Plan;
-use umbragraph::diagnostic::Diagnostics;
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph::draw::DrawSource;
 use umbragraph::executor::imported_texture;
 use umbragraph::frame::FrameInput;
@@ -14,8 +14,6 @@ use umbragraph::low_level::source::Sources;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::wgpu;
 use umbragraph::{Executor, Frame};
-
-use crate::painter::no_picture;
 
 /// How often a frame is planned again, so that CPU passes get the sizes that they want.
 const ROUNDS: usize = 8;
@@ -179,4 +177,11 @@ fn imports(device: &wgpu::Device, plan: &Plan) -> Vec<(String, wgpu::Texture)> {
     let more = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING;
     let texture = |name: &String| Some((name.clone(), imported_texture(device, plan, name, more)?));
     plan.resources.keys().filter_map(texture).collect()
+}
+
+/// The diagnostic of a pipeline that writes no picture.
+fn no_picture(written: usize) -> Diagnostics {
+    let message = format!("the pipeline writes {written} imported textures");
+    let help = "a picture is made of the one imported texture that passes write, or of \"target\"";
+    Diagnostic::error(codes::PICTURE, Place::Nowhere, message).help(help).into()
 }

@@ -1,0 +1,133 @@
+// What one does with the page: edit, mend, undo, break a template, share, see a frame, and go on when a worker dies.
+import assert from "node:assert/strict";
+
+const LESSON = "pipelines/learn/01-smallest.json";
+const WAIT = { timeout: 60_000 };
+
+const state = (page, wanted) => page.locator(`#state[data-state="${wanted}"]`).waitFor(WAIT);
+const text = (page, id) => page.locator(id).textContent();
+
+/** Replaces a word everywhere in the file that is shown, as one would with the editor's search. */
+async function replace(page, word, by) {
+  await page.locator(".cm-content").press("Control+f");
+  await page.locator("[name=search]").fill(word);
+  await page.locator("[name=replace]").fill(by);
+  await page.locator("[name=replaceAll]").click();
+  await page.locator("[name=close]").click();
+}
+
+const frames = (page) => page.evaluate(() => Number(document.documentElement.dataset.frames ?? 0));
+
+const steps = {
+  async "the flagship is valid, and drawn"(page) {
+    await state(page, "fine");
+    assert.match(await text(page, "#figures"), /^\d+ passes/);
+    const begin = performance.now();
+    await page.waitForFunction(() => document.documentElement.dataset.frames > 0, null, WAIT);
+    const took = (await page.getAttribute("#state", "title")).match(/[\d.]+ ms/);
+    console.log(`  umbra: ${took} to check and plan one configuration, ${(performance.now() - begin).toFixed(0)} ms more to a frame`);
+  },
+
+  async "a saved picture shows the scene"(page) {
+    const [download] = await Promise.all([page.waitForEvent("download", WAIT), page.click("#save")]);
+    const { decode } = await import("./png.mjs");
+    const { readFileSync } = await import("node:fs");
+    const { texels } = decode(readFileSync(await download.path()));
+    assert.ok(new Set(new Uint32Array(texels.buffer)).size > 1000, "the picture has few colours");
+  },
+
+  async "a live parameter draws again, and a structural one plans again"(page) {
+    const before = await frames(page);
+    await page.locator("#parameters-blend").fill("0.4");
+    await page.waitForFunction((before) => document.documentElement.dataset.frames > before, before, WAIT);
+    const figures = await text(page, "#figures");
+    await page.selectOption("#preset", "phone");
+    await page.waitForFunction((before) => document.getElementById("figures").textContent !== before, figures, WAIT);
+    await state(page, "fine");
+  },
+
+  async "an edit is diagnosed at its line, mended, and undone"(page) {
+    await page.selectOption("#pipeline", LESSON);
+    await page.waitForFunction(() => document.getElementById("figures").textContent.startsWith("1 pass "), null, WAIT);
+    await state(page, "fine");
+    await replace(page, "gradient.wgsl", "gradiant.wgsl");
+    await state(page, "error");
+    const place = await text(page, "#problems .where");
+    const lines = (await (await page.request.get(new URL("files.json", page.url()).href)).json())[LESSON].split("\n");
+    const line = lines.findIndex((one) => one.includes("gradient.wgsl")) + 1;
+    assert.equal(place, `${LESSON}:${line}`);
+    await page.locator(".cm-lintRange-error").first().waitFor(WAIT);
+    await page.locator("#problems .mend").click();
+    await state(page, "fine");
+    assert.ok(!(await text(page, "#tabs")).includes("•"), "the mended text is the one before");
+    await page.locator(".cm-content").press("Control+z");
+    await state(page, "error");
+    await page.locator(".cm-content").press("Control+z");
+    await state(page, "fine");
+  },
+
+  async "a broken template is diagnosed in its file"(page) {
+    await page.selectOption("#open", "gradient.wgsl.jinja");
+    await page.waitForFunction(() => document.querySelector("#tabs [aria-selected=true]").textContent.includes("gradient"), null, WAIT);
+    await replace(page, "vec4", "vec5");
+    await state(page, "error");
+    assert.match(await text(page, "#problems .where"), /gradient\.wgsl\.jinja:\d+/);
+    await page.locator(".cm-content").press("Control+z");
+    await state(page, "fine");
+  },
+
+  async "a link holds what was changed"(page) {
+    await page.locator("#tabs [role=tab]").first().click();
+    await replace(page, "smallest", "shared");
+    await state(page, "fine");
+    await page.click("#share");
+    await page.waitForFunction(() => location.hash.length > 10, null, WAIT);
+    await page.reload();
+    await state(page, "fine");
+    assert.match(await text(page, "#tabs"), /01-smallest\.json •/);
+    assert.match(await text(page, ".cm-content"), /"shared"/);
+  },
+
+  async "a checker that dies is started again"(page) {
+    await replace(page, "shared", "before");
+    await state(page, "fine");
+    const checker = page.workers().find((one) => one.url().endsWith("checker.js"));
+    // A question that there is not ends the library as a panic does.
+    await checker.evaluate(() => self.dispatchEvent(new MessageEvent("message", { data: { id: -1, kind: "nothing" } })));
+    await page.locator("#notice:not([hidden])").waitFor(WAIT);
+    assert.match(await text(page, "#notice"), /01-smallest\.json/);
+    await replace(page, "\"fill\"", "\"fil l\"");
+    await state(page, "error");
+    await replace(page, "\"fil l\"", "\"fill\"");
+    await state(page, "fine");
+  },
+};
+
+/** Goes through the steps; the names of those that fail. */
+export async function page_works(browser, address) {
+  const failures = [];
+  const take = async (name, work) => {
+    try {
+      await work();
+      console.log(`  page: ${name}`);
+    } catch (error) {
+      console.log(`! page: ${name}: ${error.message}`);
+      failures.push(name);
+    }
+  };
+  const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });
+  page.on("pageerror", (error) => console.log(`! page: ${error.message}`));
+  await page.goto(address);
+  for (const [name, step] of Object.entries(steps)) await take(name, () => step(page));
+  await page.close();
+
+  const without = await browser.newPage();
+  await without.addInitScript(() => Object.defineProperty(Navigator.prototype, "gpu", { get: () => undefined }));
+  await without.goto(address);
+  await take("without WebGPU it still checks, and says so", async () => {
+    assert.match(await text(without, "#notice"), /no WebGPU/);
+    await state(without, "fine");
+  });
+  await without.close();
+  return failures;
+}
