@@ -328,21 +328,37 @@ function choose(pipeline) {
   open.length = 0;
   editor.clear();
   planned = null;
+  label_next();
   show(pipeline);
   check();
+}
+
+function label_next() {
+  $("next").textContent = lessons().includes(chosen.pipeline) ? "Next lesson" : "First lesson";
 }
 
 function fill_choices() {
   const option = (path, name) => element("option", { value: path, textContent: name, selected: path === chosen.pipeline });
   const systems = SYSTEMS.map((name) => option(`pipelines/${name}.json`, name));
-  const below = (folder) => Object.keys(files).filter((path) => new RegExp(`^pipelines/${folder}/[^/]+$`).test(path));
+  const extended = Object.keys(files).filter((path) => path.startsWith("pipelines/extended/"));
   const named = (path) => option(path, path.replace(/^.*\/|\.json$/g, "").replaceAll(/[-_]/g, " "));
   $("pipeline").replaceChildren(
     element("optgroup", { label: "Systems" }, ...systems),
-    element("optgroup", { label: "Lessons" }, ...below("learn").map(named)),
-    element("optgroup", { label: "Extended systems" }, ...below("extended").map(named)),
+    element("optgroup", { label: "Lessons" }, ...lessons().map(named)),
+    element("optgroup", { label: "Extended systems" }, ...extended.map(named)),
   );
   $("scene").replaceChildren(...SCENES.map((name) => element("option", { value: name, textContent: name, selected: name === chosen.scene })));
+}
+
+const lessons = () => Object.keys(files).filter((path) => /^pipelines\/learn\/[^/]+$/.test(path));
+
+/** The arrow keys go from tab to tab. */
+function move_among_tabs(list, key) {
+  if (key !== "ArrowLeft" && key !== "ArrowRight") return;
+  const at = [...list.children].findIndex((tab) => tab.getAttribute("aria-selected") === "true");
+  const to = (at + (key === "ArrowRight" ? 1 : list.children.length - 1)) % list.children.length;
+  list.children[to].click();
+  list.children[to].focus();
 }
 
 function listen() {
@@ -384,24 +400,22 @@ function listen() {
       : matchMedia("(prefers-color-scheme: dark)").matches;
     document.documentElement.dataset.theme = dark ? "light" : "dark";
   };
-  const tabs = [...$("views").children];
+  const views = [...$("views").children];
   const pick = (picked) => {
-    for (const tab of tabs) {
+    for (const tab of views) {
       tab.setAttribute("aria-selected", String(tab === picked));
       tab.tabIndex = tab === picked ? 0 : -1;
       $(tab.getAttribute("aria-controls")).hidden = tab !== picked;
     }
     if (picked.id === "tab-graph") show_graph();
   };
-  tabs.forEach((tab, at) => {
-    tab.onclick = () => pick(tab);
-    tab.onkeydown = ({ key }) => {
-      if (key !== "ArrowLeft" && key !== "ArrowRight") return;
-      const next = tabs[(at + (key === "ArrowRight" ? 1 : tabs.length - 1)) % tabs.length];
-      pick(next);
-      next.focus();
-    };
-  });
+  views.forEach((tab) => (tab.onclick = () => pick(tab)));
+  for (const id of ["tabs", "views"]) $(id).onkeydown = (event) => move_among_tabs($(id), event.key);
+  $("next").onclick = () => {
+    const all = lessons();
+    choose(all[(all.indexOf(chosen.pipeline) + 1) % all.length]);
+    $("pipeline").value = chosen.pipeline;
+  };
   listen_to_stage();
 }
 
@@ -409,6 +423,7 @@ const shared = await unpack(location.hash);
 Object.assign(chosen, shared?.chosen);
 Object.assign(changed, shared?.changed);
 fill_choices();
+label_next();
 listen();
 show(chosen.pipeline);
 checker.ask("templates").then((found) => {

@@ -42,6 +42,17 @@ function control(name, about, id, set) {
     box.onchange = () => Number.isFinite(box.valueAsNumber) && set(name, box.valueAsNumber);
     return [box];
   }
+  if (value.every?.((one) => typeof one === "number")) {
+    const set_all = () => boxes.every((box) => box.reportValidity() && box.value) && set(name, boxes.map((box) => box.valueAsNumber));
+    const boxes = value.map((one, at) => {
+      const box = element("input", { id: at ? `${id}-${at}` : id, type: "number", step: "any", value: rounded(one), onchange: set_all });
+      if (min != null) box.min = min;
+      if (max != null) box.max = max;
+      if (at) box.setAttribute("aria-label", `${name.replaceAll("_", " ")}, number ${at + 1}`);
+      return box;
+    });
+    return [element("span", { className: "wide list" }, ...boxes)];
+  }
   const box = element("input", { id, type: "text", value: JSON.stringify(value), className: "wide" });
   box.onchange = () => {
     try {

@@ -19,6 +19,7 @@ const PERCENT = 1;
 
 const small = { cascade_side: 256, cube_side: 128, atlas_min_side: 256, atlas_max_side: 1024, tile_max_side: 256, tile_min_side: 16 };
 const system = (pipeline, parameters, scene) => ({ pipeline: `pipelines/${pipeline}.json`, parameters, scene });
+const preset = (name, parameters) => ({ ...system("umbra", parameters, "figure"), preset: name });
 const lesson = (name, scene) => ({ pipeline: `pipelines/learn/${name}.json`, parameters: {}, scene });
 
 const PICTURES = [
@@ -28,6 +29,9 @@ const PICTURES = [
   system("lore", { resolutions: [256, 256, 128, 128] }, "interior"),
   system("awsm", small, "interior"),
   system("umbra", small, "interior"),
+  // The flagship's presets; maps of the larger ones are as small as the others'.
+  preset("phone", {}),
+  ...["console", "desktop", "workstation"].map((name) => preset(name, small)),
   ...["01-smallest", "04-expressions", "08-subgraph", "09-loops-and-mips", "11-persistent", "16-buffers", "18-mesh", "22-contents"]
     .map((name) => lesson(name)),
   ...["27-ssao", "28-bloom"].map((name) => lesson(name, "figure")),
@@ -62,12 +66,13 @@ function broken() {
 }
 
 /** The picture that the command draws. */
-async function native(command, vulkan, { pipeline, parameters, scene }, out) {
+async function native(command, vulkan, { pipeline, preset, parameters, scene }, out) {
+  const chosen = preset ? ["--preset", preset] : [];
   const set = Object.entries(parameters).flatMap(([name, value]) => ["--set", `${name}=${JSON.stringify(value)}`]);
   const of = scene ?? "figure";
   const options = ["--scene", `examples/scenes/${of}.glb`, "--size", SIZE.join("x"), "--fast", "--out", out];
   const env = { ...process.env, VK_DRIVER_FILES: vulkan, VK_ICD_FILENAMES: vulkan };
-  await promisify(execFile)(command, ["render", pipeline, ...options, ...set], { cwd: ROOT, env });
+  await promisify(execFile)(command, ["render", pipeline, ...options, ...chosen, ...set], { cwd: ROOT, env });
   return decode(readFileSync(out)).texels;
 }
 
@@ -84,14 +89,18 @@ async function pictures(page, command, vulkan, folder) {
   const files = texts(["pipelines"], [".json"]);
   const failures = [];
   for (const picture of PICTURES) {
-    const { pipeline, parameters, scene } = picture;
-    const name = `${pipeline}${scene ? ` on ${scene}` : ""}`;
+    const { pipeline, preset, parameters, scene } = picture;
+    const name = `${pipeline}${preset ? ` (${preset})` : ""}${scene ? ` on ${scene}` : ""}`;
     try {
-      const out = join(folder, `${pipeline.replaceAll("/", "_")}.png`);
-      const values = JSON.stringify({ format: 1, parameters });
+      const out = join(folder, `${name.replace(/\W+/g, "_")}.png`);
+      const values = JSON.stringify({ format: 1, ...(preset && { preset }), parameters });
       const asked = { files, pipeline, values, scene: scene ?? "figure", width: SIZE[0], height: SIZE[1] };
       const drawn = page.evaluate((asked) => window.harness.draw(asked), asked);
-      const [base64, expected] = await Promise.all([drawn, native(command, vulkan, picture, out)]);
+      // Both are waited for, so that the browser never draws two.
+      const ends = await Promise.allSettled([drawn, native(command, vulkan, picture, out)]);
+      const failed = ends.find((end) => end.reason);
+      if (failed) throw failed.reason;
+      const [base64, expected] = ends.map((end) => end.value);
       const texels = Buffer.concat(base64.split(" ").map((part) => Buffer.from(part, "base64")));
       const percent = difference(texels, expected);
       const fine = percent <= PERCENT;
