@@ -159,6 +159,7 @@ fn a_suggestion_is_gone_after_its_fix() {
     // Another name is as close, or the right one is there already, or a type may be what is missing.
     let mut known = vec![
         "face-that-does-not-exist",
+        "subgraph-files-that-are-not-there",
         "as-close-to-two-names",
         "misspelt-parameter-beside-the-right-one-in-a-preset",
         "value-of-a-parameter-that-is-misspelt",

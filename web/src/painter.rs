@@ -45,7 +45,7 @@ struct Shown {
 struct View {
     /// To the side and up, in radians.
     turn: [f64; 2],
-    /// How many times as far away.
+    /// A multiple of the distance that the scene has it at.
     distance: f64,
 }
 
@@ -93,7 +93,7 @@ impl Painter {
         })
     }
 
-    /// What the browser calls the adapter.
+    /// The name that the browser gives the adapter.
     pub fn name(&self) -> String {
         self.name.clone()
     }

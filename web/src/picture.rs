@@ -15,7 +15,7 @@ use umbragraph::scene::gpu::SceneResources;
 use umbragraph::wgpu;
 use umbragraph::{Executor, Frame};
 
-/// How often a frame is planned again, so that CPU passes get the sizes that they want.
+/// So often a frame is planned again, for CPU passes to get the sizes that they want.
 const ROUNDS: usize = 8;
 
 /// A pipeline that draws.

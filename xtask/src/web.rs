@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::{process, toolchain};
 
-/// What is done besides building.
+/// Steps besides building.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Options {
     pub(crate) test: bool,
