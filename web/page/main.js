@@ -231,14 +231,21 @@ const cover = (text) => {
   $("cover").textContent = text ?? "";
 };
 
-/** Starts what draws, on a canvas of its own: one that was lent once cannot be lent again. */
-async function open_painter() {
+/**
+ * Starts what draws, on a canvas of its own: one that was lent once cannot be lent again. A device that is lost is replaced
+ * once, by one whose pictures are read back: some browsers draw, and lose the device when they are to show it.
+ */
+async function open_painter(is_plain = false) {
+  is_opened = false;
+  painter?.stop("it is replaced");
   $("stage").querySelector("canvas")?.remove();
   const canvas = element("canvas", { width: SIZE[0], height: SIZE[1] });
   $("stage").append(canvas);
   painter = new Answerer("painter.js", {
-    died: (reason) => cover(`Drawing stopped: ${reason}\nReload the page to start it again.`),
-    events({ frame, failed }) {
+    died: (reason) => is_opened && cover(`Drawing stopped: ${reason}\nReload the page to start it again.`),
+    events({ frame, failed, lost }) {
+      if (lost !== undefined && !is_plain) return void open_painter(true).catch((error) => cover(error.message));
+      if (lost !== undefined) return cover(`The device is lost: ${lost}\nReload the page to get another.`);
       if (failed) return cover(failed);
       cover("");
       $("time").textContent = `${frame.recorded.toFixed(1)} ms to record, ${frame.total.toFixed(0)} ms to the end of the frame`;
@@ -246,7 +253,7 @@ async function open_painter() {
     },
   });
   const lent = canvas.transferControlToOffscreen();
-  await painter.ask("open", { canvas: lent }, [lent]);
+  await painter.ask("open", { canvas: lent, is_plain }, [lent]);
   await painter.ask("write", { files: { ...files, ...changed } });
   is_opened = true;
   await take_scene();

@@ -7,6 +7,9 @@ const SETTLING = 24;
 
 const ready = init();
 let painter = null;
+/** Where the browser cannot show what WebGPU draws, the pictures are read back and put here. */
+let plain = null;
+let size = [1, 1];
 let project = null;
 let left = 0;
 let playing = false;
@@ -15,8 +18,9 @@ let index = 0;
 let running = false;
 
 const answers = {
-  async open({ canvas }) {
-    painter = await Painter.open(canvas);
+  async open({ canvas, is_plain }) {
+    painter = await Painter.open(is_plain ? undefined : canvas);
+    plain = is_plain ? canvas.getContext("2d") : null;
     project = new Project();
     return { name: painter.name() };
   },
@@ -24,7 +28,8 @@ const answers = {
   scene({ name, bytes }) {
     painter.scene(name, new Uint8Array(bytes));
   },
-  pipeline({ path, values, size }) {
+  pipeline({ path, values, ...asked }) {
+    size = asked.size;
     const answer = JSON.parse(painter.pipeline(project, path, values, ...size));
     changed();
     return answer;
@@ -55,6 +60,12 @@ function changed() {
   if (!running) draw();
 }
 
+async function show_plain() {
+  const texels = await painter.read();
+  [plain.canvas.width, plain.canvas.height] = size;
+  plain.putImageData(new ImageData(new Uint8ClampedArray(texels.buffer), ...size), 0, 0);
+}
+
 async function draw() {
   running = true;
   let last = performance.now();
@@ -67,9 +78,14 @@ async function draw() {
         const begin = performance.now();
         const is_drawn = painter.frame(index++, seconds);
         const recorded = performance.now() - begin;
-        await painter.done();
+        if (plain && is_drawn) await show_plain();
+        else await painter.done();
         const lost = painter.lost();
-        if (lost !== undefined) throw new Error(`the device is lost: ${lost}`);
+        if (lost !== undefined) {
+          playing = false;
+          left = 0;
+          return self.postMessage({ lost });
+        }
         if (!is_drawn) return;
         self.postMessage({ frame: { recorded, total: performance.now() - begin, seconds } });
       });
