@@ -49,8 +49,10 @@ pub use umbragraph_graph::wgpu;
 /// itself.
 #[cfg(feature = "gpu")]
 pub mod executor {
+    #[cfg(feature = "noop")]
+    pub use umbragraph_graph::executor::DryRun;
     pub use umbragraph_graph::executor::{
-        DryRun, FrameImports, Given, GpuTime, Import, ImportHandle, Importable, ParameterValue, PassCounts,
+        FrameImports, Given, GpuTime, Import, ImportHandle, Importable, ParameterValue, PassCounts,
         PlanPreparer, PreparedPlan, Statistics, Texels, imported_texture, read_back, read_bytes,
     };
 }
