@@ -1,15 +1,13 @@
 // The page: a pipeline's text at the left, what becomes of it at the right.
 import { Editor } from "./editor.js";
+import { element } from "./element.js";
+import { listed } from "./problems.js";
 import { fill, filter } from "./settings.js";
 import { pack, unpack } from "./share.js";
+import { listen_to_drops, listen_to_stage } from "./stage.js";
 import { Answerer } from "./worker.js";
 
 const $ = (id) => document.getElementById(id);
-const element = (name, properties = {}, ...children) => {
-  const made = Object.assign(document.createElement(name), properties);
-  made.append(...children);
-  return made;
-};
 
 const SYSTEMS = ["nebula", "mantis", "caracal", "awsm", "lore", "umbra"];
 const SCENES = ["courtyard", "figure", "foliage", "interior"];
@@ -92,8 +90,6 @@ function tell({ diagnostics, milliseconds }, is_all) {
   problems(diagnostics);
 }
 
-const place_of = (place) => (place ? `${place.file}${place.line ? `:${place.line}` : ""}` : "");
-
 function problems(diagnostics) {
   const here = diagnostics.filter((one) => one.place?.file === shown && one.place.line);
   const range = ({ line, column, end_line, end_column }) => {
@@ -107,26 +103,13 @@ function problems(diagnostics) {
     message: `${one.message}${one.help ? `\n${one.help}` : ""}`,
     actions: mend(one) ? [{ name: "Mend", apply: () => mend(one)() }] : [],
   })));
-  const item = (one) => {
-    const made = element("li", { className: one.severity }, element("p", { className: "message", textContent: one.message }));
-    if (one.place) {
-      const where = element("button", { type: "button", className: "where", textContent: place_of(one.place) });
-      where.onclick = () => {
-        if (text_of(one.place.file)) show(one.place.file);
-        if (one.place.line) editor.go(editor.offset(one.place.line, one.place.column));
-      };
-      made.append(where);
-    }
-    if (one.help) made.append(element("p", { className: "help", textContent: one.help }));
-    if (mend(one)) {
-      const button = element("button", { type: "button", className: "mend", textContent: "Mend" });
-      button.onclick = mend(one);
-      made.append(button);
-    }
-    return made;
-  };
-  const list = diagnostics.slice(0, 100).map(item);
-  $("problems").replaceChildren(list.length ? element("ol", {}, ...list) : element("p", { className: "none", textContent: "No diagnostics" }));
+  $("problems").replaceChildren(listed(diagnostics, {
+    mend,
+    go({ file, line, column }) {
+      if (text_of(file)) show(file);
+      if (line) editor.go(editor.offset(line, column));
+    },
+  }));
 }
 
 function notice(text) {
@@ -296,29 +279,6 @@ function look(side, up, distance) {
   painter?.ask("look", { view }).catch(() => {});
 }
 
-function listen_to_stage() {
-  const stage = $("stage");
-  stage.addEventListener("pointermove", (event) => {
-    if (event.buttons & 1) look(-event.movementX / 200, -event.movementY / 200, 1);
-  });
-  stage.addEventListener("pointerdown", (event) => stage.setPointerCapture(event.pointerId));
-  stage.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    look(0, 0, Math.exp(event.deltaY / 1000));
-  }, { passive: false });
-  const keys = { ArrowLeft: [0.1, 0, 1], ArrowRight: [-0.1, 0, 1], ArrowUp: [0, -0.1, 1], ArrowDown: [0, 0.1, 1], "+": [0, 0, 0.9], "-": [0, 0, 1.1] };
-  stage.addEventListener("keydown", (event) => {
-    if (!keys[event.key]) return;
-    event.preventDefault();
-    look(...keys[event.key]);
-  });
-  for (const name of ["dragover", "drop"]) document.addEventListener(name, (event) => event.preventDefault());
-  document.addEventListener("drop", async (event) => {
-    const [file] = event.dataTransfer.files;
-    if (file) await take_scene(await file.arrayBuffer(), file.name);
-  });
-}
-
 async function save() {
   const texels = await painter.ask("read");
   const canvas = new OffscreenCanvas(...SIZE);
@@ -423,7 +383,8 @@ function listen() {
     choose(all[(all.indexOf(chosen.pipeline) + 1) % all.length]);
     $("pipeline").value = chosen.pipeline;
   };
-  listen_to_stage();
+  listen_to_stage($("stage"), look);
+  listen_to_drops(take_scene);
 }
 
 const shared = await unpack(location.hash);

@@ -1,10 +1,5 @@
 // Parameters and features as controls.
-
-const element = (name, properties = {}, ...children) => {
-  const made = Object.assign(document.createElement(name), properties);
-  made.append(...children);
-  return made;
-};
+import { element } from "./element.js";
 
 const rounded = (number) => Number(number.toPrecision(4)).toString();
 

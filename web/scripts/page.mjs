@@ -2,7 +2,8 @@
 import assert from "node:assert/strict";
 
 const LESSON = "pipelines/learn/01-smallest.json";
-const WAIT = { timeout: 60_000 };
+/** In software and beside other work a frame takes seconds, and the pipelines before it longer. */
+const WAIT = { timeout: 240_000 };
 
 const state = (page, wanted) => page.locator(`#state[data-state="${wanted}"]`).waitFor(WAIT);
 const text = (page, id) => page.locator(id).textContent();
