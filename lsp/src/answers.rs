@@ -18,14 +18,14 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
 
-use crate::graph::diagnostic::Fix;
-use crate::graph::document::format;
-use crate::graph::edit::Edits;
-use crate::graph::model::DeclarationKind;
-use crate::graph::source::{FileId, SourceFile, Span};
 use crate::outline;
-use crate::session::{Candidate, CandidateKind, Choice, Cursor, Session, Target};
 use crate::workspace::{Workspace, document_path, is_document};
+use umbragraph_graph::diagnostic::Fix;
+use umbragraph_graph::document::format;
+use umbragraph_graph::edit::Edits;
+use umbragraph_graph::model::DeclarationKind;
+use umbragraph_graph::source::{FileId, SourceFile, Span};
+use umbragraph_session::{Candidate, CandidateKind, Choice, Cursor, Session, Target};
 
 type Answer = Result<Json, String>;
 
@@ -94,7 +94,7 @@ fn source(workspace: &Workspace, file: FileId) -> Option<&SourceFile> {
 fn of_document(
     workspace: &mut Workspace,
     document: &TextDocumentIdentifier,
-) -> Option<(FileId, crate::graph::document::Document)> {
+) -> Option<(FileId, umbragraph_graph::document::Document)> {
     let path = document_path(&document.uri)?;
     workspace.session.parsed(&path)
 }
@@ -201,7 +201,7 @@ fn edit_of(workspace: &Workspace, changes: Changes) -> WorkspaceEdit {
 fn text_edits(workspace: &Workspace, file: &SourceFile, edits: &Edits) -> Vec<TextEdit> {
     let position =
         |offset: usize| workspace.encoding.position(file, u32::try_from(offset).unwrap_or(u32::MAX));
-    let edit = |edit: &crate::graph::edit::Edit| TextEdit {
+    let edit = |edit: &umbragraph_graph::edit::Edit| TextEdit {
         range: Range { start: position(edit.range.start), end: position(edit.range.end) },
         new_text: edit.replacement.clone(),
     };
@@ -220,17 +220,18 @@ fn actions(workspace: &mut Workspace, params: &CodeActionParams) -> Vec<CodeActi
     let is_there = |range: &Range| range.start <= params.range.end && params.range.start <= range.end;
     let found = workspace.of_file(&path);
     let found = found.into_iter().filter(|(one, _)| is_there(&one.range));
-    let action = |(written, diagnostic): &(lsp_types::Diagnostic, crate::graph::diagnostic::Diagnostic)| {
-        let fix = diagnostic.fix.as_ref()?;
-        Some(CodeActionOrCommand::CodeAction(CodeAction {
-            title: title(workspace, fix),
-            kind: Some(CodeActionKind::QUICKFIX),
-            diagnostics: Some(vec![written.clone()]),
-            edit: Some(mended(workspace, fix)?),
-            is_preferred: Some(true),
-            ..CodeAction::default()
-        }))
-    };
+    let action =
+        |(written, diagnostic): &(lsp_types::Diagnostic, umbragraph_graph::diagnostic::Diagnostic)| {
+            let fix = diagnostic.fix.as_ref()?;
+            Some(CodeActionOrCommand::CodeAction(CodeAction {
+                title: title(workspace, fix),
+                kind: Some(CodeActionKind::QUICKFIX),
+                diagnostics: Some(vec![written.clone()]),
+                edit: Some(mended(workspace, fix)?),
+                is_preferred: Some(true),
+                ..CodeAction::default()
+            }))
+        };
     found.filter_map(action).collect()
 }
 

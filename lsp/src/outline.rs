@@ -2,10 +2,10 @@
 
 use lsp_types::{DocumentSymbol, SemanticToken, SemanticTokenType, SemanticTokens, SymbolKind};
 
-use crate::graph::document::{Entry, Kind, Value, Written};
-use crate::graph::language::node_kind;
-use crate::graph::source::{SourceFile, Span};
 use crate::position::Encoding;
+use umbragraph_graph::document::{Entry, Kind, Value, Written};
+use umbragraph_graph::language::node_kind;
+use umbragraph_graph::source::{SourceFile, Span};
 
 /// The kinds of strings: literals, references, expressions.
 pub(crate) const TOKEN_TYPES: [SemanticTokenType; 3] =

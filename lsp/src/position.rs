@@ -7,7 +7,7 @@ use std::str::FromStr as _;
 
 use lsp_types::{Position, Range, Uri};
 
-use crate::graph::source::{SourceFile, Span};
+use umbragraph_graph::source::{SourceFile, Span};
 
 /// The code units that positions count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,7 +104,7 @@ pub(crate) fn uri_of(path: &Path) -> Option<Uri> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::graph::source::Sources;
+    use umbragraph_graph::source::Sources;
 
     #[test]
     fn positions_count_units_and_end_with_their_line() {

@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 
 use lsp_types::{DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString, Range, Uri};
 
-use crate::graph::compiler::PlanOptions;
-use crate::graph::diagnostic::{Diagnostic, Diagnostics, Place, Severity};
-use crate::graph::document::Document;
-use crate::graph::pipeline::claimed_profiles;
-use crate::graph::shader::TargetProfile;
-use crate::graph::source::{Sources, Span};
 use crate::position::{Encoding, path_of, uri_of};
-use crate::session::{Cancel, Cancelled, Choice, Judges, Session, Survey, Target, kind_of};
+use umbragraph_graph::compiler::PlanOptions;
+use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place, Severity};
+use umbragraph_graph::document::Document;
+use umbragraph_graph::pipeline::claimed_profiles;
+use umbragraph_graph::shader::TargetProfile;
+use umbragraph_graph::source::{Sources, Span};
+use umbragraph_session::{Cancel, Cancelled, Choice, Judges, Session, Survey, Target, kind_of};
 
 /// Files of the folders that are looked at, at most.
 const MAX_FILES: usize = 2_000;
@@ -359,7 +359,7 @@ impl Workspace {
 
 /// The path of an address, without `.` and `..`.
 pub(crate) fn document_path(uri: &Uri) -> Option<PathBuf> {
-    path_of(uri).map(|path| crate::graph::compose::normalize(&path))
+    path_of(uri).map(|path| umbragraph_graph::compose::normalize(&path))
 }
 
 fn profiles(document: &Document) -> Vec<TargetProfile> {
@@ -368,7 +368,7 @@ fn profiles(document: &Document) -> Vec<TargetProfile> {
 
 pub(crate) fn is_template(path: &Path) -> bool {
     let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-    crate::graph::shader::TEMPLATE_ENDS.iter().any(|end| name.ends_with(end))
+    umbragraph_graph::shader::TEMPLATE_ENDS.iter().any(|end| name.ends_with(end))
 }
 
 pub(crate) fn is_document(path: &Path) -> bool {
