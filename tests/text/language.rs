@@ -209,6 +209,13 @@ fn an_error_in_a_subgraph_is_reported_once_with_its_uses() {
 }
 
 #[test]
+fn a_size_inside_a_subgraph_tells_where_it_is_used() {
+    let outcome = check(&subgraph(r#"{ "image": "&color@fill" }"#).replace("\"=image / divisor\"", "[0, 8]"));
+    assert_eq!(outcome.codes(), ["UG0321"], "{}", outcome.text());
+    assert!(outcome.text().contains("used here"), "{}", outcome.text());
+}
+
+#[test]
 fn a_loop_makes_a_pass_for_each_round() {
     let text = format!(
         r#"{{ "format": 1, "name": "test",

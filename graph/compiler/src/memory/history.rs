@@ -82,7 +82,8 @@ fn initial(
 ) -> Result<Option<InitialValue>, Box<Diagnostic>> {
     let resource = resolved.pipeline.resource(handle);
     let reject = |pointer: &str, message: String, help: &str| {
-        Err(Box::new(resource.error_at(pointer, codes::HISTORY_SETTING, message).help(help)))
+        let diagnostic = resource.error_at(pointer, codes::HISTORY_SETTING, message).help(help);
+        Err(Box::new(resource.environment.told(diagnostic)))
     };
     match &resource.kind {
         ResourceKind::Texture(texture) => {

@@ -48,6 +48,7 @@ impl<'a> Planner<'a> {
         diagnostics: &mut Vec<Diagnostic>,
     ) -> PlannedPass {
         let pass = self.pipeline.pass(handle);
+        let mut own = Vec::new();
         let mut planned = PlannedPass {
             name: pass.name.clone(),
             kind: pass.kind.clone(),
@@ -92,14 +93,15 @@ impl<'a> Planner<'a> {
                 }
             }
         }
-        self.resolved.size_pass(&mut planned, diagnostics);
+        self.resolved.size_pass(&mut planned, &mut own);
         let known =
             |attachment: &PlannedAttachment| self.resolved.texture(attachment.target.resource).is_some();
         if let Work::Render(render) = pass.work()
             && planned.attachments().all(known)
         {
-            diagnostics.extend(self.check_outputs(handle, &planned, render));
+            own.extend(self.check_outputs(handle, &planned, render));
         }
+        diagnostics.extend(own.into_iter().map(|one| pass.environment.told(one)));
         planned
     }
 }

@@ -282,9 +282,8 @@ impl<'a> Sizes<'a> {
                 environment.widen(&mut error, names);
                 let value = resource.value.nearest(pointer);
                 let pointer = format!("{}{pointer}", resource.pointer);
-                if let Some(diagnostic) =
-                    argument_error.or_else(|| expression_diagnostic(&error, value, &pointer))
-                {
+                let own = || Some(environment.told(expression_diagnostic(&error, value, &pointer)?));
+                if let Some(diagnostic) = argument_error.or_else(own) {
                     self.reject(&error, diagnostic);
                 }
                 return None;
@@ -318,7 +317,8 @@ impl<'a> Sizes<'a> {
         message: String,
         help: &str,
     ) -> Option<T> {
-        self.diagnostics.borrow_mut().push(resource.error_at(pointer, code, message).help(help));
+        let diagnostic = resource.error_at(pointer, code, message).help(help);
+        self.diagnostics.borrow_mut().push(resource.environment.told(diagnostic));
         None
     }
 }
