@@ -208,22 +208,13 @@ impl View {
         Self { clip_from_world, view_from_world, position, forward, reverse: false, layer: 0, viewport: None }
     }
 
-    /// With depth from 1 (near) to 0 (far), where `reverse`.
-    #[must_use]
-    pub fn reverse(self, reverse: bool) -> Self {
-        Self { reverse, ..self }
-    }
-
-    /// A view of another layer.
-    #[must_use]
-    pub fn layer(self, layer: u32) -> Self {
-        Self { layer, ..self }
-    }
-
-    /// A view of a rectangle of texels, or of the whole attachment.
-    #[must_use]
-    pub fn viewport(self, viewport: Option<[u32; 4]>) -> Self {
-        Self { viewport, ..self }
+    umbragraph_text::setters! {
+        /// With depth from 1 (near) to 0 (far), where `reverse`.
+        reverse: bool,
+        /// A view of another layer.
+        layer: u32,
+        /// A view of a rectangle of texels, or of the whole attachment.
+        viewport: Option<[u32; 4]>,
     }
 
     /// The values of the block `view` that each draw sees.

@@ -43,16 +43,11 @@ impl Camera {
         Self { position: position.into(), ..self }
     }
 
-    /// With another rotation, of unit length.
-    #[must_use]
-    pub fn rotation(self, rotation: DQuat) -> Self {
-        Self { rotation, ..self }
-    }
-
-    /// With another projection.
-    #[must_use]
-    pub fn projection(self, projection: Projection) -> Self {
-        Self { projection, ..self }
+    umbragraph_text::setters! {
+        /// With another rotation, of unit length.
+        rotation: DQuat,
+        /// With another projection.
+        projection: Projection,
     }
 
     /// A camera at a position that looks at another, upright, with a vertical field of view in radians, from 0.1 m to
@@ -193,34 +188,20 @@ impl Light {
         }
     }
 
-    /// At a position, in world metres.
-    #[must_use]
-    pub fn position(self, position: impl Into<DVec3>) -> Self {
-        Self { position: position.into(), ..self }
+    umbragraph_text::setters! { into
+        /// At a position, in world metres.
+        position: DVec3,
+        /// Along a unit direction.
+        direction: DVec3,
+        /// With a linear colour.
+        color: Vec3,
     }
 
-    /// Along a unit direction.
-    #[must_use]
-    pub fn direction(self, direction: impl Into<DVec3>) -> Self {
-        Self { direction: direction.into(), ..self }
-    }
-
-    /// With a linear colour.
-    #[must_use]
-    pub fn color(self, color: impl Into<Vec3>) -> Self {
-        Self { color: color.into(), ..self }
-    }
-
-    /// With an intensity in lux (directional) or candela.
-    #[must_use]
-    pub fn intensity(self, intensity: f32) -> Self {
-        Self { intensity, ..self }
-    }
-
-    /// Without effect beyond a distance, in metres.
-    #[must_use]
-    pub fn range(self, range: f32) -> Self {
-        Self { range, ..self }
+    umbragraph_text::setters! {
+        /// With an intensity in lux (directional) or candela.
+        intensity: f32,
+        /// Without effect beyond a distance, in metres.
+        range: f32,
     }
 
     /// With one more word that is true of it.
@@ -230,22 +211,13 @@ impl Light {
         self
     }
 
-    /// With the angle under which a directional light is seen, in radians.
-    #[must_use]
-    pub fn angular_diameter(self, angular_diameter: f32) -> Self {
-        Self { angular_diameter, ..self }
-    }
-
-    /// With the radius of a point or spot light's source, in metres.
-    #[must_use]
-    pub fn radius(self, radius: f32) -> Self {
-        Self { radius, ..self }
-    }
-
-    /// With the host's own weight of its importance.
-    #[must_use]
-    pub fn priority(self, priority: f32) -> Self {
-        Self { priority, ..self }
+    umbragraph_text::setters! {
+        /// With the angle under which a directional light is seen, in radians.
+        angular_diameter: f32,
+        /// With the radius of a point or spot light's source, in metres.
+        radius: f32,
+        /// With the host's own weight of its importance.
+        priority: f32,
     }
 
     /// A directional light that shines along a direction, with an intensity in lux. What passes ask of its
@@ -399,22 +371,13 @@ impl FrameInput {
         }
     }
 
-    /// Seen by another camera.
-    #[must_use]
-    pub fn camera(self, camera: Camera) -> Self {
-        Self { camera, ..self }
-    }
-
-    /// With lights, in place of those that it has.
-    #[must_use]
-    pub fn lights(self, lights: Vec<Light>) -> Self {
-        Self { lights, ..self }
-    }
-
-    /// With the box around everything that is drawn.
-    #[must_use]
-    pub fn scene_bounds(self, scene_bounds: Bounds) -> Self {
-        Self { scene_bounds, ..self }
+    umbragraph_text::setters! {
+        /// Seen by another camera.
+        camera: Camera,
+        /// With lights, in place of those that it has.
+        lights: Vec<Light>,
+        /// With the box around everything that is drawn.
+        scene_bounds: Bounds,
     }
 
     /// With the box around what one more draw filter lets through.
@@ -424,16 +387,11 @@ impl FrameInput {
         self
     }
 
-    /// At a time, in seconds.
-    #[must_use]
-    pub fn time(self, time: f64) -> Self {
-        Self { time, ..self }
-    }
-
-    /// With a number among the frames.
-    #[must_use]
-    pub fn index(self, index: u64) -> Self {
-        Self { index, ..self }
+    umbragraph_text::setters! {
+        /// At a time, in seconds.
+        time: f64,
+        /// With a number among the frames.
+        index: u64,
     }
 
     /// The box around what a draw filter lets through, as far as the host tells.

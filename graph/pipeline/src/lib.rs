@@ -7,7 +7,7 @@
 pub use glam;
 pub use umbragraph_shaders as shader;
 pub use umbragraph_text::{
-    Error, codes, compose, diagnostic, document, expression, language, model, source, webgpu_words,
+    Error, codes, compose, diagnostic, document, expression, language, model, setters, source, webgpu_words,
 };
 pub use wgpu_types;
 

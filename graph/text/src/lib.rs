@@ -12,6 +12,7 @@ mod error;
 pub mod expression;
 pub mod language;
 pub mod model;
+mod setters;
 pub mod source;
 
 pub use error::Error;

@@ -9,11 +9,11 @@
 
 use std::collections::BTreeMap;
 
+use crate::contents::LiveResources;
 use crate::contents::uninitialised;
 use crate::graph::Graph;
-use crate::regions::partial_read::Left;
-use crate::regions::visible::{Effort, View, Write};
-use crate::resources::resolved::{Descriptor, ResolvedResources};
+use crate::regions::{Effort, Left, View, Write};
+use crate::resources::resolved::Descriptor;
 use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
 use umbragraph_pipeline::language::{Lifetime, TextureShape};
 use umbragraph_pipeline::pipeline::{
@@ -79,12 +79,8 @@ fn uncovered<'a>(
 
 /// Finds pictures of the host's that a toggle leaves without anything: written without loading, and only by passes that
 /// can be off. What loads shows what the host had there; of two passes with opposite toggles one always runs.
-pub(crate) fn check_outputs(
-    resolved: &ResolvedResources<'_>,
-    graph: &Graph,
-    is_live: &dyn Fn(PassHandle) -> bool,
-    diagnostics: &mut Vec<Diagnostic>,
-) {
+pub(crate) fn check_outputs(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnostic>) {
+    let LiveResources { resolved, graph, is_live } = live;
     let pipeline = resolved.pipeline;
     if pipeline.toggles.is_empty() {
         return;
@@ -131,11 +127,8 @@ pub(crate) fn check_outputs(
 
 /// Finds fallbacks that do not fit what the readers do with them. Formats and subresource ranges are checked as those
 /// of any access.
-pub(crate) fn check_passthroughs(
-    resolved: &ResolvedResources<'_>,
-    is_live: &dyn Fn(PassHandle) -> bool,
-    diagnostics: &mut Vec<Diagnostic>,
-) {
+pub(crate) fn check_passthroughs(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnostic>) {
+    let LiveResources { resolved, is_live, .. } = live;
     let pipeline = resolved.pipeline;
     if pipeline.passthroughs.is_empty() {
         return;

@@ -18,15 +18,12 @@
 
 use std::collections::BTreeSet;
 
-use crate::graph::Graph;
+use crate::contents::LiveResources;
 use crate::graph::conditions;
-use crate::regions::extents::{Extents, extents};
-use crate::regions::partial_read::Left;
+use crate::regions::{Effort, Extents, Left, Runs, View, Write, between, extents, joined};
 use crate::resources::resolved::{Descriptor, ResolvedResources};
 use crate::work::copies;
 
-use crate::regions::runs::{Runs, between, joined};
-use crate::regions::visible::{Effort, View, Write};
 use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
 use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::{Access, Condition, Located as _, ResourceKind, TypedPipeline, Usage};
@@ -50,12 +47,8 @@ struct Wanted {
 }
 
 /// Finds what live passes read that nothing writes.
-pub(crate) fn check(
-    resolved: &ResolvedResources<'_>,
-    graph: &Graph,
-    is_live: &dyn Fn(PassHandle) -> bool,
-    diagnostics: &mut Vec<Diagnostic>,
-) {
+pub(crate) fn check(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnostic>) {
+    let LiveResources { resolved, graph, is_live } = live;
     for read in graph.partial.iter().filter(|read| is_live(read.reader)) {
         let pipeline = resolved.pipeline;
         let Some(one) = pipeline.pass(read.reader).accesses().get(read.at) else { continue };
@@ -85,17 +78,13 @@ pub(crate) fn check(
             }
         }
     }
-    check_earlier_frames(resolved, graph, is_live, diagnostics);
-    check_lasting(resolved, graph, is_live, diagnostics);
+    check_earlier_frames(live, diagnostics);
+    check_lasting(live, diagnostics);
 }
 
 /// Finds what is read of resources with memory of their own, and no pass writes in any frame.
-fn check_lasting(
-    resolved: &ResolvedResources<'_>,
-    graph: &Graph,
-    is_live: &dyn Fn(PassHandle) -> bool,
-    diagnostics: &mut Vec<Diagnostic>,
-) {
+fn check_lasting(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnostic>) {
+    let LiveResources { resolved, graph, is_live } = live;
     let pipeline = resolved.pipeline;
     for reader in pipeline.pass_handles().filter(|pass| is_live(*pass)) {
         for one in pipeline.pass(reader).accesses().iter().filter(|one| one.usage.reads()) {
@@ -142,12 +131,8 @@ pub(crate) fn existing(resolved: &ResolvedResources<'_>, one: &Access, left: &Le
 }
 
 /// Finds layers of earlier frames that some of the passes that write the history leave as they were longer ago.
-fn check_earlier_frames(
-    resolved: &ResolvedResources<'_>,
-    graph: &Graph,
-    is_live: &dyn Fn(PassHandle) -> bool,
-    diagnostics: &mut Vec<Diagnostic>,
-) {
+fn check_earlier_frames(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnostic>) {
+    let LiveResources { resolved, graph, is_live } = live;
     let pipeline = resolved.pipeline;
     if pipeline.toggles.is_empty() {
         return;

@@ -20,8 +20,8 @@ pub(crate) mod target_constants;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::contents::toggles;
 use crate::contents::uninitialised;
+use crate::contents::{LiveResources, toggles};
 use crate::graph::Graph;
 use crate::memory::history;
 use crate::plan::planned::{Fixed, Plan, PlannedPass};
@@ -71,7 +71,8 @@ pub fn plan(
     let conditional = toggles::conditional(pipeline, graph, &is_live);
     let resolved =
         ResolvedResources::new(pipeline, options, sources, &live, &conditional, &mut own_diagnostics);
-    check(&resolved, graph, &is_live, &mut own_diagnostics);
+    let resources = LiveResources { resolved: &resolved, graph, is_live: &is_live };
+    check(resources, &mut own_diagnostics);
     let report = order::choose(graph, &resolved, options.objective, &mut live);
     let planner = Planner::new(&resolved, &live);
     let mut passes: Vec<PlannedPass> = Vec::with_capacity(live.len());
@@ -132,18 +133,14 @@ pub fn plan(
 }
 
 /// Finds what is wrong with accesses, now that sizes are known.
-pub(crate) fn check(
-    resolved: &ResolvedResources<'_>,
-    graph: &Graph,
-    is_live: &dyn Fn(PassHandle) -> bool,
-    diagnostics: &mut Vec<Diagnostic>,
-) {
+pub(crate) fn check(live: LiveResources<'_, '_>, diagnostics: &mut Vec<Diagnostic>) {
+    let resolved = live.resolved;
     let beyond = subresources::beyond(resolved.pipeline, &resolved.sizes);
     diagnostics.extend(beyond.into_iter().map(|(_, diagnostic)| diagnostic));
     history::check_initial(resolved, diagnostics);
-    toggles::check_passthroughs(resolved, is_live, diagnostics);
-    toggles::check_outputs(resolved, graph, is_live, diagnostics);
-    uninitialised::check(resolved, graph, is_live, diagnostics);
+    toggles::check_passthroughs(live, diagnostics);
+    toggles::check_outputs(live, diagnostics);
+    uninitialised::check(live, diagnostics);
 }
 
 fn no_output(pipeline: &TypedPipeline) -> Diagnostic {

@@ -10,6 +10,7 @@
 //!
 //! Cost: linear in passes and resources; without graph, order and names sorted again.
 
+use crate::contents::LiveResources;
 use crate::graph::Graph;
 use crate::plan::allocate;
 use crate::plan::device_rules;
@@ -57,7 +58,8 @@ impl Plan {
             &fixed.resolved,
             &fixed.conditional,
         )?;
-        check(&resolved, graph, &|pass| self.position(pass).is_some(), &mut diagnostics);
+        let is_live = |pass| self.position(pass).is_some();
+        check(LiveResources { resolved: &resolved, graph, is_live: &is_live }, &mut diagnostics);
         let mut plan = self.clone();
         (plan.viewport, plan.data_sizes) = (options.viewport, options.data_sizes.clone());
         for pass in &mut plan.passes {

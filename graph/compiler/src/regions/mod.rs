@@ -6,3 +6,9 @@ pub(crate) mod implied;
 pub(crate) mod partial_read;
 pub(crate) mod runs;
 pub(crate) mod visible;
+
+pub(crate) use extents::{Extents, extents};
+pub(crate) use implied::Unmet;
+pub(crate) use partial_read::{Left, PartialRead};
+pub(crate) use runs::{Runs, between, joined};
+pub(crate) use visible::{Effort, View, Write};

@@ -36,28 +36,15 @@ impl PlanOptions {
         }
     }
 
-    /// With another viewport.
-    #[must_use]
-    pub fn viewport(self, viewport: [u32; 2]) -> Self {
-        Self { viewport, ..self }
-    }
-
-    /// With sizes that blackboard data publishes.
-    #[must_use]
-    pub fn data_sizes(self, data_sizes: BTreeMap<String, u32>) -> Self {
-        Self { data_sizes, ..self }
-    }
-
-    /// Whether transient resources may share memory.
-    #[must_use]
-    pub fn aliasing(self, aliasing: bool) -> Self {
-        Self { aliasing, ..self }
-    }
-
-    /// With an objective of the order of the passes.
-    #[must_use]
-    pub fn objective(self, objective: Objective) -> Self {
-        Self { objective, ..self }
+    umbragraph_pipeline::setters! {
+        /// With another viewport.
+        viewport: [u32; 2],
+        /// With sizes that blackboard data publishes.
+        data_sizes: BTreeMap<String, u32>,
+        /// Whether transient resources may share memory.
+        aliasing: bool,
+        /// With an objective of the order of the passes.
+        objective: Objective,
     }
 }
 

@@ -14,8 +14,7 @@
 use serde::Serialize;
 use wgpu_types::{COPY_BUFFER_ALIGNMENT, COPY_BYTES_PER_ROW_ALIGNMENT, TextureAspect, TextureFormat};
 
-use crate::regions::runs::Runs;
-use crate::regions::runs::joined;
+use crate::regions::{Runs, joined};
 use crate::resources::resolved::{ResolvedResources, TextureProperties};
 use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
 use umbragraph_pipeline::language::format_name;

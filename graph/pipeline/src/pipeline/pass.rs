@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::access::subresource_range::{SubresourceRange, canonical};
-use crate::access::usage::Usage;
-use crate::access::version::Version;
+use crate::access::{SubresourceRange, Usage, Version, canonical};
 use crate::pipeline::names::environment::Environment;
 use crate::pipeline::resource::Resource;
 use crate::pipeline::settings::live::LiveSetting;

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::access::subresource_range::{Aspect, IndexRange, SubresourceRange};
-use crate::access::usage::Usage;
+use crate::access::{Aspect, IndexRange, SubresourceRange, Usage};
 use crate::data::BlackboardData;
 use crate::work::Subresource;
 use crate::work::handle::ResourceHandle;

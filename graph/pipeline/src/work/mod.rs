@@ -31,9 +31,7 @@ pub(crate) use live::wrong_type;
 pub use live::{Byte, Color, Depth, Live, LiveValue};
 pub use transfer::{BufferRegion, TextureRegion, TransferEnd, TransferWork};
 
-use crate::access::subresource_range::SubresourceRange;
-use crate::access::usage::Usage;
-use crate::access::version::Version;
+use crate::access::{SubresourceRange, Usage, Version};
 use umbragraph_text::source::Span;
 
 /// A resource and the part of it that a setting names.

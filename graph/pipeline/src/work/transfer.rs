@@ -1,7 +1,6 @@
 //! Work that copies texels or bytes, or clears a buffer.
 
-use crate::access::subresource_range::IndexRange;
-use crate::access::usage::Usage;
+use crate::access::{IndexRange, Usage};
 use crate::work::Subresource;
 use crate::work::binding::Deferred;
 

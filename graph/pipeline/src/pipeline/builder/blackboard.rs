@@ -1,7 +1,6 @@
 //! Blackboard data: published by one pass under a name, read by others.
 
-use crate::access::subresource_range::SubresourceRange;
-use crate::access::version::Version;
+use crate::access::{SubresourceRange, Version};
 use crate::data::{DataShape, ValueType};
 use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::resource::ResourceKind;

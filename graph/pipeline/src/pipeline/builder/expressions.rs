@@ -4,8 +4,7 @@ use std::rc::Rc;
 
 use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::names::expression_diagnostic::expression_diagnostic;
-use crate::pipeline::settings::evaluate::Evaluate;
-use crate::pipeline::settings::live::{LiveSetting, Structural, names};
+use crate::pipeline::settings::{Evaluate, LiveSetting, Structural, names};
 use crate::work::{Deferred, Live, LiveValue};
 use umbragraph_text::diagnostic::{Code, Diagnostic, codes};
 use umbragraph_text::expression::{Expression, ExpressionError, ExpressionKind, UnknownName, Value};

@@ -21,8 +21,7 @@ use std::collections::BTreeSet;
 
 use crate::pipeline::located::Located as _;
 use crate::pipeline::names::environment::{Environment, reference_in};
-use crate::pipeline::settings::evaluate::Evaluate as _;
-use crate::pipeline::settings::live::LiveSetting;
+use crate::pipeline::settings::{Evaluate as _, LiveSetting};
 use crate::pipeline::state::shared::Shared;
 use crate::work::Work;
 use umbragraph_text::diagnostic::{Code, Diagnostic, codes, list_of};

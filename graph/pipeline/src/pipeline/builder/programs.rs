@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::program::Program;
-use crate::pipeline::settings::evaluate::Evaluate;
-use crate::pipeline::settings::live::Structural;
+use crate::pipeline::settings::{Evaluate, Structural};
 use crate::pipeline::state::shared::Shared;
 use crate::pipeline::survey::{Chosen, EntryPoints};
 use crate::work::ProgramHandle;

@@ -1,7 +1,6 @@
 //! Textures and buffers that a pass names.
 
-use crate::access::subresource_range::SubresourceRange;
-use crate::access::version::Version;
+use crate::access::{SubresourceRange, Version};
 use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::resource::{Resource, ResourceKind};
 use crate::pipeline::resources::history;

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::access::subresource_range::{IndexRange, SubresourceRange};
-use crate::access::usage::Usage;
+use crate::access::{IndexRange, SubresourceRange, Usage};
 use crate::draw::MATERIAL_GROUP;
 use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::builder::binding::{Bind, BindObject, Contents};

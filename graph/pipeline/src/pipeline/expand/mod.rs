@@ -22,10 +22,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use crate::node::Registry;
-use crate::pipeline::names::environment::Environment;
-use crate::pipeline::names::expression_diagnostic::expression_diagnostic;
-use crate::pipeline::names::identifiers::name_diagnostic;
-use crate::pipeline::names::instance::Instance;
+use crate::pipeline::names::{Environment, Instance, expression_diagnostic, name_diagnostic};
 use crate::pipeline::settings::live::Structural;
 use crate::pipeline::state::shared::Shared;
 use umbragraph_text::compose::is_path;

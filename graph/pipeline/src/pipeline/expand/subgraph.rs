@@ -11,9 +11,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use crate::pipeline::expand::{Expander, Gap, gap};
-use crate::pipeline::names::environment::{Environment, Given, Input};
-use crate::pipeline::names::expression_diagnostic::expression_diagnostic;
-use crate::pipeline::names::instance::Instance;
+use crate::pipeline::names::{Environment, Given, Input, Instance, expression_diagnostic};
 use crate::pipeline::settings::{derived, setting};
 use umbragraph_text::compose::is_path;
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, suggested_name};

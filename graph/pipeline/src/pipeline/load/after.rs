@@ -11,9 +11,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::pipeline::load::versions::{is_absent, is_gap};
-use crate::pipeline::names::expression_diagnostic::expression_diagnostic;
-use crate::pipeline::names::identifiers::is_of;
-use crate::pipeline::names::instance::Instance;
+use crate::pipeline::names::{Instance, expression_diagnostic, is_of};
 use crate::pipeline::pass::Pass;
 use crate::pipeline::state::shared::Shared;
 use crate::work::PassHandle;

@@ -4,10 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::access::version::Version;
 use crate::pipeline::located::Located as _;
-use crate::pipeline::names::environment::reference_in;
-use crate::pipeline::names::expression_diagnostic::expression_diagnostic;
-use crate::pipeline::names::identifiers::is_of;
-use crate::pipeline::names::instance::Instance;
+use crate::pipeline::names::{Instance, expression_diagnostic, is_of, reference_in};
 use crate::pipeline::pass::{Access, Pass};
 use crate::pipeline::resource::ResourceKind;
 use crate::pipeline::resources::history;

@@ -4,12 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::pipeline::load::sound::{Broken, Sound, section};
 use crate::pipeline::names::identifiers::{name_diagnostic, twin_diagnostic};
-use crate::pipeline::settings::derived::{self, Derived};
-use crate::pipeline::settings::live::Dependence;
-use crate::pipeline::settings::overrides::Overrides;
-use crate::pipeline::settings::preset;
-use crate::pipeline::settings::scope::StaticScope;
-use crate::pipeline::settings::setting::{self, Feature, ValuedParameter};
+use crate::pipeline::settings::{
+    Dependence, Derived, Feature, Overrides, StaticScope, ValuedParameter, derived, preset, setting,
+};
 use crate::pipeline::state::shared::Shared;
 use umbragraph_shaders::TargetProfile;
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes};

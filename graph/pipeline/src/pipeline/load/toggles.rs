@@ -2,8 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::pipeline::names::environment::Environment;
-use crate::pipeline::names::identifiers::{name_diagnostic, twin_diagnostic};
+use crate::pipeline::names::{Environment, name_diagnostic, twin_diagnostic};
 use crate::pipeline::toggle::{Condition, Toggle};
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, list_of, suggested_name};
 use umbragraph_text::document::{Document, Entry, Value, pointer_join};

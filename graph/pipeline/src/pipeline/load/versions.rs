@@ -4,9 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::access::version::Version;
 use crate::pipeline::located::Located as _;
-use crate::pipeline::names::environment::Environment;
-use crate::pipeline::names::identifiers::is_of;
-use crate::pipeline::names::instance::Instance;
+use crate::pipeline::names::{Environment, Instance, is_of};
 use crate::pipeline::pass::{Access, Pass};
 use crate::pipeline::resource::History;
 use crate::pipeline::resource::ResourceKind;

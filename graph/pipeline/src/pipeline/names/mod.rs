@@ -5,3 +5,8 @@ pub(crate) mod environment;
 pub(crate) mod expression_diagnostic;
 pub(crate) mod identifiers;
 pub(crate) mod instance;
+
+pub(crate) use environment::{Environment, Given, Input, reference_in};
+pub(crate) use expression_diagnostic::expression_diagnostic;
+pub(crate) use identifiers::{VIEWPORT, is_of, name_diagnostic, twin_diagnostic};
+pub(crate) use instance::Instance;

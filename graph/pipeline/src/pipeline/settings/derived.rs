@@ -13,8 +13,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::pipeline::names::expression_diagnostic::expression_diagnostic;
-use crate::pipeline::names::identifiers::{VIEWPORT, name_diagnostic, twin_diagnostic};
+use crate::pipeline::names::{VIEWPORT, expression_diagnostic, name_diagnostic, twin_diagnostic};
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, way_of};
 use umbragraph_text::document::{Entry, pointer_join};
 use umbragraph_text::expression::{self, Expression, ExpressionKind, Scope, Value};

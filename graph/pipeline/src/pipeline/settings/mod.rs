@@ -9,3 +9,10 @@ pub(crate) mod overrides;
 pub(crate) mod preset;
 pub(crate) mod scope;
 pub(crate) mod setting;
+
+pub(crate) use derived::Derived;
+pub(crate) use evaluate::Evaluate;
+pub(crate) use live::{Constraint, Dependence, Following, LiveSetting, Structural, names};
+pub(crate) use overrides::Overrides;
+pub(crate) use scope::StaticScope;
+pub(crate) use setting::{Feature, ValuedParameter};

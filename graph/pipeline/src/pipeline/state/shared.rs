@@ -5,13 +5,9 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use crate::data::ValueType;
-use crate::pipeline::names::environment::Environment;
-use crate::pipeline::names::identifiers::VIEWPORT;
-use crate::pipeline::names::instance::Instance;
+use crate::pipeline::names::{Environment, Instance, VIEWPORT};
 use crate::pipeline::resource::{Resource, ResourceKind};
-use crate::pipeline::settings::live::Structural;
-use crate::pipeline::settings::live::{Dependence, names};
-use crate::pipeline::settings::scope::StaticScope;
+use crate::pipeline::settings::{Dependence, StaticScope, Structural, names};
 use crate::pipeline::state::programs::Programs;
 use crate::work::ResourceHandle;
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics};
