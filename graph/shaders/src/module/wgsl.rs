@@ -82,10 +82,11 @@ pub(crate) fn resolve_overrides<'m>(
     if module.overrides.is_empty() {
         return Ok((Cow::Borrowed(module), Cow::Borrowed(info)));
     }
-    guarded(|| {
+    let resolved = guarded(|| {
         process_overrides(module, info, None, constants)
             .map_err(|error| wgsl_error::overrides(module, &error))
-    })
+    })?;
+    constant_arguments::found(&resolved.0).into_iter().next().map_or(Ok(resolved), Err)
 }
 
 /// The workgroup sizes of a module, where overrides may have decided them.

@@ -42,11 +42,16 @@ impl Calls<'_> {
                 self.math(fun, [Some(arg), arg1, arg2, arg3])?
             }
             Expression::As { expr, kind: ScalarKind::Float, convert: None } => {
-                let bits = self
-                    .constant(expr)?
-                    .into_iter()
-                    .find(|bits| !f32::from_bits(as_bits(*bits)).is_finite())?;
-                let message = format!("the bits 0x{:08x} are no finite f32", as_bits(bits));
+                let literals = self.literals(&self.function.expressions, expr)?;
+                let bits = literals.into_iter().find_map(|literal| {
+                    match literal {
+                        Literal::U32(bits) => Some(bits),
+                        Literal::I32(bits) => Some(bits.cast_unsigned()),
+                        _ => None,
+                    }
+                    .filter(|bits| !f32::from_bits(*bits).is_finite())
+                })?;
+                let message = format!("the bits 0x{bits:08x} are no finite f32");
                 (message, "compare bits as integers, or take the bits of a finite number")
             }
             _ => return None,
@@ -85,12 +90,11 @@ impl Calls<'_> {
                 (format!("\"ldexp\" has the exponent {exponent}, above 128"), "no f32 is so large")
             }
             MathFunction::Pack2x16float | MathFunction::QuantizeToF16 => {
-                // 65,520 is rounded to what a half cannot hold.
-                let value = argument(0)?.into_iter().find(|value| value.abs() >= 65_520.0)?;
+                let value = argument(0)?.into_iter().find(|value| value.abs() > 65_504.0)?;
                 (format!("{value} does not fit in a half, which ends at 65,504"), "clamp the value first")
             }
             MathFunction::Unpack2x16float => {
-                let halves = |bits: f64| [as_bits(bits) & 0xffff, as_bits(bits) >> 16];
+                let halves = |bits: f64| [bits as u32 & 0xffff, bits as u32 >> 16];
                 let half = argument(0)?.into_iter().flat_map(halves).find(|half| half & 0x7c00 == 0x7c00)?;
                 (format!("the bits 0x{half:04x} are no finite half"), "take the bits of a finite number")
             }
@@ -100,32 +104,29 @@ impl Calls<'_> {
 
     /// The components of a constant of the function.
     fn constant(&self, handle: Handle<Expression>) -> Option<Vec<f64>> {
-        if self.function.named_expressions.contains_key(&handle) {
-            return None;
-        }
-        self.components(&self.function.expressions, handle)
+        self.literals(&self.function.expressions, handle)?.into_iter().map(number).collect()
     }
 
-    fn components(&self, arena: &Arena<Expression>, handle: Handle<Expression>) -> Option<Vec<f64>> {
+    fn literals(&self, arena: &Arena<Expression>, handle: Handle<Expression>) -> Option<Vec<Literal>> {
         let is_local = std::ptr::eq(arena, &self.function.expressions);
         if is_local && self.function.named_expressions.contains_key(&handle) {
             return None;
         }
         match &arena[handle] {
-            Expression::Literal(literal) => Some(vec![number(*literal)?]),
+            Expression::Literal(literal) => Some(vec![*literal]),
             Expression::Constant(constant) => {
-                self.components(&self.module.global_expressions, self.module.constants[*constant].init)
+                self.literals(&self.module.global_expressions, self.module.constants[*constant].init)
             }
             Expression::Splat { size, value } => {
-                Some(vec![*self.components(arena, *value)?.first()?; *size as usize])
+                Some(vec![*self.literals(arena, *value)?.first()?; *size as usize])
             }
             Expression::Compose { components, .. } => {
-                let parts = components.iter().map(|component| self.components(arena, *component));
+                let parts = components.iter().map(|component| self.literals(arena, *component));
                 Some(parts.collect::<Option<Vec<_>>>()?.concat())
             }
             Expression::ZeroValue(ty) => match self.module.types[*ty].inner {
-                TypeInner::Scalar(_) => Some(vec![0.0]),
-                TypeInner::Vector { size, .. } => Some(vec![0.0; size as usize]),
+                TypeInner::Scalar(scalar) => Some(vec![Literal::zero(scalar)?]),
+                TypeInner::Vector { size, scalar } => Some(vec![Literal::zero(scalar)?; size as usize]),
                 _ => None,
             },
             _ => None,
@@ -144,9 +145,4 @@ fn number(literal: Literal) -> Option<f64> {
         Literal::U64(value) => value as f64,
         _ => return None,
     })
-}
-
-/// The 32 bits of an integer that was read as a number.
-fn as_bits(value: f64) -> u32 {
-    if value < 0.0 { value as i32 as u32 } else { value as u32 }
 }

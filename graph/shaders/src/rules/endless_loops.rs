@@ -2,7 +2,7 @@
 //!
 //! WGSL asks of every statement that control can go on behind it, or leave the function: a `loop` without `break`,
 //! `break if` or `return` is an error when the module is created. `discard` does not count, since the invocation goes on as a
-//! helper. Conditions are not asked: `while true` has a way out in the text.
+//! helper. Conditions are not evaluated: `while true` counts as leaving.
 //!
 //! Source: *WebGPU Shading Language*, "Behaviors".
 

@@ -11,7 +11,7 @@ use crate::TargetProfile;
 use crate::module::wgsl;
 
 /// The refused text, the sound one, and a part of the message.
-const PAIRS: [(&str, &str, &str); 23] = [
+const PAIRS: [(&str, &str, &str); 25] = [
     ("let r = x & 7u | y;", "let r = (x & 7u) | y;", "\"&\" and \"|\""),
     ("let r = x << y + 1u;", "let r = x << (y + 1u);", "\"<<\" and \"+\""),
     ("let r = x == y == true;", "let r = (x == y) == true;", "takes one \"==\""),
@@ -50,6 +50,8 @@ const PAIRS: [(&str, &str, &str); 23] = [
         "let r = bitcast<vec2<f32>>(vec2(0u, x));",
         "0x7f800000",
     ),
+    ("let r = quantizeToF16(65510.0);", "let r = quantizeToF16(65504.0);", "65510 does not fit"),
+    ("let r = bitcast<f32>(2139095040u);", "let r = bitcast<f32>(2143289344.0f);", "0x7f800000"),
     ("return; loop { }", "return; loop { break; }", "nothing leaves this loop"),
 ];
 
@@ -74,6 +76,17 @@ fn browsers_refuse_one_of_each_pair_and_so_do_we() {
         assert!(message.as_ref().is_some_and(|message| message.contains(says)), "{refused}: {message:?}");
         assert_eq!(rejected(&text(sound)), None, "{sound}");
     }
+}
+
+#[test]
+fn values_of_overrides_are_arguments_too() {
+    let text =
+        "override low = 2.0; @compute @workgroup_size(1) fn main() { var z = 1.0; z = clamp(z, low, 1.5); }";
+    let module = wgsl::parse(text).expect("WGSL");
+    let info = wgsl::validate(&module, TargetProfile::webgpu().capabilities).expect("a valid module");
+    let resolved = |low| wgsl::resolve_overrides(&module, &info, &[("low".to_owned(), low)].into()).map(drop);
+    assert!(resolved(2.0).is_err_and(|rejection| rejection.message.contains("low bound 2 above")));
+    assert!(resolved(1.0).is_ok());
 }
 
 #[test]

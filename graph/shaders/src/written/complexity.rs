@@ -120,8 +120,9 @@ pub(crate) fn words(text: &str) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
+/// Whether a byte is part of a name or number; names hold letters of any script.
 pub(crate) fn is_of_word(byte: &u8) -> bool {
-    byte.is_ascii_alphanumeric() || *byte == b'_'
+    byte.is_ascii_alphanumeric() || *byte == b'_' || !byte.is_ascii()
 }
 
 fn comment_end(bytes: &[u8], start: usize) -> usize {

@@ -232,10 +232,29 @@ fn rejection(text: &str, first: &Operator, second: &Operator) -> Rejection {
     } else {
         format!("WGSL does not take \"{one}\" and \"{other}\" beside each other without parentheses")
     };
-    let help = "write parentheses around the part that comes first, such as (a & b) | c";
+    // C and naga read the tighter operator first.
+    let tighter = if tightness(one) >= tightness(other) { one } else { other };
+    let help =
+        format!("to keep the meaning that C gives it, write parentheses around the part with \"{tighter}\"");
     let mut rejection = Rejection::new(codes::WGSL_SYNTAX, message, Span::from(second.clone())).help(help);
     rejection.labels.push((first.clone(), format!("\"{one}\" stands here")));
     rejection
+}
+
+/// The place of an operator in C's order of precedence; the highest is read first.
+fn tightness(operator: &str) -> usize {
+    const ORDER: [&[&str]; 9] = [
+        &["||"],
+        &["&&"],
+        &["|"],
+        &["^"],
+        &["&"],
+        &["==", "!="],
+        &["<", ">", "<=", ">="],
+        &["<<", ">>"],
+        &["+", "-"],
+    ];
+    ORDER.iter().position(|level| level.contains(&operator)).unwrap_or(ORDER.len())
 }
 
 #[cfg(test)]
@@ -311,6 +330,17 @@ mod tests {
         ] {
             assert!(accepts(sound), "{sound}");
         }
+    }
+
+    #[test]
+    fn names_may_hold_letters_of_any_script() {
+        assert!(accepts("é & ß") && !accepts("é & ß | c") && accepts("a\u{200e} & 日本"));
+    }
+
+    #[test]
+    fn help_names_the_operator_that_c_reads_first() {
+        let rejection = check("const A = 1u << n + 1u;").unwrap_err();
+        assert!(rejection.help.is_some_and(|help| help.ends_with("the part with \"+\"")));
     }
 
     #[test]
