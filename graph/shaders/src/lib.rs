@@ -36,6 +36,7 @@ pub use reflection::{
 };
 pub use rendering::templates::{TEMPLATE_ENDS, TemplateSet};
 pub use rules::limits::exceeded_by_layout;
+pub use targets::capabilities::Capability;
 pub use targets::profile::{TargetLanguage, TargetProfile};
 pub use umbragraph_text::diagnostic::{AxisValue, AxisValues, describe};
 pub use variant::compile::{ShaderModule, compile, complete, generate};

@@ -78,6 +78,7 @@ pub(crate) fn allocate(plan: &mut Plan, resolved: &ResolvedResources<'_>) {
             last,
             physical,
             format: texture.map(|texture| texture.format),
+            view_format: texture.and_then(|texture| texture.view_format),
             size: texture.map(|texture| texture.size),
             usages: texture.map(|texture| texture.usages),
             bytes: properties.bytes,

@@ -3,9 +3,10 @@
 //! Views fit their textures (cubes have six square layers, multisampled bindings see multisampled textures, volumes are
 //! not attached), full-screen passes say which layer of several they write, color attachments stay within the bytes of
 //! a sample, and blocks stay within the profile's binding sizes. Limits of one shader on its own (workgroup sizes,
-//! bindings for each stage) are checked with the shader's variants, and what a copy joins where copies are planned
-//! ([`crate::work::copies`]).
+//! bindings for each stage) are checked with the shader's variants, what a copy joins where copies are planned
+//! ([`crate::work::copies`]), and what a target lacks of core mode in [`super::core_rules`].
 
+use crate::plan::core_rules;
 use crate::plan::planned::{Plan, PlannedPass};
 use crate::request::texture_size::TextureSize;
 use crate::work::drawn_buffers::{Counted, DrawnBuffer};
@@ -43,6 +44,7 @@ pub(crate) fn check(plan: &Plan) -> Vec<Diagnostic> {
             }
         }
     }
+    diagnostics.extend(core_rules::check(plan));
     diagnostics
 }
 

@@ -10,6 +10,7 @@
 
 pub(crate) mod allocate;
 pub(crate) mod attachments;
+pub(crate) mod core_rules;
 pub(crate) mod device_rules;
 pub(crate) mod pass_sizes;
 pub(crate) mod planned;

@@ -194,6 +194,9 @@ pub struct PlannedResource {
     pub physical: Physical,
     /// The format, of a texture.
     pub format: Option<TextureFormat>,
+    /// The other format in which passes see it, of a texture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view_format: Option<TextureFormat>,
     /// The size, of a texture.
     pub size: Option<TextureSize>,
     /// The usages that its uses need, of a texture.

@@ -237,8 +237,8 @@ impl Kept {
     }
 }
 
-/// A texture as a plan wants it of the host, by the name of the import, that the host can use for `more` besides; its
-/// views may be sRGB or not. `None` where the plan imports no texture of this name.
+/// A texture as a plan wants it of the host, by the name of the import, that the host can use for `more` besides. Views in
+/// another format are possible where the plan has them. `None` where the plan imports no texture of this name.
 pub fn imported_texture(
     device: &wgpu::Device,
     plan: &Plan,
@@ -255,7 +255,7 @@ pub fn imported_texture(
         dimension: wgpu::TextureDimension::D2,
         format,
         usage: resource.usages.unwrap_or(wgpu::TextureUsages::empty()) | more,
-        view_formats: &[format.add_srgb_suffix(), format.remove_srgb_suffix()],
+        view_formats: resource.view_format.as_slice(),
     }))
 }
 

@@ -5,11 +5,12 @@
 //! changes numbers and nothing else.
 
 use std::error::Error;
+use std::ops::Range;
 
 use naga::back::{glsl, hlsl, msl, spv, wgsl as wgsl_out};
 use naga::proc::BoundsCheckPolicies;
 use naga::valid::ModuleInfo;
-use naga::{Expression, ImageClass, Module, Span, TypeInner};
+use naga::{Expression, Handle, ImageClass, Module, Span, TypeInner};
 
 use super::wgsl::guarded;
 use crate::codes;
@@ -36,6 +37,10 @@ impl Emitted {
     }
 }
 
+/// The way out where GLSL does not read depth.
+const AS_NUMBERS: &str =
+    "declare the texture as texture_2d<f32>, and read it by textureLoad or through a nearest sampler";
+
 /// Writes a validated module without overrides.
 ///
 /// # Errors
@@ -45,13 +50,21 @@ pub(crate) fn emit(
     info: &ModuleInfo,
     language: TargetLanguage,
 ) -> Result<Emitted, Rejection> {
+    if matches!(language, TargetLanguage::Glsl | TargetLanguage::GlslWebgl2)
+        && let Some(range) = uncompared(module)
+    {
+        let message = format!("{} compares whatever it samples of a depth texture", language.name());
+        let rejection = Rejection::new(codes::BACKEND_REJECTS, message, Span::UNDEFINED);
+        return Err(Rejection { range: Some(range), help: Some(AS_NUMBERS.to_owned()), ..rejection });
+    }
     guarded(|| {
         write(module, info, language).map_err(|error| {
             let error = error.to_string();
             let message = format!("{} cannot express this: {}", language.name(), one_line(&error));
             // The writer of GLSL does not say where.
             let range = depth_load(module).filter(|_| error.contains("depth textures"));
-            Rejection { range, ..Rejection::new(codes::BACKEND_REJECTS, message, Span::UNDEFINED) }
+            let help = range.as_ref().map(|_| AS_NUMBERS.to_owned());
+            Rejection { range, help, ..Rejection::new(codes::BACKEND_REJECTS, message, Span::UNDEFINED) }
         })
     })
 }
@@ -78,13 +91,17 @@ fn write(module: &Module, info: &ModuleInfo, language: TargetLanguage) -> Result
             found.entry_point_names.into_iter().collect::<Result<Vec<String>, _>>()?;
             Emitted::Text(text)
         }
-        TargetLanguage::Glsl => Emitted::Text(glsl_texts(module, info)?),
+        TargetLanguage::Glsl => Emitted::Text(glsl_texts(module, info, glsl::Version::new_gles(310))?),
+        TargetLanguage::GlslWebgl2 => {
+            let version = glsl::Version::Embedded { version: 300, is_webgl: true };
+            Emitted::Text(glsl_texts(module, info, version)?)
+        }
     })
 }
 
-fn glsl_texts(module: &Module, info: &ModuleInfo) -> Result<String, Box<dyn Error>> {
+fn glsl_texts(module: &Module, info: &ModuleInfo, version: glsl::Version) -> Result<String, Box<dyn Error>> {
     let mut text = String::new();
-    let options = glsl::Options { version: glsl::Version::new_gles(310), ..glsl::Options::default() };
+    let options = glsl::Options { version, ..glsl::Options::default() };
     for naga::EntryPoint { stage, name, .. } in &module.entry_points {
         let pipeline =
             glsl::PipelineOptions { shader_stage: *stage, entry_point: name.clone(), multiview: None };
@@ -98,14 +115,32 @@ fn glsl_texts(module: &Module, info: &ModuleInfo) -> Result<String, Box<dyn Erro
 }
 
 /// The first load from a depth texture.
-fn depth_load(module: &Module) -> Option<std::ops::Range<usize>> {
+fn depth_load(module: &Module) -> Option<Range<usize>> {
+    of_depth(module, |expression| match expression {
+        Expression::ImageLoad { image, .. } => Some(*image),
+        _ => None,
+    })
+}
+
+/// The first sample of a depth texture that no reference is compared with: naga writes it, and drivers reject it.
+fn uncompared(module: &Module) -> Option<Range<usize>> {
+    of_depth(module, |expression| match expression {
+        Expression::ImageSample { image, depth_ref: None, .. } => Some(*image),
+        _ => None,
+    })
+}
+
+/// The first expression that uses a depth texture in a way.
+fn of_depth(
+    module: &Module,
+    image_of: impl Fn(&Expression) -> Option<Handle<Expression>>,
+) -> Option<Range<usize>> {
     ir::functions(module).find_map(|function| {
-        let is_depth_load = |expression: &Expression| {
-            let Expression::ImageLoad { image, .. } = expression else { return false };
-            let image = ir::image(module, function, *image);
+        let is_depth = |expression: &Expression| {
+            let image = image_of(expression).and_then(|image| ir::image(module, function, image));
             matches!(image, Some(TypeInner::Image { class: ImageClass::Depth { .. }, .. }))
         };
-        let (handle, _) = function.expressions.iter().find(|(_, each)| is_depth_load(each))?;
+        let (handle, _) = function.expressions.iter().find(|(_, each)| is_depth(each))?;
         function.expressions.get_span(handle).to_range()
     })
 }

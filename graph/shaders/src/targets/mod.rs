@@ -1,4 +1,5 @@
-//! The guarantees of a target: its profile, and the limits that pipelines can require by name.
+//! The guarantees of a target: its profile, and the limits and capabilities that pipelines can require by name.
 
+pub(crate) mod capabilities;
 pub(crate) mod named_limits;
 pub(crate) mod profile;

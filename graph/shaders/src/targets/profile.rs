@@ -5,8 +5,9 @@
 //! states the profiles that it claims, and every variant is checked against each of them.
 //!
 //! Sources: the limits of WebGPU's specification (core and compatibility mode) and the defaults of wgpu 30 for native
-//! backends and GLES 3.1. The native profiles take WebGPU's guaranteed limits: a pipeline that needs more names it in its
-//! own requirements.
+//! backends, GLES 3.1 and WebGL 2. The native profiles take WebGPU's guaranteed limits: a pipeline that needs more names
+//! it in its own requirements. The downlevel flags of `gles` and `webgl2` are those that wgpu-hal 30 sets for every
+//! context of OpenGL ES 3.1 and of WebGL 2 (`gles/adapter.rs`).
 
 use naga::valid::Capabilities;
 use wgpu_types::{DownlevelFlags, Features, Limits};
@@ -23,15 +24,18 @@ pub enum TargetLanguage {
     Msl,
     /// HLSL, for Direct3D 12.
     Hlsl,
-    /// GLSL ES, for OpenGL ES.
+    /// GLSL ES 3.10, for OpenGL ES.
     Glsl,
+    /// GLSL ES 3.00, for WebGL 2.
+    GlslWebgl2,
 }
 
 impl TargetLanguage {
     /// All languages.
-    pub const ALL: [TargetLanguage; 5] = [Self::Wgsl, Self::Spirv, Self::Msl, Self::Hlsl, Self::Glsl];
+    pub const ALL: [TargetLanguage; 6] =
+        [Self::Wgsl, Self::Spirv, Self::Msl, Self::Hlsl, Self::Glsl, Self::GlslWebgl2];
 
-    /// `wgsl`, `spirv`, `msl`, `hlsl` or `glsl`.
+    /// `wgsl`, `spirv`, `msl`, `hlsl`, `glsl` or `glsl-webgl2`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Wgsl => "wgsl",
@@ -39,9 +43,39 @@ impl TargetLanguage {
             Self::Msl => "msl",
             Self::Hlsl => "hlsl",
             Self::Glsl => "glsl",
+            Self::GlslWebgl2 => "glsl-webgl2",
         }
     }
 }
+
+/// Compatibility mode has no views in another format, no arrays of cubes, one blend state for all attachments.
+const NOT_IN_COMPATIBILITY_MODE: DownlevelFlags = DownlevelFlags::VIEW_FORMATS
+    .union(DownlevelFlags::SURFACE_VIEW_FORMATS)
+    .union(DownlevelFlags::CUBE_ARRAY_TEXTURES)
+    .union(DownlevelFlags::MULTISAMPLED_SHADING)
+    .union(DownlevelFlags::INDEPENDENT_BLEND)
+    .union(DownlevelFlags::VERTEX_STORAGE)
+    .union(DownlevelFlags::DEPTH_BIAS_CLAMP);
+
+/// OpenGL ES 3.1 besides lacks what wgpu does not do on OpenGL.
+const NOT_IN_GLES: DownlevelFlags = NOT_IN_COMPATIBILITY_MODE
+    .union(DownlevelFlags::READ_ONLY_DEPTH_STENCIL)
+    .union(DownlevelFlags::DEPTH_TEXTURE_AND_BUFFER_COPIES)
+    .union(DownlevelFlags::BASE_VERTEX)
+    .union(DownlevelFlags::FULL_DRAW_INDEX_UINT32)
+    .union(DownlevelFlags::ANISOTROPIC_FILTERING)
+    .union(DownlevelFlags::NONBLOCKING_QUERY_RESOLVE)
+    .union(DownlevelFlags::WEBGPU_TEXTURE_FORMAT_SUPPORT)
+    .union(DownlevelFlags::TEXTURE_COMPRESSION);
+
+/// WebGL 2 besides lacks compute and storage.
+const NOT_IN_WEBGL2: DownlevelFlags = DownlevelFlags::COMPUTE_SHADERS
+    .union(DownlevelFlags::FRAGMENT_WRITABLE_STORAGE)
+    .union(DownlevelFlags::FRAGMENT_STORAGE)
+    .union(DownlevelFlags::INDIRECT_EXECUTION)
+    .union(DownlevelFlags::BUFFER_BINDINGS_NOT_16_BYTE_ALIGNED)
+    .union(DownlevelFlags::UNRESTRICTED_INDEX_BUFFER)
+    .union(DownlevelFlags::UNRESTRICTED_EXTERNAL_TEXTURE_COPIES);
 
 /// The features and limits that a shader may rely on.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +85,8 @@ pub struct TargetProfile {
     pub name: String,
     /// The wgpu features.
     pub features: Features,
+    /// What the target has of what WebGPU's core mode always has (see [`super::capabilities`]).
+    pub downlevel: DownlevelFlags,
     /// The capabilities of naga's validator; they follow from the features and the downlevel flags.
     pub capabilities: Capabilities,
     /// The limits.
@@ -63,7 +99,8 @@ pub struct TargetProfile {
 
 impl TargetProfile {
     /// The names of all profiles.
-    pub const NAMES: [&'static str; 6] = ["webgpu", "webgpu-compat", "vulkan", "metal", "dx12", "gles"];
+    pub const NAMES: [&'static str; 7] =
+        ["webgpu", "webgpu-compat", "vulkan", "metal", "dx12", "gles", "webgl2"];
 
     /// A profile by its name, with features of WebGPU behind it: `webgpu+float32-filterable`.
     pub fn from_name(name: &str) -> Option<Self> {
@@ -96,7 +133,15 @@ impl TargetProfile {
             "vulkan" => Some(Self::core(name, TargetLanguage::Spirv)),
             "metal" => Some(Self::core(name, TargetLanguage::Msl)),
             "dx12" => Some(Self::core(name, TargetLanguage::Hlsl)),
-            "gles" => Some(Self::reduced(name, Limits::downlevel_defaults(), TargetLanguage::Glsl)),
+            "gles" => {
+                let limits = Limits::downlevel_defaults();
+                Some(Self::reduced(name, limits, DownlevelFlags::all() - NOT_IN_GLES, TargetLanguage::Glsl))
+            }
+            "webgl2" => {
+                let limits = Limits::downlevel_webgl2_defaults();
+                let flags = DownlevelFlags::all() - NOT_IN_GLES - NOT_IN_WEBGL2;
+                Some(Self::reduced(name, limits, flags, TargetLanguage::GlslWebgl2))
+            }
             _ => None,
         }
     }
@@ -126,7 +171,12 @@ impl TargetProfile {
             max_storage_buffers_per_shader_stage: 4,
             ..Limits::defaults()
         };
-        Self::reduced("webgpu-compat", limits, TargetLanguage::Wgsl)
+        Self::reduced(
+            "webgpu-compat",
+            limits,
+            DownlevelFlags::all() - NOT_IN_COMPATIBILITY_MODE,
+            TargetLanguage::Wgsl,
+        )
     }
 
     /// Whether a browser takes the text itself.
@@ -157,6 +207,7 @@ impl TargetProfile {
         let has_vertex_storage = flags.contains(DownlevelFlags::VERTEX_STORAGE);
         self.vertex_storage_buffers =
             if has_vertex_storage { self.vertex_storage_buffers.min(storage_buffers) } else { 0 };
+        self.downlevel &= flags;
         self.capabilities &= wgpu_naga_bridge::features_to_naga_capabilities(self.features, flags);
         if self != claimed {
             self.name += " on this device";
@@ -165,26 +216,22 @@ impl TargetProfile {
     }
 
     fn core(name: &str, language: TargetLanguage) -> Self {
-        let (limits, features) = (Limits::defaults(), Features::empty());
+        let limits = Limits::defaults();
+        let vertex_storage_buffers = limits.max_storage_buffers_per_shader_stage;
+        Self { vertex_storage_buffers, ..Self::reduced(name, limits, DownlevelFlags::all(), language) }
+    }
+
+    /// A profile of devices that may have less than WebGPU's core mode.
+    fn reduced(name: &str, limits: Limits, downlevel: DownlevelFlags, language: TargetLanguage) -> Self {
+        let features = Features::empty();
         Self {
             name: name.to_owned(),
             features,
-            capabilities: wgpu_naga_bridge::features_to_naga_capabilities(features, DownlevelFlags::all()),
-            vertex_storage_buffers: limits.max_storage_buffers_per_shader_stage,
+            downlevel,
+            capabilities: wgpu_naga_bridge::features_to_naga_capabilities(features, downlevel),
             limits,
+            vertex_storage_buffers: 0,
             language,
         }
-    }
-
-    /// A profile of devices without what compatibility mode lacks.
-    fn reduced(name: &str, limits: Limits, language: TargetLanguage) -> Self {
-        let missing = DownlevelFlags::CUBE_ARRAY_TEXTURES
-            | DownlevelFlags::MULTISAMPLED_SHADING
-            | DownlevelFlags::INDEPENDENT_BLEND
-            | DownlevelFlags::VERTEX_STORAGE;
-        let flags = DownlevelFlags::all() - missing;
-        let core = Self::core(name, language);
-        let capabilities = wgpu_naga_bridge::features_to_naga_capabilities(core.features, flags);
-        Self { capabilities, limits, vertex_storage_buffers: 0, ..core }
     }
 }

@@ -261,8 +261,9 @@ pub struct FeatureDeclaration {
     /// cannot be switched on.
     #[serde(default)]
     pub required_limits: BTreeMap<String, u64>,
-    /// Optional features of WebGPU that it needs, such as "float32-filterable". Where the target profile, or the device,
-    /// does not have one, the feature is off and cannot be switched on.
+    /// Optional features of WebGPU that it needs, such as "float32-filterable", and parts of WebGPU's core mode that OpenGL
+    /// or compatibility mode lack, such as "view-formats". Where the target profile, or the device, does not have one, the
+    /// feature is off and cannot be switched on.
     #[serde(default)]
     pub required_features: Vec<String>,
     /// A description for people.

@@ -4,13 +4,15 @@
 //! "features": { "clustered": { "type": "bool", "default": true, "required_limits": { "max_storage_buffers_per_shader_stage": 2 } } }
 //! ```
 //!
-//! `"required_features": ["float32-filterable"]` does the same for optional features of WebGPU, which no profile has by itself
-//! (`webgpu+float32-filterable` has one), but a device may. Where the profile has less, the feature is off by default and cannot be switched on, nor can those that require it; so that one pipeline takes the
-//! better way on each device without anybody switching anything. No configuration with it is gone through there; where
-//! the profile has it, both are.
+//! `"required_features": ["float32-filterable"]` does the same for optional features of WebGPU, which no profile has by
+//! itself (`webgpu+float32-filterable` has one), but a device may; and for parts of WebGPU's core mode that OpenGL and
+//! compatibility mode lack, such as `"view-formats"` ([`Capability`]). Where the profile has less, the feature is off by
+//! default and cannot be switched on, nor can those that require it; so that one pipeline takes the better way on each
+//! device without anybody switching anything. No configuration with it is gone through there; where the profile has it,
+//! both are.
 
 use crate::pipeline::settings::overrides::Override;
-use umbragraph_shaders::TargetProfile;
+use umbragraph_shaders::{Capability, TargetProfile};
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use umbragraph_text::document::{Entry, Kind, Value, pointer_join};
 use umbragraph_text::language::{FeatureDeclaration, FeatureType};
@@ -52,7 +54,7 @@ fn lacking_within(
     let own = limit.or_else(|| {
         required_features(entry).iter().find_map(|written| {
             let name = written.text()?;
-            let is_missing = TargetProfile::feature(name).is_some_and(|one| !profile.features.contains(one));
+            let is_missing = Capability::from_name(name).is_some_and(|one| !profile.has(one));
             let required = format!("the device feature \"{name}\"");
             is_missing.then(|| Lacking { required, guaranteed: "not".to_owned(), place: written.span })
         })
@@ -75,13 +77,13 @@ pub fn off(declaration: &FeatureDeclaration, place: Span) -> Value {
 /// Reports required limits and features that no profile has.
 pub(crate) fn check_names(entry: &Entry, diagnostics: &mut Diagnostics) {
     for (at, written) in required_features(entry).iter().enumerate() {
-        let Some(name) = written.text().filter(|name| TargetProfile::feature(name).is_none()) else {
+        let Some(name) = written.text().filter(|name| Capability::from_name(name).is_none()) else {
             continue;
         };
-        let message = format!("WebGPU has no feature \"{name}\"");
+        let message = format!("no device has a feature \"{name}\"");
         let pointer = format!("{}/required_features/{at}", pointer_join("/features", &entry.key));
         let diagnostic = Diagnostic::error(codes::UNKNOWN_LIMIT, written.span, message).pointer(pointer);
-        let known = TargetProfile::feature_names();
+        let known = Capability::names();
         diagnostics.push(diagnostic.suggest(name, known, Some(written.span), |names| {
             format!("the features are {}", list_of(names))
         }));

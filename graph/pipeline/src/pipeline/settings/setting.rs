@@ -6,7 +6,7 @@ use crate::pipeline::settings::overrides::{Override, Overrides};
 use std::collections::BTreeMap;
 use umbragraph_shaders::TargetProfile;
 use umbragraph_text::diagnostic::{Code, Diagnostic, Diagnostics, codes, list_of, suggested_name};
-use umbragraph_text::document::{self, Entry};
+use umbragraph_text::document::{self, Entry, Kind};
 use umbragraph_text::expression::Value;
 use umbragraph_text::language::{
     FeatureDeclaration, FeatureType, Order, ParameterDeclaration, ParameterType,
@@ -96,6 +96,7 @@ pub(crate) fn features(
     diagnostics: &mut Diagnostics,
 ) -> BTreeMap<String, Feature> {
     let mut features = BTreeMap::new();
+    let mut unavailable = Vec::new();
     for entry in entries {
         let Some(declaration) = declarations.get(&entry.key) else { continue };
         let Some(default) = entry.value.get("default") else { continue };
@@ -103,6 +104,7 @@ pub(crate) fn features(
         availability::check_names(entry, diagnostics);
         let lacking = availability::lacking(entry, entries, profile);
         let off = lacking.as_ref().map(|lacking| availability::off(declaration, lacking.place));
+        unavailable.extend(lacking.as_ref().map(|_| entry.key.as_str()));
         let (default, default_place) = match &off {
             Some(off) => (off, off.span),
             None => (default, default.span),
@@ -129,7 +131,7 @@ pub(crate) fn features(
         }
         features.insert(entry.key.clone(), feature);
     }
-    groups(declarations, entries, overrides, &mut features, diagnostics);
+    groups(declarations, entries, overrides, &unavailable, &mut features, diagnostics);
     for (name, feature) in &features {
         let is_on = |other: &String| features.get(other).map(Feature::is_on);
         for (others, wanted, words) in [
@@ -174,11 +176,13 @@ pub(crate) fn features(
     features
 }
 
-/// Sees to it that of each group exactly one feature is on: what is chosen switches off what is on by default alone.
+/// Sees to it that of each group exactly one feature is on: what is chosen switches off what is on by default alone, and
+/// where the target lacks what the default requires, the next feature of the group in the document stands in for it.
 fn groups(
     declarations: &BTreeMap<String, FeatureDeclaration>,
     entries: &[Entry],
     overrides: &[Override],
+    unavailable: &[&str],
     features: &mut BTreeMap<String, Feature>,
     diagnostics: &mut Diagnostics,
 ) {
@@ -213,6 +217,21 @@ fn groups(
                     };
                     feature.place = setting.place;
                 }
+            }
+        }
+        if on(features).is_empty() && !members.iter().any(|name| is_chosen(name)) {
+            let mut own = entries.iter().filter(|entry| members.contains(&&entry.key));
+            let is_unavailable = |entry: &&Entry| unavailable.contains(&entry.key.as_str());
+            let is_default = |entry: &&Entry| {
+                is_unavailable(entry)
+                    && entry.value.get("default").is_some_and(|value| matches!(value.kind, Kind::Bool(true)))
+            };
+            let default = own.find(is_default);
+            let next = default.and_then(|_| own.find(|entry| !is_unavailable(entry)));
+            if let Some(feature) = next.and_then(|next| features.get_mut(&next.key))
+                && feature.declaration.feature_type == FeatureType::Bool
+            {
+                feature.value = Value::Bool(true);
             }
         }
         let on = on(features);
