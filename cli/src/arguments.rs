@@ -17,7 +17,7 @@ use umbragraph::low_level::shader::TargetLanguage;
 use crate::validator::ExternalValidator;
 
 #[cfg(feature = "gpu")]
-pub(crate) use drawing::{RenderArguments, Shot};
+pub(crate) use drawing::{AdaptersArguments, RenderArguments, Shot};
 #[cfg(feature = "score")]
 pub(crate) use scoring::{Measure, ScoreArguments, TuneArguments};
 
@@ -87,6 +87,9 @@ pub(crate) enum Command {
     /// Renders a scene through a pipeline to a PNG file.
     #[cfg(feature = "gpu")]
     Render(RenderArguments),
+    /// Lists the graphics adapters, and what each lacks for the pipelines that come with the command.
+    #[cfg(feature = "gpu")]
+    Adapters(AdaptersArguments),
     /// Holds the shadows of a pipeline against ray-traced ones, light by light.
     #[cfg(feature = "score")]
     Score(ScoreArguments),
@@ -120,7 +123,7 @@ impl Settings {
 }
 
 /// The files that a pipeline is made of besides its own.
-#[derive(Args, Clone)]
+#[derive(Args, Clone, Default)]
 pub(crate) struct Files {
     /// Puts the passes of an extension file at the pipeline's extension points. Several run in the order given.
     #[arg(long, value_name = "FILE")]

@@ -1,5 +1,9 @@
 //! A graphics device for pictures without a window.
 
+mod environment;
+mod messages;
+
+use self::environment::Wanted;
 use umbragraph::diagnostic::{Diagnostic, Place, codes, list_of};
 use umbragraph::low_level::pipeline::TypedPipeline;
 use umbragraph::low_level::shader::TargetProfile;
@@ -10,54 +14,26 @@ pub(crate) struct Graphics {
     pub(crate) device: Device,
     pub(crate) queue: Queue,
     pub(crate) name: String,
-    /// The downlevel flags of the adapter: abilities that older hardware lacks.
-    pub(crate) flags: wgpu::DownlevelFlags,
+    adapter: Adapter,
 }
 
-/// The variable that names the adapter to be used, or a part of its name or backend.
-const ADAPTER: &str = "UMBRAGRAPH_ADAPTER";
-
-/// Opens the best adapter: discrete before integrated before software, and any other backend before OpenGL. The
-/// environment variable `UMBRAGRAPH_ADAPTER` narrows the choice.
+/// Opens the best adapter: discrete before integrated before software, and any other backend before OpenGL. A part of its
+/// name or backend, or the environment (see [`environment`]), narrows the choice.
 ///
 /// # Errors
-/// No adapter, or one that rejects a device.
-pub(crate) fn open() -> Result<Graphics, Diagnostic> {
-    let found = |backends| {
-        let descriptor = InstanceDescriptor { backends, ..InstanceDescriptor::new_without_display_handle() };
-        let mut adapters = pollster::block_on(Instance::new(descriptor).enumerate_adapters(backends));
-        adapters.retain(|adapter| adapter.get_info().backend != Backend::Noop);
-        adapters.sort_by_key(rank);
-        adapters
+/// No adapter, one that rejects a device, or a variable that says nonsense.
+pub(crate) fn open(named: Option<&str>) -> Result<Graphics, Diagnostic> {
+    let wanted = Wanted::new(named)?;
+    // OpenGL last: it has less, and it has to be asked only where nothing else is there or it is called by its name.
+    let mut adapters = match wanted.backends {
+        Some(backends) => found(backends, &wanted),
+        None => found(Backends::PRIMARY, &wanted),
     };
-    // OpenGL last: where there is no display, its libraries complain on standard error of their own accord.
-    let mut adapters = found(Backends::PRIMARY);
-    if adapters.is_empty() || std::env::var_os(ADAPTER).is_some_and(|wanted| !wanted.is_empty()) {
-        adapters = found(Backends::all());
+    if wanted.backends.is_none() && (adapters.is_empty() || wanted.name.is_some()) {
+        adapters = found(Backends::all(), &wanted);
     }
-    let names: Vec<String> = adapters.iter().map(name).collect();
-    if let Some(wanted) = std::env::var(ADAPTER).ok().filter(|wanted| !wanted.is_empty()) {
-        adapters.retain(|adapter| name(adapter).to_lowercase().contains(&wanted.to_lowercase()));
-        if adapters.is_empty() {
-            let message = format!("no graphics adapter is called \"{wanted}\", as {ADAPTER} asks for");
-            let help = if names.is_empty() {
-                "there is none at all".to_owned()
-            } else {
-                format!("there are {}", list_of(names))
-            };
-            return Err(Diagnostic::error(crate::codes::NO_ADAPTER, Place::Nowhere, message).help(help));
-        }
-    }
-    let Some(adapter) = adapters.first() else {
-        return Err(Diagnostic::error(
-            crate::codes::NO_ADAPTER,
-            Place::Nowhere,
-            "no graphics adapter was found",
-        )
-        .help(
-            "install a driver; on Debian and Ubuntu `apt install mesa-vulkan-drivers` gives one in software",
-        ));
-    };
+    let adapters = named_as(adapters, &wanted)?;
+    let Some(adapter) = adapters.first() else { return Err(nothing(&wanted)) };
     let name = name(adapter);
     let wanted = wgpu::Features::all_webgpu_mask() | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
     let descriptor = wgpu::DeviceDescriptor {
@@ -67,9 +43,7 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
         ..wgpu::DeviceDescriptor::default()
     };
     match pollster::block_on(adapter.request_device(&descriptor)) {
-        Ok((device, queue)) => {
-            Ok(Graphics { device, queue, name, flags: adapter.get_downlevel_capabilities().flags })
-        }
+        Ok((device, queue)) => Ok(Graphics { device, queue, name, adapter: adapter.clone() }),
         Err(error) => {
             Err(Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("{name} gives no device: {error}"))
                 .help("update the driver, or close what uses up its memory"))
@@ -77,26 +51,105 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
     }
 }
 
+/// All adapters that the environment lets through, the best first; those of OpenGL last.
+///
+/// # Errors
+/// None, or a variable that says nonsense.
+pub(crate) fn all() -> Result<Vec<Adapter>, Diagnostic> {
+    let wanted = Wanted::new(None)?;
+    named_as(found(wanted.backends.unwrap_or(Backends::all()), &wanted), &wanted)
+}
+
+/// The adapters whose name or backend contains what is wanted.
+fn named_as(mut adapters: Vec<Adapter>, wanted: &Wanted) -> Result<Vec<Adapter>, Diagnostic> {
+    if adapters.is_empty() {
+        return Err(nothing(wanted));
+    }
+    let Some((part, by)) = &wanted.name else { return Ok(adapters) };
+    let names: Vec<String> = adapters.iter().map(name).collect();
+    adapters.retain(|adapter| name(adapter).to_lowercase().contains(&part.to_lowercase()));
+    if adapters.is_empty() {
+        let message = format!("no graphics adapter is called \"{part}\", as {by} asks for");
+        return Err(Diagnostic::error(crate::codes::NO_ADAPTER, Place::Nowhere, message)
+            .help(format!("there are {}", list_of(names))));
+    }
+    Ok(adapters)
+}
+
+fn found(backends: Backends, wanted: &Wanted) -> Vec<Adapter> {
+    messages::listen();
+    let descriptor = InstanceDescriptor { backends, ..InstanceDescriptor::new_without_display_handle() };
+    // The variable of backends is read already, with an error where it says nonsense.
+    let descriptor = InstanceDescriptor { backends, ..descriptor.with_env() };
+    let mut adapters = pollster::block_on(Instance::new(descriptor).enumerate_adapters(backends));
+    adapters.retain(|adapter| adapter.get_info().backend != Backend::Noop);
+    adapters.sort_by_key(|adapter| rank(adapter, wanted.low_power));
+    adapters
+}
+
+/// The diagnostic of a machine without adapters.
+fn nothing(wanted: &Wanted) -> Diagnostic {
+    let of = match wanted.backends {
+        Some(backends) => {
+            let names = backends.iter_names().map(|(name, _)| name.to_lowercase());
+            format!(" of {}, as WGPU_BACKEND asks for,", list_of(names))
+        }
+        None => String::new(),
+    };
+    let message = format!("no graphics adapter{of} was found");
+    let drivers = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].into_iter();
+    let help = match drivers.filter_map(|name| Some((name, std::env::var_os(name)?))).next() {
+        Some((name, files)) => {
+            let files = files.to_string_lossy();
+            format!("{name} lets no driver through but \"{files}\": unset it, or correct it")
+        }
+        None => {
+            "install a driver; on Debian and Ubuntu `apt install mesa-vulkan-drivers` gives one in software"
+                .to_owned()
+        }
+    };
+    Diagnostic::error(crate::codes::NO_ADAPTER, Place::Nowhere, message).help(help)
+}
+
+/// What a profile becomes on an adapter: no more than it has, but for the features that a pipeline can use.
+pub(crate) fn profile_on(pipeline: &TypedPipeline, adapter: &Adapter) -> TargetProfile {
+    let features = pipeline.device_features() & adapter.features();
+    let flags = adapter.get_downlevel_capabilities().flags;
+    let profile = pipeline.profile.clone().on_device(&adapter.limits(), flags);
+    if features.is_empty() { profile } else { profile.with_features(features) }
+}
+
 impl Graphics {
     /// The profile of a pipeline on this device: limited to what the device offers, with the device features that the
     /// pipeline can use.
     pub(crate) fn profile(&self, pipeline: &TypedPipeline) -> TargetProfile {
-        let features = pipeline.device_features() & self.device.features();
-        let profile = pipeline.profile.clone().on_device(&self.device.limits(), self.flags);
-        if features.is_empty() { profile } else { profile.with_features(features) }
+        profile_on(pipeline, &self.adapter)
     }
 }
 
-fn name(adapter: &Adapter) -> String {
+/// Its name and its backend.
+pub(crate) fn name(adapter: &Adapter) -> String {
     let info = adapter.get_info();
     format!("{} ({})", info.name, info.backend)
 }
 
-fn rank(adapter: &Adapter) -> (bool, u8) {
+fn rank(adapter: &Adapter, low_power: bool) -> (bool, u8) {
     let info = adapter.get_info();
     let kind = match info.device_type {
-        DeviceType::DiscreteGpu => 0,
-        DeviceType::IntegratedGpu => 1,
+        DeviceType::DiscreteGpu => {
+            if low_power {
+                1
+            } else {
+                0
+            }
+        }
+        DeviceType::IntegratedGpu => {
+            if low_power {
+                0
+            } else {
+                1
+            }
+        }
         DeviceType::VirtualGpu => 2,
         DeviceType::Other => 3,
         DeviceType::Cpu => 4,

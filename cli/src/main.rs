@@ -5,6 +5,8 @@
 
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+#[cfg(feature = "gpu")]
+mod adapters;
 #[cfg(feature = "score")]
 mod answer;
 mod arguments;
@@ -75,6 +77,8 @@ fn main() -> ExitCode {
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Lsp(arguments) => lsp::run(&arguments),
         #[cfg(feature = "gpu")]
+        Command::Adapters(arguments) => adapters::run(&arguments),
+        #[cfg(feature = "gpu")]
         Command::Render(arguments) => render::run(&arguments),
         #[cfg(feature = "score")]
         Command::Score(arguments) => score::run(&arguments),
@@ -85,14 +89,18 @@ fn main() -> ExitCode {
 }
 
 /// Keeps a layer of Mesa from loading if there is no display. It looks for one and complains on standard error, twice,
-/// before every picture.
+/// before every picture. Keeps EGL from complaining about devices that it does not find, unless `EGL_LOG_LEVEL` is set.
 #[cfg(all(feature = "gpu", target_os = "linux"))]
 #[expect(unsafe_code, reason = "see the proof at the place")]
 fn silence_device_selection() {
-    if ["XDG_RUNTIME_DIR", "WAYLAND_DISPLAY", "DISPLAY"].iter().all(|name| std::env::var_os(name).is_none()) {
+    let is_unset = |name: &&str| std::env::var_os(name).is_none();
+    let has_no_display = ["XDG_RUNTIME_DIR", "WAYLAND_DISPLAY", "DISPLAY"].iter().all(is_unset);
+    let selection = Some(("NODEVICE_SELECT", "1")).filter(|_| has_no_display);
+    let egl = Some(("EGL_LOG_LEVEL", "fatal")).filter(|(name, _)| is_unset(name));
+    for (name, value) in selection.into_iter().chain(egl) {
         // SAFETY: the environment may not be changed while another thread reads it; this is the first statement of
         // `main`, before any thread is started.
-        unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
+        unsafe { std::env::set_var(name, value) };
     }
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use umbragraph::DiskStorage;
 use umbragraph::Plan;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Severity, codes, render};
 #[cfg(feature = "gpu")]
 use umbragraph::executor::DryRun;
 use umbragraph::low_level::compiler::PlanOptions;
@@ -14,7 +14,7 @@ use umbragraph::low_level::compose::{self, Roots};
 use umbragraph::low_level::document::Document;
 use umbragraph::low_level::pipeline::{self, FileKind, Overrides};
 use umbragraph::low_level::session::{
-    Choice, Judges, Loaded, Survey, Surveyed, Target, Template, TemplateText,
+    Choice, Judges, Loaded, Planned, Survey, Surveyed, Target, Template, TemplateText,
 };
 use umbragraph::low_level::shader::{TEMPLATE_ENDS, TargetProfile, TemplateSet};
 use umbragraph::low_level::source::{FileId, Sources, Span};
@@ -212,7 +212,17 @@ impl Session {
         let Some(Configured { target, overrides, .. }) = self.configured(path, choices) else {
             return CheckReport::default();
         };
-        self.plan(&target, overrides, profile, choices)
+        let before = pipeline.clone();
+        let checked = self.plan(&target, overrides, profile, choices);
+        let after = checked.pipeline.iter().flat_map(|pipeline| &pipeline.features);
+        for (name, feature) in after.filter(|(_, feature)| !feature.is_on()) {
+            if before.features.get(name).is_some_and(|before| before.is_on()) {
+                let message = format!("\"{name}\" is off: {} lacks what it requires", graphics.name);
+                let note = Diagnostic::warning(codes::FEATURE_UNAVAILABLE, feature.place, message);
+                self.diagnostics.push(note.severity(Severity::Note));
+            }
+        }
+        checked
     }
 
     /// The same, with everything that is known of where its values come from.
@@ -227,6 +237,13 @@ impl Session {
             None => CheckReport::default(),
         };
         Some((self.session.load(&target).ok()?, overrides, checked))
+    }
+
+    /// A pipeline without settings on a profile, and what is said of it, which this session does not keep.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn plan_aside(&mut self, target: &Target, profile: TargetProfile) -> Option<Planned> {
+        let choice = Choice::new(profile, PlanOptions::new(1280, 720));
+        self.session.plan(target, &choice).ok().map(|(planned, _)| planned)
     }
 
     fn plan(

@@ -7,6 +7,7 @@ mod broken;
 mod checker;
 mod checker_toggles;
 mod codes;
+mod core_mode;
 mod dead_parameters;
 mod device_limits;
 mod documents;

@@ -4,8 +4,24 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::Choices;
+use super::{AnswerFormat, Choices};
 use crate::render::{camera::CameraArgument, capture::CaptureArgument};
+
+/// The adapter that draws.
+#[derive(Args)]
+pub(crate) struct Drawn {
+    /// Draws with the adapter whose name or backend contains this; `umbragraph adapters` lists them. Without it
+    /// WGPU_ADAPTER_NAME, WGPU_BACKEND and WGPU_POWER_PREF choose, or else the best is taken.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
+}
+
+#[derive(Args)]
+pub(crate) struct AdaptersArguments {
+    /// The form of the list: human or json.
+    #[arg(long, value_enum, value_name = "NAME", default_value_t)]
+    pub(crate) format: AnswerFormat,
+}
 
 #[derive(Args)]
 pub(crate) struct RenderArguments {
@@ -41,6 +57,8 @@ pub(crate) struct RenderArguments {
     /// Switches a toggle; without a value it is switched on. Toggles change nothing about the plan.
     #[arg(long = "toggle", value_name = "NAME[=on|off]", value_parser = parse_toggle)]
     pub(crate) toggles: Vec<(String, bool)>,
+    #[command(flatten)]
+    pub(crate) drawn: Drawn,
     #[command(flatten)]
     pub(crate) choices: Choices,
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::drawing::{Film, Shot};
+use super::drawing::{Drawn, Film, Shot};
 use super::{AnswerFormat, Choices};
 use crate::tune::space::Over;
 
@@ -55,6 +55,8 @@ pub(crate) struct TuneArguments {
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: AnswerFormat,
     #[command(flatten)]
+    pub(crate) drawn: Drawn,
+    #[command(flatten)]
     pub(crate) choices: Choices,
 }
 
@@ -86,6 +88,8 @@ pub(crate) struct ScoreArguments {
     /// The form of the scores: human or json.
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: AnswerFormat,
+    #[command(flatten)]
+    pub(crate) drawn: Drawn,
     #[command(flatten)]
     pub(crate) choices: Choices,
 }

@@ -70,7 +70,7 @@ fn render(
     session.diagnostics.extend(umbragraph::scene::filter::left_out(&scene, plan));
     session.ensure_fine(&checked)?;
     let (captures, document) = capture::captures(plan, &arguments.capture, arguments.capture_all.as_deref())?;
-    let graphics = progress.stage("open device", device::open)?;
+    let graphics = progress.stage("open device", || device::open(arguments.drawn.adapter.as_deref()))?;
     let checked = if document.imports.is_empty() {
         checked
     } else {

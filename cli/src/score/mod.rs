@@ -64,7 +64,7 @@ fn score(
     let checked = progress.stage("check", || session.check(&arguments.pipeline, &choices));
     let scene = progress.stage("load scene", || session.scene(&arguments.scene))?;
     session.ensure_fine(&checked)?;
-    let graphics = progress.stage("open device", device::open)?;
+    let graphics = progress.stage("open device", || device::open(arguments.drawn.adapter.as_deref()))?;
     let checked = session.check_on(&graphics, checked, &arguments.pipeline, &choices);
     session.ensure_fine(&checked)?;
     let options = Session::options(&choices);

@@ -84,7 +84,7 @@ fn tune(
         scenes.push(progress.stage("load scene", || session.scene(file))?);
     }
     session.ensure_fine(&checked)?;
-    let graphics = progress.stage("open device", device::open)?;
+    let graphics = progress.stage("open device", || device::open(arguments.drawn.adapter.as_deref()))?;
     let checked = session.check_on(&graphics, checked, &arguments.pipeline, &choices);
     session.ensure_fine(&checked)?;
     let mut drawings = Vec::new();

@@ -1,5 +1,6 @@
 //! The command as a user meets it: exit status, diagnostics, and the files it writes.
 
+mod adapters;
 mod check;
 mod diff;
 mod fmt;

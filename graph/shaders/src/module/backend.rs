@@ -10,7 +10,7 @@ use std::ops::Range;
 use naga::back::{glsl, hlsl, msl, spv, wgsl as wgsl_out};
 use naga::proc::BoundsCheckPolicies;
 use naga::valid::ModuleInfo;
-use naga::{Expression, Handle, ImageClass, Module, Span, TypeInner};
+use naga::{Expression, Function, Handle, ImageClass, Module, Span, TypeInner};
 
 use super::wgsl::guarded;
 use crate::codes;
@@ -56,6 +56,16 @@ pub(crate) fn emit(
         let message = format!("{} compares whatever it samples of a depth texture", language.name());
         let rejection = Rejection::new(codes::BACKEND_REJECTS, message, Span::UNDEFINED);
         return Err(Rejection { range: Some(range), help: Some(AS_NUMBERS.to_owned()), ..rejection });
+    }
+    let gather =
+        |expression: &Expression| matches!(expression, Expression::ImageSample { gather: Some(_), .. });
+    if language == TargetLanguage::GlslWebgl2
+        && let Some(range) = first(module, |_, expression| gather(expression))
+    {
+        let message = format!("{} has no textureGather", language.name());
+        let help = "read the four texels by textureLoad";
+        let rejection = Rejection::new(codes::BACKEND_REJECTS, message, Span::UNDEFINED);
+        return Err(Rejection { range: Some(range), help: Some(help.to_owned()), ..rejection });
     }
     guarded(|| {
         write(module, info, language).map_err(|error| {
@@ -135,12 +145,16 @@ fn of_depth(
     module: &Module,
     image_of: impl Fn(&Expression) -> Option<Handle<Expression>>,
 ) -> Option<Range<usize>> {
+    first(module, |function, expression| {
+        let image = image_of(expression).and_then(|image| ir::image(module, function, image));
+        matches!(image, Some(TypeInner::Image { class: ImageClass::Depth { .. }, .. }))
+    })
+}
+
+/// The place of the first expression that is one of some.
+fn first(module: &Module, is_one: impl Fn(&Function, &Expression) -> bool) -> Option<Range<usize>> {
     ir::functions(module).find_map(|function| {
-        let is_depth = |expression: &Expression| {
-            let image = image_of(expression).and_then(|image| ir::image(module, function, image));
-            matches!(image, Some(TypeInner::Image { class: ImageClass::Depth { .. }, .. }))
-        };
-        let (handle, _) = function.expressions.iter().find(|(_, each)| is_depth(each))?;
+        let (handle, _) = function.expressions.iter().find(|(_, each)| is_one(function, each))?;
         function.expressions.get_span(handle).to_range()
     })
 }

@@ -134,7 +134,9 @@ impl TargetProfile {
             "metal" => Some(Self::core(name, TargetLanguage::Msl)),
             "dx12" => Some(Self::core(name, TargetLanguage::Hlsl)),
             "gles" => {
-                let limits = Limits::downlevel_defaults();
+                // The letter of OpenGL ES 3.1 is 2048; compatibility mode, which is made for it, counts on 4096.
+                let max_texture_dimension_2d = Self::webgpu_compat().limits.max_texture_dimension_2d;
+                let limits = Limits { max_texture_dimension_2d, ..Limits::downlevel_defaults() };
                 Some(Self::reduced(name, limits, DownlevelFlags::all() - NOT_IN_GLES, TargetLanguage::Glsl))
             }
             "webgl2" => {

@@ -1,0 +1,139 @@
+//! `umbragraph adapters`: the graphics adapters of the machine, and what the pipelines that come with the command become
+//! on each.
+//!
+//! A pipeline is planned for the profile of the adapter, as `render` does it. It is whole there, or is without features
+//! whose requirements the adapter does not meet, or has errors. Nothing is drawn, and no device is opened.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use serde_json::json;
+use umbragraph::diagnostic::{Diagnostics, Severity, list_of};
+use umbragraph::low_level::session::Target;
+use umbragraph::low_level::shader::TargetProfile;
+
+use crate::arguments::{AdaptersArguments, AnswerFormat};
+use crate::device;
+use crate::session::Session;
+use crate::streams::{complain, print, print_json};
+
+/// The pipelines that are planned.
+const SYSTEMS: [&str; 6] = ["mantis", "nebula", "caracal", "lore", "awsm", "umbra"];
+
+/// An adapter in words.
+struct Described {
+    name: String,
+    kind: String,
+    driver: String,
+    /// What it lacks of WebGPU's core mode.
+    lacking: Vec<&'static str>,
+    systems: Vec<System>,
+}
+
+/// A pipeline on an adapter.
+struct System {
+    name: &'static str,
+    /// The features that are off because of the adapter.
+    without: Vec<String>,
+    /// The first error.
+    error: Option<String>,
+}
+
+/// Prints the adapters; whether there is one.
+pub(crate) fn run(arguments: &AdaptersArguments) -> bool {
+    let adapters = match device::all() {
+        Ok(adapters) => adapters,
+        Err(diagnostic) => {
+            complain(&umbragraph::diagnostic::render::human_all([&diagnostic], &Default::default()));
+            return false;
+        }
+    };
+    let mut session = Session::new(&Default::default());
+    let described: Vec<Described> = adapters.iter().map(|adapter| describe(&mut session, adapter)).collect();
+    match arguments.format {
+        AnswerFormat::Human => print(&described.iter().map(Described::text).collect::<String>()),
+        AnswerFormat::Json => {
+            let adapters: Vec<_> = described.iter().map(Described::json).collect();
+            print_json(&format!("{:#}\n", json!({ "adapters": adapters })));
+        }
+    }
+    true
+}
+
+fn describe(session: &mut Session, adapter: &wgpu::Adapter) -> Described {
+    let info = adapter.get_info();
+    let profile =
+        TargetProfile::webgpu().on_device(&adapter.limits(), adapter.get_downlevel_capabilities().flags);
+    let words = [info.driver, info.driver_info].into_iter().filter(|word| !word.is_empty());
+    Described {
+        name: device::name(adapter),
+        kind: format!("{:?}", info.device_type),
+        driver: words.collect::<Vec<_>>().join(" "),
+        lacking: profile.lacking(),
+        systems: SYSTEMS.iter().map(|name| system(session, name, adapter)).collect(),
+    }
+}
+
+fn system(session: &mut Session, name: &'static str, adapter: &wgpu::Adapter) -> System {
+    let target = Target::new(format!("umbragraph:{name}.json"));
+    let mut plan = |profile: TargetProfile| session.plan_aside(&target, profile);
+    let first = |diagnostics: &Diagnostics| {
+        let error = diagnostics.iter().find(|one| one.severity == Severity::Error);
+        error.map(|error| error.message.clone())
+    };
+    let failed = |error| System { name, without: Vec::new(), error };
+    let usual = plan(TargetProfile::webgpu());
+    let Some(pipeline) = usual.as_ref().and_then(|planned| planned.report.pipeline.clone()) else {
+        return failed(Some("it is not there".to_owned()));
+    };
+    let Some(planned) = plan(device::profile_on(&pipeline, adapter)) else { return failed(None) };
+    let on = |pipeline: &umbragraph::low_level::pipeline::TypedPipeline| -> BTreeSet<String> {
+        let features = pipeline.features.iter().filter(|(_, feature)| feature.is_on());
+        features.map(|(name, _)| name.clone()).collect()
+    };
+    let left = planned.report.pipeline.as_deref().map(on).unwrap_or_default();
+    let without = on(&pipeline).difference(&left).cloned().collect();
+    System { name, without, error: first(&planned.diagnostics).filter(|_| planned.report.plan.is_none()) }
+}
+
+impl Described {
+    fn text(&self) -> String {
+        let Self { name, kind, driver, lacking, systems } = self;
+        let mut text = format!("{name}\n  kind: {kind}\n");
+        if !driver.is_empty() {
+            let _ = writeln!(text, "  driver: {driver}");
+        }
+        let lacking = if lacking.is_empty() { "nothing".to_owned() } else { list_of(lacking) };
+        let _ = writeln!(text, "  lacks of WebGPU's core mode: {lacking}");
+        let whole = systems.iter().filter(|system| system.without.is_empty() && system.error.is_none());
+        let whole: Vec<_> = whole.map(|system| system.name).collect();
+        if !whole.is_empty() {
+            let _ = writeln!(text, "  draws whole: {}", list_of(whole));
+        }
+        for System { name, without, error } in systems {
+            match error {
+                Some(error) => {
+                    let _ = writeln!(text, "  does not draw {name}: {error}");
+                }
+                None if without.is_empty() => {}
+                None => {
+                    let _ = writeln!(text, "  draws {name} without {}", list_of(without));
+                }
+            }
+        }
+        text
+    }
+
+    fn json(&self) -> serde_json::Value {
+        let systems = self.systems.iter().map(
+            |System { name, without, error }| json!({ "name": name, "without": without, "error": error }),
+        );
+        json!({
+            "name": self.name,
+            "kind": self.kind,
+            "driver": self.driver,
+            "lacking": self.lacking,
+            "systems": systems.collect::<Vec<_>>(),
+        })
+    }
+}

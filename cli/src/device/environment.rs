@@ -1,0 +1,108 @@
+//! The environment variables that choose an adapter: those that all programs with wgpu have in common.
+//!
+//! | variable | what it says |
+//! |---|---|
+//! | `WGPU_BACKEND` | backends with commas between: `vulkan`, `metal`, `dx12`, `gl` |
+//! | `WGPU_ADAPTER_NAME` | a part of the adapter's name; `UMBRAGRAPH_ADAPTER` is the same |
+//! | `WGPU_POWER_PREF` | `low` prefers integrated GPUs, `high` and `none` discrete ones |
+//! | `WGPU_DEBUG`, `WGPU_VALIDATION` | labels for debuggers, and the messages of validation layers (see [`super::messages`]) |
+//!
+//! An empty variable says nothing. A value that none of them has is an error; wgpu itself ignores it.
+
+use umbragraph::diagnostic::{Diagnostic, Place, list_of};
+use wgpu::Backends;
+
+/// The names of an adapter. The first that is set counts.
+const NAMES: [&str; 2] = ["WGPU_ADAPTER_NAME", "UMBRAGRAPH_ADAPTER"];
+
+/// Which adapter is wanted.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct Wanted {
+    /// The backends to be asked.
+    pub(super) backends: Option<Backends>,
+    /// A part of the name or the backend, and who says so.
+    pub(super) name: Option<(String, &'static str)>,
+    /// Whether integrated GPUs come before discrete ones.
+    pub(super) low_power: bool,
+}
+
+impl Wanted {
+    /// What the command line and the environment say.
+    ///
+    /// # Errors
+    /// A value that a variable cannot have.
+    pub(super) fn new(named: Option<&str>) -> Result<Self, Diagnostic> {
+        Self::of(named, &|name| std::env::var_os(name).map(|value| value.to_string_lossy().into_owned()))
+    }
+
+    fn of(named: Option<&str>, lookup: &dyn Fn(&str) -> Option<String>) -> Result<Self, Diagnostic> {
+        let set = |name: &str| lookup(name).filter(|value| !value.trim().is_empty());
+        let all = |list: String| {
+            list.split(',').try_fold(Backends::empty(), |all, one| Ok(all | backend(one.trim())?))
+        };
+        let backends = set("WGPU_BACKEND").map(all).transpose()?;
+        let low_power = match set("WGPU_POWER_PREF").map(|value| value.to_lowercase()).as_deref() {
+            Some("low") => true,
+            Some("high" | "none") | None => false,
+            Some(other) => {
+                let message = format!("WGPU_POWER_PREF is \"{other}\"");
+                return Err(error(message).help("it is low, high or none"));
+            }
+        };
+        let variables = NAMES.into_iter().find_map(|name| Some((set(name)?, name)));
+        let name = named.map(|name| (name.to_owned(), "--adapter")).or(variables);
+        Ok(Self { backends, name, low_power })
+    }
+}
+
+fn backend(name: &str) -> Result<Backends, Diagnostic> {
+    Ok(match name.to_lowercase().as_str() {
+        "vulkan" | "vk" => Backends::VULKAN,
+        "metal" | "mtl" => Backends::METAL,
+        "dx12" | "d3d12" => Backends::DX12,
+        "opengl" | "gles" | "gl" => Backends::GL,
+        _ => {
+            let message = format!("WGPU_BACKEND names \"{name}\", which is no backend");
+            let known = list_of(["vulkan", "metal", "dx12", "gl"]);
+            return Err(error(message).help(format!("the backends are {known}")));
+        }
+    })
+}
+
+fn error(message: String) -> Diagnostic {
+    Diagnostic::error(crate::codes::NO_ADAPTER, Place::Nowhere, message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(named: Option<&str>, set: &[(&str, &str)]) -> Result<Wanted, String> {
+        let lookup =
+            |name: &str| set.iter().find(|(known, _)| *known == name).map(|(_, value)| (*value).to_owned());
+        Wanted::of(named, &lookup).map_err(|diagnostic| diagnostic.message)
+    }
+
+    #[test]
+    fn variables_choose_backends_name_and_power() {
+        let set = [("WGPU_BACKEND", "VK, gl"), ("WGPU_ADAPTER_NAME", "swift"), ("WGPU_POWER_PREF", "Low")];
+        let wanted = of(None, &set).unwrap();
+        assert_eq!(wanted.backends, Some(Backends::VULKAN | Backends::GL));
+        assert_eq!(wanted.name, Some(("swift".to_owned(), "WGPU_ADAPTER_NAME")));
+        assert!(wanted.low_power);
+        assert_eq!(of(None, &[("WGPU_BACKEND", " "), ("WGPU_POWER_PREF", "")]), Ok(Wanted::default()));
+    }
+
+    #[test]
+    fn command_line_wins_over_variables() {
+        let set = [("UMBRAGRAPH_ADAPTER", "llvm"), ("WGPU_ADAPTER_NAME", "swift")];
+        assert_eq!(of(Some("gl"), &set).unwrap().name, Some(("gl".to_owned(), "--adapter")));
+        assert_eq!(of(None, &set[..1]).unwrap().name, Some(("llvm".to_owned(), "UMBRAGRAPH_ADAPTER")));
+    }
+
+    #[test]
+    fn nonsense_is_named() {
+        assert!(of(None, &[("WGPU_BACKEND", "vulkan,nonsense")]).unwrap_err().contains("\"nonsense\""));
+        assert!(of(None, &[("WGPU_POWER_PREF", "huge")]).unwrap_err().contains("\"huge\""));
+    }
+}
