@@ -17,7 +17,7 @@ use umbragraph::low_level::shader::TargetLanguage;
 use crate::validator::ExternalValidator;
 
 #[cfg(feature = "gpu")]
-pub(crate) use drawing::{AdaptersArguments, RenderArguments, Shot};
+pub(crate) use drawing::{AdaptersArguments, RenderArguments, Shot, ToggleArgument};
 #[cfg(feature = "score")]
 pub(crate) use scoring::{Measure, ScoreArguments, TuneArguments};
 

@@ -18,6 +18,8 @@ mod device;
 mod diff;
 mod fmt;
 mod graph;
+#[cfg(feature = "gpu")]
+mod interrupt;
 mod lsp;
 mod mend;
 mod observed;

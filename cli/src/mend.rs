@@ -8,6 +8,7 @@ use std::path::Path;
 
 use similar::TextDiff;
 use umbragraph::diagnostic::Diagnostic;
+use umbragraph::low_level::compose::read_bytes;
 use umbragraph::low_level::edit::{self, Edit, Edits};
 use umbragraph::low_level::source::SourceFile;
 
@@ -111,7 +112,8 @@ impl Mended {
 }
 
 fn write(path: &Path, original: &str, text: &str) -> Result<(), Diagnostic> {
-    let present = std::fs::read(path).map_err(|error| unwritable(path, &error))?;
+    let present =
+        read_bytes(path, u64::MAX - 1).map_err(|error| unwritable(path, &error))?.unwrap_or_default();
     let (mark, rest) = match present.strip_prefix("\u{feff}".as_bytes()) {
         Some(rest) => ("\u{feff}", rest),
         None => ("", present.as_slice()),

@@ -10,7 +10,11 @@ use std::path::Path;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use umbragraph::diagnostic::{Diagnostic, codes};
+use umbragraph::low_level::compose::read_bytes;
 use umbragraph::low_level::report::Observed;
+
+/// The largest file that is read.
+const MAX_BYTES: u64 = 1 << 30;
 
 /// Reads what was observed.
 ///
@@ -31,16 +35,15 @@ fn pictures(folder: &Path) -> Result<BTreeMap<String, String>, Diagnostic> {
         let Some(name) = path.file_name().and_then(|name| name.to_str()?.strip_suffix(".png")) else {
             continue;
         };
-        let bytes = std::fs::read(&path).map_err(unreadable)?;
+        let bytes = read(&path)?;
         pictures.insert(name.to_owned(), format!("data:image/png;base64,{}", STANDARD.encode(&bytes)));
     }
     Ok(pictures)
 }
 
 fn times(trace: &Path) -> Result<BTreeMap<String, [f64; 2]>, Diagnostic> {
-    let text = std::fs::read_to_string(trace).map_err(|error| unreadable(trace, &error.to_string()))?;
     let json: serde_json::Value =
-        serde_json::from_str(&text).map_err(|error| unreadable(trace, &error.to_string()))?;
+        serde_json::from_slice(&read(trace)?).map_err(|error| unreadable(trace, &error.to_string()))?;
     let Some(events) = json["traceEvents"].as_array() else {
         return Err(unreadable(trace, "it has no \"traceEvents\""));
     };
@@ -67,6 +70,15 @@ fn times(trace: &Path) -> Result<BTreeMap<String, [f64; 2]>, Diagnostic> {
         }
     }
     Ok(means)
+}
+
+/// The bytes of a regular file: a pipe may never end.
+fn read(path: &Path) -> Result<Vec<u8>, Diagnostic> {
+    match read_bytes(path, MAX_BYTES) {
+        Ok(Some(bytes)) => Ok(bytes),
+        Ok(None) => Err(unreadable(path, "it is larger than 1 GiB")),
+        Err(error) => Err(unreadable(path, &error.to_string())),
+    }
 }
 
 fn unreadable(path: &Path, reason: &str) -> Diagnostic {

@@ -6,6 +6,8 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::codes;
+#[cfg(feature = "gpu")]
+use crate::interrupt;
 use umbragraph::diagnostic::Diagnostic;
 
 /// Writes a file: to a temporary one beside it, which is then renamed, so that no half file is ever left. A link stays
@@ -45,6 +47,8 @@ impl Unfinished {
         let mut temporary = place.clone().into_os_string();
         temporary.push(format!(".{}.part", std::process::id()));
         let unfinished = Self { path: path.to_owned(), place, temporary: temporary.into(), permissions };
+        #[cfg(feature = "gpu")]
+        interrupt::begun(&unfinished.temporary);
         let file = File::create(&unfinished.temporary).map_err(failed)?;
         Ok((unfinished, file))
     }
@@ -62,6 +66,8 @@ impl Drop for Unfinished {
     fn drop(&mut self) {
         // Not there any more where it is finished.
         let _ = std::fs::remove_file(&self.temporary);
+        #[cfg(feature = "gpu")]
+        interrupt::ended(&self.temporary);
     }
 }
 

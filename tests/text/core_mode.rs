@@ -10,11 +10,7 @@ fn check(profile: &str, feature: &str, resources: &str, passes: &str) -> Outcome
              "resources": {{ {resources} "target": {{ "texture": {{ "format": "rgba8unorm", "size": [64, 64], "lifetime": "imported" }} }} }},
              "passes": {{ {passes} }} }}"#
     );
-    let templates = [
-        ("blank.wgsl.jinja", BLANK),
-        ("two.wgsl.jinja", TWO),
-        ("read.wgsl.jinja", READ),
-    ];
+    let templates = [("blank.wgsl.jinja", BLANK), ("two.wgsl.jinja", TWO), ("read.wgsl.jinja", READ)];
     check_with(
         "test.json",
         &text,

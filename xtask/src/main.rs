@@ -1,5 +1,5 @@
-//! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `gallery`, `cameras`, `integrations`,
-//! `soak`, `mutants` and `web`.
+//! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `gallery`, `cameras`, `drivers`,
+//! `validate`, `integrations`, `soak`, `mutants` and `web`.
 //!
 //! They work on a fresh clone with nothing but cargo: other tools are installed if possible, and named otherwise. There
 //! are no dependencies, so that the command itself builds in a second.
@@ -11,6 +11,7 @@ mod cameras;
 mod demo;
 mod distribution;
 mod driver_search;
+mod drivers;
 mod gallery;
 mod integrations;
 mod mutants;
@@ -39,6 +40,11 @@ usage: cargo xtask COMMAND
          render examples/gallery/ again: what each pipeline makes of each scene that suits it, in labelled sheets
   cameras [--seed N]
          print the worst errors and scores of each system and the flagship over 20 random cameras, scene by scene
+  drivers [--quick]
+         render the six systems on every driver of the machine (lavapipe, SwiftShader, OpenGL), installing those that are
+         missing, and write docs/drivers.md: what each draws, and how its pixels and shadows differ; --quick takes one scene
+  validate
+         draw two pipelines under Vulkan's validation layer, synchronisation included, and count its messages
   integrations [NAME]
          build and test the packages of examples/ that adopt the module in an engine (bevy) or a window (egui), all or
          one; an engine takes half an hour to build on two cores, and wants a newer Rust, which rustup installs
@@ -77,6 +83,8 @@ enum Command {
     Scenes { check: bool },
     Gallery,
     Cameras { seed: u64 },
+    Drivers { quick: bool },
+    Validate,
     Integrations { only: Option<String> },
     Soak(soak::Options),
     Mutants(mutants::Options),
@@ -111,6 +119,8 @@ fn run(command: Command) -> Result<bool, String> {
         Command::Scenes { check } => scenes::run(check),
         Command::Gallery => gallery::run(),
         Command::Cameras { seed } => cameras::run(seed),
+        Command::Drivers { quick } => drivers::run(quick),
+        Command::Validate => drivers::validate(),
         Command::Integrations { only } => integrations::run(only.as_deref()),
         Command::Soak(options) => soak::run(&options),
         Command::Mutants(options) => mutants::run(&options),
@@ -130,6 +140,8 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
         "scenes" => Command::Scenes { check: false },
         "gallery" => Command::Gallery,
         "cameras" => Command::Cameras { seed: 1 },
+        "drivers" => Command::Drivers { quick: false },
+        "validate" => Command::Validate,
         "integrations" => Command::Integrations { only: None },
         "soak" => return soak_options(rest),
         "mutants" => return mutants_options(rest),
@@ -143,6 +155,7 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
         [seed, value] if name == "cameras" && seed == "--seed" => {
             Ok(Command::Cameras { seed: number(seed, Some(value))? })
         }
+        [quick] if name == "drivers" && quick == "--quick" => Ok(Command::Drivers { quick: true }),
         [only] if name == "integrations" && integrations::names().any(|known| known == only) => {
             Ok(Command::Integrations { only: Some(only.clone()) })
         }

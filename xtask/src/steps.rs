@@ -48,6 +48,10 @@ pub(crate) fn steps(nextest: bool, wasm: bool) -> Vec<Step> {
     .needs(Clippy);
     let steps = vec![
         Step::cargo("formatting", "fmt --all --check").needs(Rustfmt),
+        // The packages of their own build with `--locked` only where their lock file knows the crates of this workspace.
+        Step::cargo("lock of egui", "update --workspace --locked --manifest-path examples/egui/Cargo.toml"),
+        Step::cargo("lock of bevy", "update --workspace --locked --manifest-path examples/bevy/Cargo.toml"),
+        Step::cargo("lock of peers", "update --workspace --locked --manifest-path benches/peers/Cargo.toml"),
         Step::cargo("lints", "clippy --workspace --all-targets --keep-going -- -D warnings").needs(Clippy),
         Step::cargo(
             "lints without a GPU",
@@ -80,6 +84,13 @@ mod tests {
         assert!(line(&steps, "lints").ends_with("-- -D warnings"));
         assert!(line(&steps, "lints without a GPU").ends_with("-- -D warnings"));
         assert!(line(&steps, "documentation").starts_with("RUSTDOCFLAGS=\"-D warnings\" cargo doc"));
+    }
+
+    #[test]
+    fn lock_files_of_packages_apart_are_checked_and_not_written() {
+        for name in ["lock of egui", "lock of bevy", "lock of peers"] {
+            assert!(line(&steps(true, true), name).contains("--locked"), "{name}");
+        }
     }
 
     #[test]

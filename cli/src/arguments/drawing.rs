@@ -54,9 +54,10 @@ pub(crate) struct RenderArguments {
     /// Compresses PNG files less, in a fraction of the time.
     #[arg(long)]
     pub(crate) fast: bool,
-    /// Switches a toggle; without a value it is switched on. Toggles change nothing about the plan.
-    #[arg(long = "toggle", value_name = "NAME[=on|off]", value_parser = parse_toggle)]
-    pub(crate) toggles: Vec<(String, bool)>,
+    /// Switches a toggle; without a value it is switched on. With @FRAME from that frame on, counted from 0. Toggles change
+    /// nothing about the plan.
+    #[arg(long = "toggle", value_name = "NAME[=on|off][@FRAME]", value_parser = ToggleArgument::parse)]
+    pub(crate) toggles: Vec<ToggleArgument>,
     #[command(flatten)]
     pub(crate) drawn: Drawn,
     #[command(flatten)]
@@ -113,11 +114,44 @@ fn parse_rate(text: &str) -> Result<f64, String> {
     }
 }
 
-fn parse_toggle(text: &str) -> Result<(String, bool), String> {
-    let (name, state) = text.split_once('=').unwrap_or((text, "on"));
-    match state {
-        "on" | "true" => Ok((name.to_owned(), true)),
-        "off" | "false" => Ok((name.to_owned(), false)),
-        _ => Err(format!("a toggle is on or off, not \"{state}\"")),
+/// The state of a toggle from a frame on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct ToggleArgument {
+    pub(crate) name: String,
+    pub(crate) on: bool,
+    pub(crate) since: u32,
+}
+
+impl ToggleArgument {
+    fn parse(text: &str) -> Result<Self, String> {
+        let (state, since) = match text.rsplit_once('@') {
+            Some((state, frame)) => {
+                (state, frame.parse().map_err(|_| format!("\"{frame}\" is no number of a frame"))?)
+            }
+            None => (text, 0),
+        };
+        let (name, state) = state.split_once('=').unwrap_or((state, "on"));
+        let on = match state {
+            "on" | "true" => true,
+            "off" | "false" => false,
+            _ => return Err(format!("a toggle is on or off, not \"{state}\"")),
+        };
+        Ok(Self { name: name.to_owned(), on, since })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn toggles_have_a_state_from_a_frame_on() {
+        let parse = |text: &str| ToggleArgument::parse(text);
+        let toggle = |on, since| Ok(ToggleArgument { name: "rain".to_owned(), on, since });
+        assert_eq!(parse("rain"), toggle(true, 0));
+        assert_eq!(parse("rain=off"), toggle(false, 0));
+        assert_eq!(parse("rain=off@3"), toggle(false, 3));
+        assert_eq!(parse("rain@2"), toggle(true, 2));
+        assert!(parse("rain=wet").is_err() && parse("rain=on@soon").is_err());
     }
 }

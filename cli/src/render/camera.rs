@@ -1,8 +1,9 @@
 //! The path of the camera over the frames.
 //!
-//! `orbit` goes once around the middle of the scene, at the height and distance of the scene's own camera; `walk` goes
-//! straight on, as far in all frames as the scene's radius, without leaving its height. A file gives keys, between which
-//! positions are interpolated along a straight line and directions along an arc:
+//! `orbit` goes once around the middle of the scene, at the height and distance of the scene's own camera, and above what
+//! lies there; `walk` goes straight on, as far in all frames as the scene's radius or up to what stands in its way, without
+//! leaving its height. A file gives keys, between which positions are interpolated along a straight line and directions
+//! along an arc:
 //!
 //! ```json
 //! { "keys": [ { "time": 0, "position": [0, 2, 8], "target": [0, 1, 0] },
@@ -23,6 +24,8 @@ use glam::{DMat3, DQuat, DVec3};
 use serde::Deserialize;
 use umbragraph::diagnostic::Diagnostic;
 use umbragraph::frame::{Bounds, Camera};
+
+use super::surroundings::Surroundings;
 
 /// The value of `--camera`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -89,8 +92,19 @@ impl CameraPath {
         })
     }
 
+    /// Whether the camera moves by itself, so that something can be in its way.
+    pub(crate) fn may_collide(&self) -> bool {
+        matches!(self, Self::Orbit | Self::Walk)
+    }
+
     /// The camera of the frame of an index: `part` of the whole way is behind it, `time` is in seconds.
-    pub(crate) fn camera(&self, scene: Camera, bounds: &Bounds, index: u64, part: f64, time: f64) -> Camera {
+    pub(crate) fn camera(
+        &self,
+        scene: Camera,
+        bounds: &Bounds,
+        around: Option<&Surroundings<'_>>,
+        [index, part, time]: [f64; 3],
+    ) -> Camera {
         let (middle, radius) =
             if bounds.is_empty() { (DVec3::ZERO, 1.0) } else { (bounds.center(), bounds.radius()) };
         match self {
@@ -98,15 +112,23 @@ impl CameraPath {
             Self::Orbit => {
                 let turn = DQuat::from_rotation_y(part * std::f64::consts::TAU);
                 let position = middle + turn * (scene.position - middle);
-                scene.position(position).rotation((turn * scene.rotation).normalize())
+                let rotation = (turn * scene.rotation).normalize();
+                let lifted = around.map_or(position, |around| around.lifted(position));
+                // A camera that is lifted goes on looking at what it looked at.
+                let target = position + rotation * DVec3::NEG_Z * middle.distance(position);
+                let key = Key { time: 0.0, position: lifted.into(), target: target.into() };
+                let rotation = if lifted == position { None } else { key.rotation() }.unwrap_or(rotation);
+                scene.position(lifted).rotation(rotation)
             }
             Self::Walk => {
                 let ahead = scene.rotation * DVec3::NEG_Z;
                 let level = DVec3::new(ahead.x, 0.0, ahead.z).try_normalize().unwrap_or(DVec3::NEG_Z);
-                scene.position(scene.position + level * (part * radius))
+                let way = around.map_or(radius, |around| around.free(scene.position, level, radius));
+                scene.position(scene.position + level * (part * way))
             }
             Self::Random(seed) => {
-                let [at, aside] = [0, 1].map(|half| random(seed.wrapping_add(index), half) * 2.0 - 1.0);
+                let [at, aside] =
+                    [0, 1].map(|half| random(seed.wrapping_add(index as u64), half) * 2.0 - 1.0);
                 let position = scene.position + aside * DVec3::new(1.0, 0.1, 1.0) * (0.05 * radius);
                 let extent = if bounds.is_empty() { DVec3::ONE } else { 0.5 * (bounds.max - bounds.min) };
                 let ahead = middle + at * extent - position;
@@ -211,24 +233,27 @@ mod tests {
         let path = CameraPath::Orbit;
         for part in [0.0, 1.0] {
             assert!(
-                path.camera(scene(), &bounds(), 0, part, 0.0).position.abs_diff_eq(scene().position, 1e-9)
+                path.camera(scene(), &bounds(), None, [0.0, part, 0.0])
+                    .position
+                    .abs_diff_eq(scene().position, 1e-9)
             );
         }
-        let half = path.camera(scene(), &bounds(), 0, 0.5, 0.0);
+        let half = path.camera(scene(), &bounds(), None, [0.0, 0.5, 0.0]);
         assert!(half.position.abs_diff_eq(DVec3::new(0.0, 2.0, -5.0), 1e-9));
         assert!((half.rotation * DVec3::NEG_Z).abs_diff_eq(DVec3::Z, 1e-9));
     }
 
     #[test]
     fn a_walk_keeps_its_height() {
-        let end = CameraPath::Walk.camera(scene(), &bounds(), 0, 1.0, 0.0);
+        let end = CameraPath::Walk.camera(scene(), &bounds(), None, [0.0, 1.0, 0.0]);
         assert_eq!(end.position.y, 2.0);
         assert!((end.position.z - (5.0 - bounds().radius())).abs() < 1e-9);
     }
 
     #[test]
     fn random_views_follow_from_their_seed_and_stay_near() {
-        let camera = |seed, index| CameraPath::Random(seed).camera(scene(), &bounds(), index, 0.0, 0.0);
+        let camera =
+            |seed, index| CameraPath::Random(seed).camera(scene(), &bounds(), None, [index, 0.0, 0.0]);
         assert_eq!(camera(1, 3), camera(1, 3));
         assert_ne!(camera(1, 3).rotation, camera(1, 4).rotation);
         for index in 0..50 {
@@ -244,7 +269,7 @@ mod tests {
     fn between_keys_the_camera_moves_and_outside_it_stands() {
         let key = |time, x| Key { time, position: [x, 0.0, 0.0], target: [x, 0.0, -1.0] };
         let path = CameraPath::Keys(vec![key(1.0, 0.0), key(3.0, 4.0)]);
-        let x = |time| path.camera(scene(), &bounds(), 0, 0.0, time).position.x;
+        let x = |time| path.camera(scene(), &bounds(), None, [0.0, 0.0, time]).position.x;
         assert_eq!([0.0, 1.0, 2.0, 3.0, 9.0].map(x), [0.0, 0.0, 2.0, 4.0, 4.0]);
     }
 }

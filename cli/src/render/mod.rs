@@ -4,6 +4,7 @@ pub(crate) mod camera;
 pub(crate) mod capture;
 pub(crate) mod files;
 mod layout;
+mod surroundings;
 mod target;
 mod timings;
 
@@ -24,8 +25,9 @@ use umbragraph::{Executor, Frame};
 
 use self::camera::CameraPath;
 use self::files::{Animation, Compression, Format};
+use self::surroundings::Surroundings;
 use self::timings::Timings;
-use crate::arguments::{RenderArguments, Shot};
+use crate::arguments::{RenderArguments, Shot, ToggleArgument};
 use crate::device::{self, Graphics};
 use crate::progress::Progress;
 use crate::session::Session;
@@ -94,6 +96,7 @@ fn render(
     for shot in arguments.film.shots(output.frames) {
         let input = drawing.input(&path, shot);
         drawing.frame(&input)?;
+        drawing.wait()?;
         if let Some(animation) = &mut animation {
             animation.frame(shot.index, &mut drawing.picture()?)?;
         }
@@ -165,12 +168,14 @@ pub(crate) struct Drawing<'a> {
     checked: CheckReport,
     options: PlanOptions,
     sources: Sources,
-    toggles: &'a [(String, bool)],
+    toggles: &'a [ToggleArgument],
     picture: String,
     /// The imports of the captures.
     captures: Vec<String>,
     draws: SceneResources,
     pose: Pose,
+    /// What is in the way of a camera that moves by itself.
+    surroundings: Option<Surroundings<'a>>,
     pub(crate) executor: Executor,
     imports: Vec<(String, wgpu::Texture)>,
     timings: Option<Timings>,
@@ -204,6 +209,7 @@ impl<'a> Drawing<'a> {
             captures,
             draws,
             pose,
+            surroundings: None,
             executor,
             imports,
             timings: None,
@@ -219,7 +225,11 @@ impl<'a> Drawing<'a> {
         let [width, height] = self.options.viewport;
         let aspect = f64::from(width) / f64::from(height);
         let input = self.scene.frame_input_of(&self.pose, aspect, time);
-        let camera = path.camera(input.camera, &input.scene_bounds, index, part, time);
+        if path.may_collide() && self.surroundings.is_none() {
+            self.surroundings = Some(Surroundings::new(self.scene));
+        }
+        let moment = [index as f64, part, time];
+        let camera = path.camera(input.camera, &input.scene_bounds, self.surroundings.as_ref(), moment);
         input.camera(camera).index(index)
     }
 
@@ -263,8 +273,16 @@ impl<'a> Drawing<'a> {
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let imports: Vec<(&str, &wgpu::Texture)> =
                 self.imports.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
-            let toggles: Vec<(&str, bool)> =
-                self.toggles.iter().map(|(name, on)| (name.as_str(), *on)).collect();
+            let begun = self.toggles.iter().filter(|toggle| u64::from(toggle.since) <= input.index);
+            // Of several for one toggle the latest counts.
+            let states: BTreeMap<&str, (u32, bool)> = begun.fold(BTreeMap::new(), |mut states, toggle| {
+                let state = states.entry(&toggle.name).or_insert((toggle.since, toggle.on));
+                if toggle.since >= state.0 {
+                    *state = (toggle.since, toggle.on);
+                }
+                states
+            });
+            let toggles: Vec<(&str, bool)> = states.into_iter().map(|(name, (_, on))| (name, on)).collect();
             let frame = Frame::new(input).draws(&self.draws).imports(&imports).toggles(&toggles);
             let start = Instant::now();
             self.executor.record(&mut encoder, &frame)?;
@@ -286,6 +304,15 @@ impl<'a> Drawing<'a> {
             None => self.unread_lights = Some(unread.into_iter().map(str::to_owned).collect()),
         }
         Ok(())
+    }
+
+    /// Waits until the device has drawn what was submitted.
+    fn wait(&self) -> Result<(), Diagnostic> {
+        let waited = self.graphics.device.poll(wgpu::PollType::wait_indefinitely());
+        waited.map(|_| ()).map_err(|error| {
+            Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("the device does not finish: {error}"))
+                .help("try a smaller picture, or another driver")
+        })
     }
 
     /// Takes a plan with sizes that CPU passes want.

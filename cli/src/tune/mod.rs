@@ -161,7 +161,7 @@ fn stopped_by_the_user() -> Arc<AtomicBool> {
     // Where no handler can be set an interrupt ends the process, as it does elsewhere.
     let _ = ctrlc::set_handler(move || {
         if set.swap(true, Ordering::SeqCst) {
-            std::process::exit(130);
+            crate::interrupt::end();
         }
     });
     stopped

@@ -77,7 +77,16 @@ fn adapters_are_listed_with_what_they_draw() {
     assert_eq!(systems.len(), 6);
     assert!(systems.iter().all(|system| system["error"].is_null()), "{own}");
     let unknown = run(
-        &["render", "pipelines/nebula.json", "--scene", "examples/scenes/figure.glb", "--out", "/dev/null/x.png", "--adapter", "no such"],
+        &[
+            "render",
+            "pipelines/nebula.json",
+            "--scene",
+            "examples/scenes/figure.glb",
+            "--out",
+            "/dev/null/x.png",
+            "--adapter",
+            "no such",
+        ],
         &[],
     );
     let said = text(&unknown.stderr);
@@ -85,16 +94,10 @@ fn adapters_are_listed_with_what_they_draw() {
 }
 
 /// Mesa gives an older OpenGL where its variables say so.
-const ES31: [(&str, &str); 3] = [
-    ("WGPU_BACKEND", "gl"),
-    ("MESA_GL_VERSION_OVERRIDE", "3.1"),
-    ("MESA_GLES_VERSION_OVERRIDE", "3.1"),
-];
-const ES30: [(&str, &str); 3] = [
-    ("WGPU_BACKEND", "gl"),
-    ("MESA_GL_VERSION_OVERRIDE", "2.1"),
-    ("MESA_GLES_VERSION_OVERRIDE", "3.0"),
-];
+const ES31: [(&str, &str); 3] =
+    [("WGPU_BACKEND", "gl"), ("MESA_GL_VERSION_OVERRIDE", "3.1"), ("MESA_GLES_VERSION_OVERRIDE", "3.1")];
+const ES30: [(&str, &str); 3] =
+    [("WGPU_BACKEND", "gl"), ("MESA_GL_VERSION_OVERRIDE", "2.1"), ("MESA_GLES_VERSION_OVERRIDE", "3.0")];
 
 #[test]
 fn opengl_draws_what_vulkan_draws() {
@@ -124,7 +127,8 @@ fn opengl_without_compute_draws_shadows_and_says_what_is_off() {
     if gpu::device().is_none() {
         return;
     }
-    let pipeline = ["score", "pipelines/umbra.json", "--preset", "phone", "--size", "160x90", "--format", "json"];
+    let pipeline =
+        ["score", "pipelines/umbra.json", "--preset", "phone", "--size", "160x90", "--format", "json"];
     let scene = ["--scene", "examples/scenes/courtyard.glb"];
     let output = run(&[&pipeline[..], &scene].concat(), &ES30);
     let said = text(&output.stderr);

@@ -228,3 +228,46 @@ fn a_million_frames_take_the_memory_of_a_few() {
     assert!(early > 0 && late < early + early / 10, "{early} kB after a few frames, {late} kB after many");
     assert!(!folder.join("out.gif").exists(), "nothing stands under the name before all is there");
 }
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_animation_leaves_nothing() {
+    if gpu::device().is_none() {
+        return;
+    }
+    let folder = ScratchFolder::new("render-failures-interrupt");
+    for (name, signal) in [("a.apng", "-INT"), ("a.gif", "-TERM")] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
+        command.args(["render", "pipelines/learn/01-smallest.json", "--scene", FIGURE, "--size", "64x64"]);
+        command.args(["--frames", "1000000", "--out"]).arg(folder.join(name)).current_dir(root());
+        let mut child = command.stderr(std::process::Stdio::null()).spawn().expect("the command");
+        let count = || std::fs::read_dir(folder.join("")).unwrap().count();
+        let start = std::time::Instant::now();
+        while count() == 0 && start.elapsed().as_secs() < 60 {
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+        assert_eq!(count(), 1, "the file under construction");
+        let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().expect("kill");
+        assert!(sent.success());
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{name}");
+        assert_eq!(count(), 0, "{name}");
+    }
+}
+
+/// A pipe that nobody writes to would be waited for.
+#[cfg(unix)]
+#[test]
+fn pipes_in_place_of_captures_and_times_are_rejected() {
+    let folder = ScratchFolder::new("render-failures-pipe");
+    let pipe = folder.join("pipe.png");
+    assert!(Command::new("mkfifo").arg(&pipe).status().expect("mkfifo").success());
+    for arguments in
+        [["--timings", pipe.to_str().unwrap()], ["--captures", folder.join("").to_str().unwrap()]]
+    {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
+        command.args(["graph", "pipelines/learn/01-smallest.json", "--format", "html"]).args(arguments);
+        let output = command.current_dir(root()).output().expect("the command");
+        assert_eq!(output.status.code(), Some(1));
+        assert!(said(&output).contains("it is no regular file"), "{}", said(&output));
+    }
+}

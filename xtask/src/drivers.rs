@@ -1,0 +1,110 @@
+//! `cargo xtask drivers` and `cargo xtask validate`: the command on every driver of the machine, and under the validation
+//! layers of Vulkan.
+//!
+//! Drivers that are missing are installed by the names that Debian and Ubuntu give their packages, where that is
+//! possible; one that cannot be installed is left out of the table. The table is written by the program `drivers` of
+//! `tests/support`, which can compare pictures.
+
+use std::path::PathBuf;
+
+use crate::{adapter, process};
+
+/// Packages with a library or manifest that tells whether they are there: OpenGL without a display, SwiftShader.
+const PACKAGES: [(&[&str], &[&str]); 2] = [
+    (
+        &["libegl1", "libgl1-mesa-dri"],
+        &["/usr/lib/x86_64-linux-gnu/libEGL.so.1", "/usr/lib/aarch64-linux-gnu/libEGL.so.1"],
+    ),
+    (
+        &["chromium"],
+        &[
+            "/usr/lib/chromium/vk_swiftshader_icd.json",
+            "/usr/lib/chromium-browser/vk_swiftshader_icd.json",
+            "/opt/google/chrome/vk_swiftshader_icd.json",
+        ],
+    ),
+];
+
+/// The table.
+const TABLE: &str = "docs/drivers.md";
+
+/// The pipelines that are drawn under validation: one with CPU fitted cascades alone, one with everything.
+const VALIDATED: [&str; 2] = ["nebula", "umbra"];
+
+/// Runs the command: writes the table; whether drivers agree.
+pub(crate) fn run(quick: bool) -> Result<bool, String> {
+    adapter::ensure_if_possible();
+    for (packages, files) in PACKAGES {
+        if !files.iter().any(|file| std::path::Path::new(file).exists())
+            && let Err(reason) = adapter::install_packages(packages)
+        {
+            eprintln!("{} is left out: {reason}", packages.join(" and "));
+        }
+    }
+    let program = build()?;
+    let folder = process::target_folder().join("drivers");
+    // The page in the tree is of a whole run.
+    let table = if quick { folder.join("drivers.md") } else { process::workspace_root().join(TABLE) };
+    let mut command = process::program("cargo");
+    command.args("run --quiet --package umbragraph-test-support --bin drivers --".split_whitespace());
+    command.arg(program).arg(&folder).arg(&table).args(quick.then_some("--quick"));
+    let fine = process::cargo(&mut command)?;
+    println!("the table is {}", table.display());
+    Ok(fine)
+}
+
+/// Draws under the validation layers; whether they said nothing.
+pub(crate) fn validate() -> Result<bool, String> {
+    adapter::ensure_if_possible();
+    let program = build()?;
+    let out = process::target_folder().join("drivers-validated.png");
+    let mut fine = true;
+    for pipeline in VALIDATED {
+        let mut command = process::program(&program.display().to_string());
+        command.args(["render", &format!("pipelines/{pipeline}.json"), "--size", "320x180", "--frames", "1"]);
+        command.args(["--scene", "examples/scenes/courtyard.glb", "--out"]).arg(&out);
+        command.env("WGPU_BACKEND", "vulkan").env("WGPU_VALIDATION", "1").env("WGPU_DEBUG", "1");
+        let output = command.output().map_err(|error| format!("{}: {error}", program.display()))?;
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        if said.contains("unable to find layer: VK_LAYER_KHRONOS_validation") {
+            return Err("there is no validation layer; on Debian and Ubuntu as root: apt-get install --yes vulkan-validationlayers".to_owned());
+        }
+        let messages: Vec<&str> = said.lines().filter(|line| is_of_layer(line)).collect();
+        for message in &messages {
+            println!("{message}");
+        }
+        println!("{pipeline}: {} messages of the validation layer", messages.len());
+        if !output.status.success() {
+            println!("{said}");
+        }
+        fine &= output.status.success() && messages.is_empty();
+    }
+    Ok(fine)
+}
+
+/// Whether a line is a message of the layer: of validation, or of synchronisation.
+fn is_of_layer(line: &str) -> bool {
+    ["VUID-", "SYNC-HAZARD", "UNASSIGNED-"].iter().any(|mark| line.contains(mark))
+}
+
+/// Builds the command.
+fn build() -> Result<PathBuf, String> {
+    let mut command = process::program("cargo");
+    command.args("build --package umbragraph-cli --bin umbragraph".split_whitespace());
+    if !process::cargo(&mut command)? {
+        return Err("the command cannot be built".to_owned());
+    }
+    Ok(process::target_folder().join("debug").join(format!("umbragraph{}", std::env::consts::EXE_SUFFIX)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_of_the_layer_are_told_from_others() {
+        assert!(is_of_layer("wgpu_hal::vulkan::instance: VALIDATION [VUID-vkCmdDraw-None-02699 (0x1)] …"));
+        assert!(is_of_layer("wgpu_hal::vulkan::instance: VALIDATION [SYNC-HAZARD-WRITE-AFTER-READ (0x2)] …"));
+        assert!(!is_of_layer("wgpu_core::device: warning"));
+    }
+}
