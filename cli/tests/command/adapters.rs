@@ -108,11 +108,13 @@ fn opengl_draws_what_vulkan_draws() {
     for pipeline in ["nebula", "umbra"] {
         let vulkan = [("WGPU_BACKEND", "vulkan"), ("WGPU_ADAPTER_NAME", "llvmpipe")];
         let Some(reference) = courtyard(pipeline, &folder.join("vulkan.png"), &vulkan) else {
-            return skip::skipped("no lavapipe");
+            skip::skipped("no lavapipe");
+            return;
         };
         for (at, set) in [&ES31[..1], &ES31].into_iter().enumerate() {
             let Some(picture) = courtyard(pipeline, &folder.join(format!("{at}.png")), set) else {
-                return skip::skipped("no OpenGL");
+                skip::skipped("no OpenGL");
+                return;
             };
             // Half a percent of the pixels: edges of shadows, where rounding decides.
             let tolerance = Tolerance { per_channel: 8, failed_pixels: 72 };
@@ -133,7 +135,8 @@ fn opengl_without_compute_draws_shadows_and_says_what_is_off() {
     let output = run(&[&pipeline[..], &scene].concat(), &ES30);
     let said = text(&output.stderr);
     if said.contains("UG0801") {
-        return skip::skipped("no OpenGL");
+        skip::skipped("no OpenGL");
+        return;
     }
     assert!(said.contains("\"visible_range\" is off: llvmpipe"), "{said}");
     let scores: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");

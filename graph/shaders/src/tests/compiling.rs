@@ -133,6 +133,7 @@ fn a_variant_is_written_in_every_language_and_line_by_line() {
         (TargetLanguage::Msl, "metal_stdlib"),
         (TargetLanguage::Hlsl, "float half"),
         (TargetLanguage::Glsl, "#version 310 es"),
+        (TargetLanguage::GlslWebgl2, "#version 300 es"),
     ] {
         let written = module.emit(&TargetProfile::webgpu(), language).unwrap();
         let text = String::from_utf8(written.to_bytes()).unwrap();

@@ -16,37 +16,37 @@ const JUMP: i32 = 24;
 const DEPTH_JUMP: i32 = 3;
 
 /// What one driver drew of a case, and what the reference drew.
-pub struct Pair<'a> {
+pub(crate) struct Pair<'a> {
     /// The picture of the reference, and its shadow term and depth.
-    pub reference: &'a Picture,
+    pub(crate) reference: &'a Picture,
     /// The shadow term of the reference.
-    pub shadow: &'a Picture,
+    pub(crate) shadow: &'a Picture,
     /// The depth of the reference.
-    pub depth: Option<&'a Picture>,
+    pub(crate) depth: Option<&'a Picture>,
     /// The picture that is compared.
-    pub picture: &'a Picture,
+    pub(crate) picture: &'a Picture,
     /// Its shadow term.
-    pub own_shadow: &'a Picture,
+    pub(crate) own_shadow: &'a Picture,
 }
 
 /// Numbers of pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Difference {
+pub(crate) struct Difference {
     /// All.
-    pub pixels: usize,
+    pub(crate) pixels: usize,
     /// Those that differ by more than 2 levels.
-    pub beyond_2: usize,
+    pub(crate) beyond_2: usize,
     /// Those that differ by more than 8 levels, by cause.
-    pub edge: usize,
+    pub(crate) edge: usize,
     /// See the module.
-    pub filtering: usize,
+    pub(crate) filtering: usize,
     /// See the module.
-    pub unexplained: usize,
+    pub(crate) unexplained: usize,
 }
 
 impl Difference {
     /// The difference of a pair; pictures of other sizes differ everywhere.
-    pub fn of(pair: &Pair<'_>) -> Self {
+    pub(crate) fn of(pair: &Pair<'_>) -> Self {
         let (width, height) = (pair.reference.width() as usize, pair.reference.height() as usize);
         let size = |picture: &Picture| (picture.width() as usize, picture.height() as usize);
         let mut difference = Self { pixels: width * height, ..Self::default() };
@@ -86,7 +86,7 @@ impl Difference {
 
     /// The sum of two.
     #[must_use]
-    pub fn and(self, other: Self) -> Self {
+    pub(crate) fn and(self, other: Self) -> Self {
         Self {
             pixels: self.pixels + other.pixels,
             beyond_2: self.beyond_2 + other.beyond_2,
@@ -97,7 +97,7 @@ impl Difference {
     }
 
     /// The share of some pixels, as a percentage.
-    pub fn percent(&self, count: usize) -> f64 {
+    pub(crate) fn percent(&self, count: usize) -> f64 {
         count as f64 * 100.0 / self.pixels.max(1) as f64
     }
 }

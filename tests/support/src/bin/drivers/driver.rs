@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// A driver, and the variables that choose it.
-pub struct Driver {
+pub(crate) struct Driver {
     /// The name of its column.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     variables: Vec<(&'static str, String)>,
 }
 
@@ -29,7 +29,7 @@ const CHOOSING: [&str; 9] = [
 
 impl Driver {
     /// All drivers that are known, the reference first; without the ones whose files are not there.
-    pub fn all() -> Vec<Self> {
+    pub(crate) fn all() -> Vec<Self> {
         let vulkan = |manifest: PathBuf| {
             vec![("WGPU_BACKEND", "vulkan".to_owned()), ("VK_DRIVER_FILES", manifest.display().to_string())]
         };
@@ -52,7 +52,7 @@ impl Driver {
     }
 
     /// The command, told to draw with this driver.
-    pub fn command(&self, program: &Path) -> Command {
+    pub(crate) fn command(&self, program: &Path) -> Command {
         let mut command = Command::new(program);
         for name in CHOOSING {
             command.env_remove(name);
@@ -62,7 +62,7 @@ impl Driver {
     }
 
     /// The name of its adapter, and the driver's own words; `None` where it gives no adapter.
-    pub fn adapter(&self, program: &Path) -> Option<(String, String)> {
+    pub(crate) fn adapter(&self, program: &Path) -> Option<(String, String)> {
         let output = self.command(program).args(["adapters", "--format", "json"]).output().ok()?;
         let list: serde_json::Value = serde_json::from_slice(&output.stdout).ok()?;
         let first = list.get("adapters")?.get(0)?;

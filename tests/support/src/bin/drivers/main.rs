@@ -19,34 +19,35 @@ use driver::Driver;
 use umbragraph_test_support::image::Picture;
 
 /// The pipelines, and the scenes that they are drawn on.
-pub const PIPELINES: [&str; 6] = ["mantis", "nebula", "caracal", "lore", "awsm", "umbra"];
+pub(crate) const PIPELINES: [&str; 6] = ["mantis", "nebula", "caracal", "lore", "awsm", "umbra"];
 const SCENES: [&str; 4] = ["courtyard", "figure", "foliage", "interior"];
 const SIZE: &str = "320x180";
 
-/// What a driver has to stay below: percent of pixels that nothing explains, and the change of a score.
-pub const MAX_UNEXPLAINED: f64 = 0.05;
-pub const MAX_SCORE_CHANGE: f64 = 0.001;
+/// The most percent of pixels that nothing explains.
+pub(crate) const MAX_UNEXPLAINED: f64 = 0.05;
+/// The most by which a score of shadows changes.
+pub(crate) const MAX_SCORE_CHANGE: f64 = 0.001;
 
 /// A pipeline on one driver.
 #[derive(Default)]
-pub struct Drawn {
+pub(crate) struct Drawn {
     /// The difference over all scenes.
-    pub difference: Difference,
+    pub(crate) difference: Difference,
     /// The intersection over union of the sun's shadows, between 2 and 128 m and all in all.
-    pub score: Option<f64>,
+    pub(crate) score: Option<f64>,
     /// What failed, in words.
-    pub failures: Vec<String>,
+    pub(crate) failures: Vec<String>,
     /// What the command said is off.
-    pub off: Vec<String>,
+    pub(crate) off: Vec<String>,
 }
 
 /// A driver with all pipelines.
-pub struct Column {
-    pub name: &'static str,
-    pub adapter: String,
-    pub driver: String,
+pub(crate) struct Column {
+    pub(crate) name: &'static str,
+    pub(crate) adapter: String,
+    pub(crate) driver: String,
     /// In the order of [`PIPELINES`].
-    pub drawn: Vec<Drawn>,
+    pub(crate) drawn: Vec<Drawn>,
 }
 
 struct Run {

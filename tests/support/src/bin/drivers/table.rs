@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::{Column, Drawn, MAX_SCORE_CHANGE, MAX_UNEXPLAINED, PIPELINES};
 
 /// The page.
-pub fn markdown(columns: &[Column], is_quick: bool) -> String {
+pub(crate) fn markdown(columns: &[Column], is_quick: bool) -> String {
     let mut text = String::from("# Drivers\n\n");
     let command = if is_quick { "cargo xtask drivers --quick" } else { "cargo xtask drivers" };
     let scenes = if is_quick { "the courtyard" } else { "the four scenes of `examples/scenes`" };
@@ -51,7 +51,7 @@ fn cells(drawn: &Drawn) -> Vec<String> {
 }
 
 /// What is not as it should be. A pipeline without one of its features may differ, and its shadows too.
-pub fn complaints(columns: &[Column]) -> Vec<String> {
+pub(crate) fn complaints(columns: &[Column]) -> Vec<String> {
     let mut complaints = Vec::new();
     let Some(first) = columns.first() else { return complaints };
     for column in columns {
