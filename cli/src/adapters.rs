@@ -25,7 +25,7 @@ struct Described {
     name: String,
     kind: String,
     driver: String,
-    /// What it lacks of WebGPU's core mode.
+    /// The parts of WebGPU's core mode that it lacks.
     lacking: Vec<&'static str>,
     systems: Vec<System>,
 }

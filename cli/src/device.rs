@@ -111,7 +111,7 @@ fn nothing(wanted: &Wanted) -> Diagnostic {
     Diagnostic::error(crate::codes::NO_ADAPTER, Place::Nowhere, message).help(help)
 }
 
-/// What a profile becomes on an adapter: no more than it has, but for the features that a pipeline can use.
+/// The profile of a pipeline on an adapter: no more than it has, but for the features that the pipeline can use.
 pub(crate) fn profile_on(pipeline: &TypedPipeline, adapter: &Adapter) -> TargetProfile {
     let features = pipeline.device_features() & adapter.features();
     let flags = adapter.get_downlevel_capabilities().flags;

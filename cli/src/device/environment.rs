@@ -15,7 +15,7 @@ use wgpu::Backends;
 /// The names of an adapter. The first that is set counts.
 const NAMES: [&str; 2] = ["WGPU_ADAPTER_NAME", "UMBRAGRAPH_ADAPTER"];
 
-/// Which adapter is wanted.
+/// The adapter that is wanted.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Wanted {
     /// The backends to be asked.
@@ -27,7 +27,7 @@ pub(super) struct Wanted {
 }
 
 impl Wanted {
-    /// What the command line and the environment say.
+    /// The wishes of the command line and the environment.
     ///
     /// # Errors
     /// A value that a variable cannot have.

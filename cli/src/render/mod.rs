@@ -174,7 +174,7 @@ pub(crate) struct Drawing<'a> {
     captures: Vec<String>,
     draws: SceneResources,
     pose: Pose,
-    /// What is in the way of a camera that moves by itself.
+    /// Obstacles of a camera that moves by itself.
     surroundings: Option<Surroundings<'a>>,
     pub(crate) executor: Executor,
     imports: Vec<(String, wgpu::Texture)>,

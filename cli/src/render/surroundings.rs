@@ -1,4 +1,4 @@
-//! What stands in the way of a camera that moves by itself: rays against the scene in its first pose.
+//! Obstacles of a camera that moves by itself: rays against the scene in its first pose.
 //!
 //! Without the feature `score` there are no rays, and nothing is in the way.
 
@@ -9,7 +9,7 @@ use umbragraph::scene::Scene;
 #[cfg(feature = "score")]
 use umbragraph_score::Rays;
 
-/// How far a camera stays from what it would run into, and above what it would sink into (metres).
+/// The distance of a camera from what it would run into, and above what it would sink into (metres).
 #[cfg(feature = "score")]
 const DISTANCE: f64 = 0.5;
 #[cfg(feature = "score")]
@@ -41,7 +41,7 @@ impl<'a> Surroundings<'a> {
         }
     }
 
-    /// How far a camera may go from a place along a direction, of `distance` metres.
+    /// The distance that a camera may go from a place along a direction, of `distance` metres.
     pub(super) fn free(&self, from: DVec3, direction: DVec3, distance: f64) -> f64 {
         let seen = self.rays.seen(from, direction, [0.0, distance + DISTANCE]);
         seen.map_or(distance, |seen| (seen.distance - DISTANCE).clamp(0.0, distance))

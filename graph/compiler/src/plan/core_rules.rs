@@ -21,7 +21,7 @@ use wgpu_types::{
 use crate::memory::physical::Physical;
 use crate::plan::planned::{Plan, PlannedResource};
 
-/// What the passes of a plan need and its profile lacks.
+/// The diagnostics of passes that need something that the profile lacks.
 pub(super) fn check(plan: &Plan) -> Vec<Diagnostic> {
     let lacking = Flags::all() - plan.pipeline.profile.downlevel;
     let mut diagnostics = Vec::new();

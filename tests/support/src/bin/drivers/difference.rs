@@ -15,7 +15,7 @@ const JUMP: i32 = 24;
 /// A jump of depth, as a part of the depth itself; pictures of depth are scaled to their own range.
 const DEPTH_JUMP: i32 = 3;
 
-/// What one driver drew of a case, and what the reference drew.
+/// A case as one driver and as the reference drew it.
 pub(crate) struct Pair<'a> {
     /// The picture of the reference, and its shadow term and depth.
     pub(crate) reference: &'a Picture,

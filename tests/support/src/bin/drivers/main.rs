@@ -1,4 +1,4 @@
-//! What each driver of the machine draws, as one table: `cargo xtask drivers`.
+//! A table of all that each driver of the machine draws: `cargo xtask drivers`.
 //!
 //! Every pipeline is rendered on scenes of the project with each driver, as the picture and as its shadow term; what
 //! differs from lavapipe is counted by cause ([`difference`]), and the shadows of the sun are scored against rays. The
@@ -35,9 +35,9 @@ pub(crate) struct Drawn {
     pub(crate) difference: Difference,
     /// The intersection over union of the sun's shadows, between 2 and 128 m and all in all.
     pub(crate) score: Option<f64>,
-    /// What failed, in words.
+    /// Failures, in words.
     pub(crate) failures: Vec<String>,
-    /// What the command said is off.
+    /// Features that the command said are off.
     pub(crate) off: Vec<String>,
 }
 
@@ -170,7 +170,7 @@ impl Run {
         Ok(Pictures { picture: draw("picture", with_depth)?, shadow: draw("shadow", &shadow)? })
     }
 
-    /// What lavapipe has drawn, and the depth.
+    /// The pictures of lavapipe, and the depth.
     fn reference(&self, pipeline: &str, scene: &str) -> Result<(Pictures, Option<Picture>), String> {
         let load = |what| Picture::load(&self.file("lavapipe", pipeline, scene, what));
         let whole = |what| load(what).map_err(|error| error.to_string());
@@ -189,7 +189,7 @@ impl Run {
     }
 }
 
-/// What a command prints, or why it fails.
+/// The output of a command, or why it fails.
 fn output(mut command: std::process::Command) -> Result<String, String> {
     let output = command.output().map_err(|error| format!("{command:?}: {error}"))?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();

@@ -50,7 +50,7 @@ fn cells(drawn: &Drawn) -> Vec<String> {
     std::iter::once(state).chain(percent).chain([score]).collect()
 }
 
-/// What is not as it should be. A pipeline without one of its features may differ, and its shadows too.
+/// Complaints about a table. A pipeline without one of its features may differ, and its shadows too.
 pub(crate) fn complaints(columns: &[Column]) -> Vec<String> {
     let mut complaints = Vec::new();
     let Some(first) = columns.first() else { return complaints };
