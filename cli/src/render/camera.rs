@@ -252,8 +252,9 @@ mod tests {
 
     #[test]
     fn random_views_follow_from_their_seed_and_stay_near() {
-        let camera =
-            |seed, index| CameraPath::Random(seed).camera(scene(), &bounds(), None, [index, 0.0, 0.0]);
+        let camera = |seed, index: i32| {
+            CameraPath::Random(seed).camera(scene(), &bounds(), None, [index.into(), 0.0, 0.0])
+        };
         assert_eq!(camera(1, 3), camera(1, 3));
         assert_ne!(camera(1, 3).rotation, camera(1, 4).rotation);
         for index in 0..50 {
