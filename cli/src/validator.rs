@@ -114,8 +114,6 @@ impl Validator for ExternalValidator {
             Ok(Some(status)) => {
                 let mut output = String::new();
                 for name in ["stderr", "stdout"] {
-                    #[allow(clippy::disallowed_methods)]
-                    // What the validator has printed to a file of this process.
                     let bytes = fs::read(folder.path.join(name)).unwrap_or_default();
                     output.push_str(&String::from_utf8_lossy(&bytes[..bytes.len().min(1 << 16)]));
                     output.push('\n');
