@@ -20,7 +20,7 @@ mod fmt;
 mod graph;
 #[cfg(feature = "gpu")]
 mod interrupt;
-
+mod lsp;
 mod mend;
 mod observed;
 mod overrides;

@@ -216,7 +216,7 @@ impl Session {
         let checked = self.plan(&target, overrides, profile, choices);
         let after = checked.pipeline.iter().flat_map(|pipeline| &pipeline.features);
         for (name, feature) in after.filter(|(_, feature)| !feature.is_on()) {
-            if before.features.get(name).is_some_and(|before| before.is_on()) {
+            if before.features.get(name).is_some_and(pipeline::Feature::is_on) {
                 let message = format!("\"{name}\" is off: {} lacks what it requires", graphics.name);
                 let note = Diagnostic::warning(codes::FEATURE_UNAVAILABLE, feature.place, message);
                 self.diagnostics.push(note.severity(Severity::Note));
