@@ -157,8 +157,13 @@ pub(crate) struct Choices {
 
 #[derive(Args)]
 pub(crate) struct LspArguments {
-    #[command(flatten)]
-    pub(crate) files: Files,
+    /// A folder with templates that replace or join those that come with the command. A relative folder is looked for below
+    /// the current folder, then below the first folder of the workspace.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) templates: Option<PathBuf>,
+    /// A further folder below which pipelines may name files, beside the workspace and their own.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) root: Vec<PathBuf>,
     /// Standard input and output are used always; many editors say so.
     #[arg(long)]
     pub(crate) stdio: bool,

@@ -1,15 +1,22 @@
 //! `umbragraph lsp`
 
+use std::path::{Path, PathBuf};
+
 use lsp_server::Connection;
+use umbragraph::low_level::compose::normalize;
 use umbragraph::low_level::session::Judges;
 
-use crate::arguments::LspArguments;
+use crate::arguments::{Files, LspArguments};
 use crate::session::{Session, dry_run};
 use crate::streams::complain;
 
 /// Serves an editor on standard input and output until it is done; whether it kept to the protocol.
 pub(crate) fn run(arguments: &LspArguments) -> bool {
-    let session = Session::new(&arguments.files).into_session();
+    let session = |folders: &[PathBuf]| {
+        let templates = arguments.templates.as_deref().map(|path| whole(path, folders));
+        let root = arguments.root.iter().map(|path| whole(path, folders)).chain(folders.iter().cloned());
+        Session::new(&Files { extension: Vec::new(), templates, root: root.collect() }).into_session()
+    };
     let (connection, threads) = Connection::stdio();
     let judges: Judges<'_> = &mut |profile| Box::new(dry_run(profile));
     let served = umbragraph_lsp::serve(session, &connection, judges);
@@ -20,4 +27,11 @@ pub(crate) fn run(arguments: &LspArguments) -> bool {
         complain(&format!("the connection ended: {error}\n"));
     }
     failed.is_none()
+}
+
+/// The absolute path of a folder: below the current folder, or below the first of the workspace where it is only there.
+fn whole(path: &Path, folders: &[PathBuf]) -> PathBuf {
+    let here = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let there = folders.first().map(|folder| folder.join(path));
+    normalize(&there.filter(|there| !here.is_dir() && there.is_dir()).unwrap_or(here))
 }

@@ -33,6 +33,8 @@ use crate::streams::{complain, print, print_json};
 pub(crate) struct Session {
     session: umbragraph::low_level::session::Session,
     pub(crate) diagnostics: Diagnostics,
+    /// Those of folders that cannot be read.
+    of_folders: Diagnostics,
     pub(crate) templates: Arc<TemplateSet>,
     /// The files of the folder of templates, where one is given.
     pub(crate) own_files: Option<BTreeSet<FileId>>,
@@ -79,12 +81,14 @@ impl Session {
         let templates = umbragraph::with_templates(own.into_iter().flatten());
         let mut session = umbragraph::low_level::session::Session::new(DiskStorage, registry, templates);
         session.set_roots(roots);
+        let of_folders = diagnostics.clone();
         diagnostics.extend(session.template_diagnostics());
         let templates = session.templates();
         let own_files = has_own.then(|| session.own_templates());
         Self {
             session,
             diagnostics,
+            of_folders,
             templates,
             own_files,
             #[cfg(feature = "gpu")]
@@ -158,8 +162,9 @@ impl Session {
         Some(kind)
     }
 
-    /// The session itself, for what keeps it.
-    pub(crate) fn into_session(self) -> umbragraph::low_level::session::Session {
+    /// The session itself, for what keeps it. It reports the folders that are missing with every pipeline.
+    pub(crate) fn into_session(mut self) -> umbragraph::low_level::session::Session {
+        self.session.report_always(self.of_folders);
         self.session
     }
 

@@ -1,4 +1,5 @@
 // Starts `umbragraph lsp` for the files that are pipelines.
+const path = require("path");
 const vscode = require("vscode");
 const { LanguageClient } = require("vscode-languageclient/node");
 
@@ -13,10 +14,13 @@ exports.activate = (context) => {
     args: ["lsp", ...(templates ? ["--templates", templates] : [])],
     options: { cwd: folder },
   };
-  const patterns = [...settings.get("files"), ...(templates ? [`**/${templates}/**/*.{jinja,axes.json}`] : [])];
+  const patterns = [...settings.get("files")];
+  if (templates) {
+    const below = vscode.Uri.file(path.resolve(folder ?? "", templates));
+    patterns.push(new vscode.RelativePattern(below, "**/*.{jinja,axes.json}"));
+  }
   client = new LanguageClient("umbragraph", "umbragraph", server, {
     documentSelector: patterns.map((pattern) => ({ scheme: "file", pattern })),
-    synchronize: { fileEvents: patterns.map((pattern) => vscode.workspace.createFileSystemWatcher(pattern)) },
   });
   context.subscriptions.push(client);
   return client.start();

@@ -1,6 +1,6 @@
 //! The answers to requests.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use lsp_types::request::{
@@ -22,7 +22,7 @@ use crate::outline;
 use crate::workspace::{Workspace, document_path, is_document};
 use umbragraph_graph::diagnostic::Fix;
 use umbragraph_graph::document::format;
-use umbragraph_graph::edit::Edits;
+use umbragraph_graph::edit::Edit;
 use umbragraph_graph::model::DeclarationKind;
 use umbragraph_graph::source::{FileId, SourceFile, Span};
 use umbragraph_session::{Candidate, CandidateKind, Choice, Cursor, Session, Target};
@@ -77,7 +77,7 @@ impl Asked {
         let path = document_path(&at.text_document.uri).filter(|path| is_document(path))?;
         let (file, _) = workspace.session.parsed(&path)?;
         let offset = workspace.encoding.offset(source(workspace, file)?, at.position);
-        let target = workspace.target(&path);
+        let target = workspace.target_of_text(&path)?;
         let choice = workspace.choice(&target);
         Some(Self { path, offset, target, choice })
     }
@@ -95,7 +95,8 @@ fn of_document(
     workspace: &mut Workspace,
     document: &TextDocumentIdentifier,
 ) -> Option<(FileId, umbragraph_graph::document::Document)> {
-    let path = document_path(&document.uri)?;
+    let path = document_path(&document.uri).filter(|path| is_document(path))?;
+    workspace.target(&path)?;
     workspace.session.parsed(&path)
 }
 
@@ -172,23 +173,53 @@ fn prepare_rename(
 }
 
 fn rename(workspace: &mut Workspace, params: RenameParams) -> Result<Option<WorkspaceEdit>, String> {
-    let Some(asked) = Asked::of(workspace, params.text_document_position) else { return Ok(None) };
-    let renamed = workspace.sure(|session: &mut Session| session.rename(&asked.cursor(), &params.new_name));
-    let Some(edits) = renamed else { return Ok(None) };
-    let edits = edits.map_err(|error| error.to_string())?;
+    workspace.refresh();
+    let mut next = Asked::of(workspace, params.text_document_position);
+    let (mut renamed, mut done) = (Renamed::new(), BTreeSet::new());
+    while let Some(asked) = next {
+        let name = &params.new_name;
+        let edits = workspace.sure(|session: &mut Session| session.rename(&asked.cursor(), name));
+        let edits = edits.transpose().map_err(|error| {
+            let path = asked.target.path.display();
+            if done.is_empty() { error.to_string() } else { format!("in the pipeline \"{path}\": {error}") }
+        })?;
+        for (file, edits) in edits.into_iter().flatten() {
+            let places = edits.iter().map(|edit| ((edit.range.start, edit.range.end), edit.clone()));
+            renamed.entry(file).or_default().extend(places);
+        }
+        done.insert(asked.target);
+        next = further(workspace, &renamed, &done);
+    }
+    if renamed.is_empty() {
+        return Ok(None);
+    }
     let mut changes = Changes::default();
-    for (name, edits) in edits {
+    for (name, edits) in renamed {
         let path = PathBuf::from(&name);
         if !path.is_absolute() {
             return Err(format!("\"{name}\" comes with the module and cannot be changed"));
         }
         let sources = workspace.session.sources();
-        let Some((file, _)) = sources.find(&name).and_then(|id| Some((sources.get(id)?, id))) else {
-            continue;
-        };
-        changes.entry(path).or_default().extend(text_edits(workspace, file, &edits));
+        let Some(file) = sources.find(&name).and_then(|id| sources.get(id)) else { continue };
+        changes.entry(path).or_default().extend(text_edits(workspace, file, edits.values()));
     }
     Ok(Some(edit_of(workspace, changes)))
+}
+
+/// Edits of several pipelines, each once, by file and place.
+type Renamed = BTreeMap<String, BTreeMap<(usize, usize), Edit>>;
+
+/// The same name in a further pipeline that reads an edited file.
+fn further(workspace: &mut Workspace, renamed: &Renamed, done: &BTreeSet<Target>) -> Option<Asked> {
+    for (path, edits) in renamed {
+        let (path, (&(offset, _), _)) = (PathBuf::from(path), edits.first_key_value()?);
+        let targets = workspace.readers_of(&path).into_iter().map(Target::new);
+        if let Some(target) = targets.into_iter().find(|target| !done.contains(target)) {
+            let choice = workspace.choice(&target);
+            return Some(Asked { path, offset, target, choice });
+        }
+    }
+    None
 }
 
 type Changes = BTreeMap<PathBuf, Vec<TextEdit>>;
@@ -198,20 +229,24 @@ fn edit_of(workspace: &Workspace, changes: Changes) -> WorkspaceEdit {
     WorkspaceEdit { changes: Some(changes.collect()), ..WorkspaceEdit::default() }
 }
 
-fn text_edits(workspace: &Workspace, file: &SourceFile, edits: &Edits) -> Vec<TextEdit> {
+fn text_edits<'e>(
+    workspace: &Workspace,
+    file: &SourceFile,
+    edits: impl IntoIterator<Item = &'e Edit>,
+) -> Vec<TextEdit> {
     let position =
         |offset: usize| workspace.encoding.position(file, u32::try_from(offset).unwrap_or(u32::MAX));
-    let edit = |edit: &umbragraph_graph::edit::Edit| TextEdit {
+    let edit = |edit: &Edit| TextEdit {
         range: Range { start: position(edit.range.start), end: position(edit.range.end) },
         new_text: edit.replacement.clone(),
     };
-    edits.iter().map(edit).collect()
+    edits.into_iter().map(edit).collect()
 }
 
 fn formatted(workspace: &mut Workspace, params: DocumentFormattingParams) -> Option<Vec<TextEdit>> {
     let (file, _) = of_document(workspace, &params.text_document)?;
     let edits = format::format(workspace.session.sources(), file).ok()?;
-    Some(text_edits(workspace, source(workspace, file)?, &edits))
+    Some(text_edits(workspace, source(workspace, file)?, edits.iter()))
 }
 
 /// The fixes of diagnostics in a range.

@@ -13,22 +13,23 @@ mod position;
 mod workspace;
 
 use std::collections::BTreeSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::time::Duration;
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, TryRecvError, unbounded};
 use lsp_server::{Connection, ErrorCode, Message, Notification, ProtocolError, Request, Response};
 use lsp_types::notification::{
-    DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument, DidOpenTextDocument, Exit,
-    Notification as _, PublishDiagnostics,
+    DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument, DidOpenTextDocument,
+    DidSaveTextDocument, Exit, Notification as _, PublishDiagnostics,
 };
-use lsp_types::request::{Request as _, Shutdown};
+use lsp_types::request::{RegisterCapability, Request as _, Shutdown};
 use lsp_types::{
     CodeActionProviderCapability, CompletionOptions, DidChangeTextDocumentParams,
     DidChangeWatchedFilesParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams,
     HoverProviderCapability, OneOf, PositionEncodingKind, PublishDiagnosticsParams, RenameOptions,
     SemanticTokensFullOptions, SemanticTokensLegend, SemanticTokensOptions, ServerCapabilities,
-    TextDocumentSyncCapability, TextDocumentSyncKind, Uri, WorkDoneProgressOptions,
+    TextDocumentSyncKind, TextDocumentSyncOptions, TextDocumentSyncSaveOptions, Uri, WorkDoneProgressOptions,
 };
 use serde::de::DeserializeOwned;
 use serde_json::{Value as Json, json};
@@ -43,11 +44,20 @@ use crate::workspace::{Workspace, document_path};
 /// The time without a message after which pipelines are checked in all configurations.
 const QUIET: Duration = Duration::from_millis(500);
 
-/// Serves one client until it says that it is done. `judges` adds to a check what a device would say of plans.
+/// The files that pipelines are made of.
+const WATCHED: &str = "**/*.{json,jsonc,jinja}";
+
+/// Serves one client until it says that it is done. `open` makes the session for the folders of the client's workspace;
+/// documents may name files below these if they are among its roots. `judges` adds to a check what a device would say of
+/// plans. A panic is the answer to one message; the next is answered as usual.
 ///
 /// # Errors
 /// A client that breaks the protocol, or goes away.
-pub fn serve(session: Session, connection: &Connection, judges: Judges<'_>) -> Result<(), ProtocolError> {
+pub fn serve(
+    open: impl FnOnce(&[PathBuf]) -> Session,
+    connection: &Connection,
+    judges: Judges<'_>,
+) -> Result<(), ProtocolError> {
     let (id, params) = connection.initialize_start()?;
     let encoding = encoding(&params);
     let answer = json!({
@@ -55,7 +65,8 @@ pub fn serve(session: Session, connection: &Connection, judges: Judges<'_>) -> R
         "serverInfo": { "name": "umbragraph", "version": env!("CARGO_PKG_VERSION") },
     });
     connection.initialize_finish(id, answer)?;
-    let workspace = Workspace::new(session, folders(&params), encoding);
+    let folders = folders(&params);
+    let workspace = Workspace::new(open(&folders), folders, encoding);
     let (sender, receiver) = unbounded();
     std::thread::scope(|scope| {
         let cancel = workspace.cancel.clone();
@@ -70,9 +81,22 @@ pub fn serve(session: Session, connection: &Connection, judges: Judges<'_>) -> R
                 }
             }
         });
-        Server { workspace, connection, published: BTreeSet::new() }.run(&receiver, judges);
+        let mut server = Server { workspace, connection, published: BTreeSet::new(), is_watching: false };
+        server.watch(&params);
+        // Ends with the messages, so that the thread above is not waited for in vain.
+        let receiver = receiver;
+        server.run(&receiver, judges);
     });
     Ok(())
+}
+
+/// Does what only a defect of this server makes panic. Returns the message of the panic.
+fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(work)).map_err(|panic| {
+        let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+        format!("the language server has a defect: {text}")
+    })
 }
 
 fn encoding(params: &Json) -> Encoding {
@@ -99,10 +123,16 @@ fn capabilities(encoding: Encoding) -> ServerCapabilities {
         Encoding::Utf8 => PositionEncodingKind::UTF8,
         Encoding::Utf16 => PositionEncodingKind::UTF16,
     };
+    let sync = TextDocumentSyncOptions {
+        open_close: Some(true),
+        change: Some(TextDocumentSyncKind::INCREMENTAL),
+        save: Some(TextDocumentSyncSaveOptions::Supported(true)),
+        ..TextDocumentSyncOptions::default()
+    };
     let triggers = ["\"", "&", "=", "@", ".", ":", "'", "{", ","];
     ServerCapabilities {
         position_encoding: Some(kind),
-        text_document_sync: Some(TextDocumentSyncCapability::Kind(TextDocumentSyncKind::INCREMENTAL)),
+        text_document_sync: Some(sync.into()),
         completion_provider: Some(CompletionOptions {
             trigger_characters: Some(triggers.map(str::to_owned).to_vec()),
             ..CompletionOptions::default()
@@ -137,9 +167,24 @@ struct Server<'c> {
     connection: &'c Connection,
     /// Files for which something is published.
     published: BTreeSet<PathBuf>,
+    /// Whether the client says which files changed on disk.
+    is_watching: bool,
 }
 
 impl Server<'_> {
+    /// Asks the client to watch files, if it can be asked.
+    fn watch(&mut self, params: &Json) {
+        let way = "/capabilities/workspace/didChangeWatchedFiles/dynamicRegistration";
+        self.is_watching = params.pointer(way) == Some(&Json::Bool(true));
+        if self.is_watching {
+            let options = json!({ "watchers": [{ "globPattern": WATCHED }] });
+            let watched =
+                json!({ "id": "files", "method": DidChangeWatchedFiles::METHOD, "registerOptions": options });
+            let params = json!({ "registrations": [watched] });
+            self.send(Request::new("watch".to_owned().into(), RegisterCapability::METHOD.to_owned(), params));
+        }
+    }
+
     fn run(mut self, messages: &Receiver<Message>, judges: Judges<'_>) {
         while let Some(message) = self.next(messages, &mut *judges) {
             match message {
@@ -147,11 +192,15 @@ impl Server<'_> {
                     self.send(Response::new_ok(request.id, Json::Null));
                 }
                 Message::Request(request) => {
-                    let response = self.answer(request);
+                    let id = request.id.clone();
+                    let response = caught(|| self.answer(request)).unwrap_or_else(|defect| {
+                        Response::new_err(id, ErrorCode::InternalError as i32, defect)
+                    });
                     self.send(response);
                 }
                 Message::Notification(one) if one.method == Exit::METHOD => return,
-                Message::Notification(notification) => self.note(notification),
+                // A notification has no answer: the panic is on standard error.
+                Message::Notification(notification) => drop(caught(|| self.note(notification))),
                 Message::Response(_) => {}
             }
         }
@@ -162,7 +211,7 @@ impl Server<'_> {
         match messages.try_recv() {
             Ok(message) => return Some(message),
             Err(TryRecvError::Disconnected) => return None,
-            Err(TryRecvError::Empty) => self.publish_changes(),
+            Err(TryRecvError::Empty) => drop(caught(|| self.publish_changes())),
         }
         loop {
             match messages.recv_timeout(QUIET) {
@@ -174,9 +223,10 @@ impl Server<'_> {
             if !messages.is_empty() {
                 continue;
             }
-            match self.workspace.check(&mut *judges) {
-                Some(files) => self.publish(files),
-                None => return messages.recv().ok(),
+            match caught(|| self.workspace.check(&mut *judges)) {
+                Ok(Some(files)) => self.publish(files),
+                Ok(None) => return messages.recv().ok(),
+                Err(_) => self.workspace.skip_check(),
             }
         }
     }
@@ -190,11 +240,12 @@ impl Server<'_> {
         for path in files {
             let diagnostics: Vec<_> =
                 self.workspace.of_file(&path).into_iter().map(|(one, _)| one.clone()).collect();
-            let is_new = match diagnostics.is_empty() {
-                true => self.published.remove(&path),
-                false => self.published.insert(path.clone()) || self.published.contains(&path),
-            };
-            if let Some(uri) = self.workspace.uri(&path).filter(|_| is_new) {
+            let is_empty = diagnostics.is_empty();
+            let had_some = self.published.remove(&path);
+            if !is_empty {
+                self.published.insert(path.clone());
+            }
+            if let Some(uri) = self.workspace.uri(&path).filter(|_| had_some || !is_empty) {
                 let params = PublishDiagnosticsParams { uri, diagnostics, version: None };
                 self.send(Notification::new(PublishDiagnostics::METHOD.to_owned(), params));
             }
@@ -241,6 +292,7 @@ impl Server<'_> {
                     self.workspace.close(&path);
                 }
             }
+            DidSaveTextDocument::METHOD if !self.is_watching => self.workspace.refresh(),
             DidChangeWatchedFiles::METHOD => {
                 let changes = read(params).map(|DidChangeWatchedFilesParams { changes }| changes);
                 for path in changes.iter().flatten().filter_map(|change| document_path(&change.uri)) {

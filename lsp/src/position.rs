@@ -14,7 +14,7 @@ use umbragraph_graph::source::{SourceFile, Span};
 pub(crate) enum Encoding {
     /// Bytes.
     Utf8,
-    /// Pairs of bytes, unless client and server agree otherwise.
+    /// UTF-16 code units, the protocol's default.
     Utf16,
 }
 

@@ -11,11 +11,11 @@ use lsp_types::{DiagnosticRelatedInformation, DiagnosticSeverity, Location, Numb
 use crate::position::{Encoding, path_of, uri_of};
 use umbragraph_graph::compiler::PlanOptions;
 use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place, Severity};
-use umbragraph_graph::document::Document;
-use umbragraph_graph::pipeline::claimed_profiles;
+use umbragraph_graph::document::{Document, Entry, Kind};
+use umbragraph_graph::pipeline::{FileKind, claimed_profiles};
 use umbragraph_graph::shader::TargetProfile;
-use umbragraph_graph::source::{Sources, Span};
-use umbragraph_session::{Cancel, Cancelled, Choice, Judges, Session, Survey, Target, kind_of};
+use umbragraph_graph::source::Span;
+use umbragraph_session::{Cancel, Cancelled, Choice, Judges, Loaded, Session, Survey, Target, kind_of};
 
 /// Files of the folders that are looked at, at most.
 const MAX_FILES: usize = 2_000;
@@ -41,7 +41,7 @@ pub(crate) struct Workspace {
     open: BTreeMap<PathBuf, String>,
     /// The pipelines that read a file, by its path; found with the first question.
     readers: Option<BTreeMap<PathBuf, BTreeSet<PathBuf>>>,
-    /// The pipeline that an open document is told of as part of.
+    /// The pipelines whose diagnostics open documents show.
     targets: BTreeMap<PathBuf, Target>,
     /// Diagnostics by pipeline and file.
     found: BTreeMap<Target, BTreeMap<PathBuf, Vec<Found>>>,
@@ -52,8 +52,7 @@ pub(crate) struct Workspace {
 }
 
 impl Workspace {
-    pub(crate) fn new(mut session: Session, folders: Vec<PathBuf>, encoding: Encoding) -> Self {
-        session.set_roots(&folders);
+    pub(crate) fn new(session: Session, folders: Vec<PathBuf>, encoding: Encoding) -> Self {
         let cancel = session.cancel();
         Self {
             session,
@@ -87,7 +86,7 @@ impl Workspace {
     pub(crate) fn open(&mut self, path: &Path, text: String) {
         self.targets.remove(path);
         self.write(path, text);
-        if is_document(path) && self.is_ours(path) {
+        if is_document(path) {
             self.target(path);
         }
     }
@@ -116,79 +115,104 @@ impl Workspace {
         }
     }
 
+    /// Reads all files again, where the client does not say which changed.
+    pub(crate) fn refresh(&mut self) {
+        self.session.refresh();
+        self.changed.extend(self.open.keys().cloned());
+    }
+
     /// The pipelines that read a file.
-    fn readers_of(&mut self, path: &Path) -> BTreeSet<PathBuf> {
+    pub(crate) fn readers_of(&mut self, path: &Path) -> BTreeSet<PathBuf> {
         if self.readers.is_none() {
             self.readers = Some(BTreeMap::new());
             let mut files = Vec::new();
             for folder in &self.folders {
                 collect(folder, 0, &mut files);
             }
-            files.iter().for_each(|path| self.compose(path));
+            // A cheap look first: most files of a workspace are no pipelines.
+            let has_format =
+                |path: &&PathBuf| std::fs::read_to_string(path).is_ok_and(|text| text.contains("\"format\""));
+            files.iter().filter(has_format).for_each(|path| self.compose(path));
         }
         self.readers.as_ref().and_then(|readers| readers.get(path)).cloned().unwrap_or_default()
     }
 
     /// Composes a pipeline, and notes which files it reads.
     fn compose(&mut self, path: &Path) {
-        let is_pipeline = |document: &Document| {
-            let has = |key| document.root.get(key).is_some();
-            kind_of(document).is_none()
-                && has("format")
-                && ["passes", "extends", "include"].into_iter().any(has)
-        };
-        let is_one = self.session.parsed(path).is_some_and(|(_, document)| is_pipeline(&document));
-        let reads = match is_one {
-            true => {
-                self.sure(|session| session.load(&Target::new(path))).paths().map(Path::to_owned).collect()
+        match self.kind(path) {
+            Some((FileKind::Pipeline, _)) => {
+                let loaded = self.sure(|session| session.load(&Target::new(path)));
+                self.read_by(path, &loaded);
             }
-            false => Vec::new(),
-        };
-        self.read_by(path, reads);
+            _ => self.read(path, BTreeSet::new()),
+        }
     }
 
-    fn read_by(&mut self, target: &Path, reads: Vec<PathBuf>) {
+    /// The kind of a file, and its text as far as it is understood; `None` for a file that is none of ours.
+    fn kind(&mut self, path: &Path) -> Option<(FileKind, Document)> {
+        let (_, document) = self.session.parsed(path)?;
+        Some((kind_of(&document)?, document))
+    }
+
+    /// Notes which files a pipeline reads. One that is broken may read more than is understood of it.
+    fn read_by(&mut self, target: &Path, loaded: &Loaded) {
+        let mut reads: BTreeSet<PathBuf> = loaded.paths().map(Path::to_owned).collect();
+        if loaded.document().is_none() {
+            let known = self.readers.iter().flatten().filter(|(_, targets)| targets.contains(target));
+            reads.extend(known.map(|(path, _)| path.clone()));
+        }
+        self.read(target, reads);
+    }
+
+    fn read(&mut self, target: &Path, reads: BTreeSet<PathBuf>) {
         let Some(readers) = &mut self.readers else { return };
-        for targets in readers.values_mut() {
-            targets.remove(target);
+        let mut revised = BTreeSet::new();
+        for (path, targets) in readers.iter_mut().filter(|(path, _)| !reads.contains(*path)) {
+            if targets.remove(target) {
+                revised.insert(path.clone());
+            }
         }
-        for read in reads {
-            readers.entry(read).or_default().insert(target.to_owned());
+        for path in reads {
+            if readers.entry(path.clone()).or_default().insert(target.to_owned()) {
+                revised.insert(path);
+            }
         }
+        self.targets.retain(|path, _| path == target || !revised.contains(path));
     }
 
-    /// The pipeline that a document is told of as part of: itself, or where it is none, or none that is right by itself,
-    /// one that reads it.
-    pub(crate) fn target(&mut self, path: &Path) -> Target {
+    /// The pipeline whose diagnostics a document shows: the document itself if it is a valid pipeline, else the first
+    /// pipeline that reads it. `None` for a document that is none of ours.
+    pub(crate) fn target(&mut self, path: &Path) -> Option<Target> {
         if let Some(known) = self.targets.get(path) {
-            return known.clone();
+            return Some(known.clone());
         }
         let own = Target::new(path);
         let readers = self.readers_of(path);
-        let other = readers.iter().find(|reader| *reader != path);
-        let target = match other {
+        let target = match readers.iter().find(|reader| *reader != path) {
             Some(other) if !self.is_right(&own) => Target::new(other),
+            None if self.kind(path).is_none() => return None,
             _ => own,
         };
         self.targets.insert(path.to_owned(), target.clone());
-        target
+        Some(target)
+    }
+
+    /// The same, and the document itself while it has no whole member yet.
+    pub(crate) fn target_of_text(&mut self, path: &Path) -> Option<Target> {
+        let target = self.target(path);
+        let is_whole = |entry: &Entry| !matches!(entry.value.kind, Kind::Missing);
+        target.or_else(|| {
+            let (_, document) = self.session.parsed(path)?;
+            let is_new = !document.root.entries().unwrap_or_default().iter().any(is_whole);
+            is_new.then(|| Target::new(path))
+        })
     }
 
     fn is_right(&mut self, target: &Target) -> bool {
-        let is_part = self.session.parsed(&target.path).is_none_or(|(_, document)| {
-            kind_of(&document).is_some() || document.root.get("passes").is_none()
-        });
-        !is_part && !self.planned(target).has_errors()
-    }
-
-    /// Whether a document is one of this language: editors may send all JSON.
-    fn is_ours(&mut self, path: &Path) -> bool {
-        let has = |document: &Document| {
-            let keys = ["format", "passes", "resources"];
-            kind_of(document).is_some() || keys.into_iter().any(|key| document.root.get(key).is_some())
-        };
-        self.session.parsed(path).is_some_and(|(_, document)| has(&document))
-            || !self.readers_of(path).is_empty()
+        let kind = self.kind(&target.path);
+        kind.is_some_and(|(kind, document)| {
+            kind == FileKind::Pipeline && document.root.get("passes").is_some()
+        }) && !self.planned(target).has_errors()
     }
 
     /// The configuration that values are told of: that of the command without further arguments.
@@ -204,19 +228,25 @@ impl Workspace {
         self.sure(|session| session.plan(target, &choice)).1
     }
 
-    /// Tells anew of the pipelines of all documents that changed; the addresses of the files of which something else is
-    /// to be said now.
+    /// Tells anew of the pipelines of all documents that changed. Returns the files whose diagnostics changed.
     pub(crate) fn tell(&mut self) -> BTreeSet<PathBuf> {
+        let mut files = self.tell_once();
+        // A pipeline may have shown that it reads an open document, or no longer does.
+        let is_revised = |path: &PathBuf| is_document(path) && !self.targets.contains_key(path);
+        if self.open.keys().any(is_revised) {
+            files.append(&mut self.tell_once());
+        }
+        files
+    }
+
+    fn tell_once(&mut self) -> BTreeSet<PathBuf> {
         let changed = std::mem::take(&mut self.changed);
         let is_of_templates = changed.iter().any(|path| is_template(path));
         let mut targets: BTreeSet<Target> =
             changed.iter().filter_map(|path| self.targets.get(path)).cloned().collect();
         let open: Vec<PathBuf> = self.open.keys().filter(|path| is_document(path)).cloned().collect();
         for path in open {
-            if !self.is_ours(&path) {
-                continue;
-            }
-            let target = self.target(&path);
+            let Some(target) = self.target(&path) else { continue };
             let reads = |path: &PathBuf| {
                 self.readers
                     .as_ref()
@@ -257,12 +287,12 @@ impl Workspace {
             }
         };
         let loaded = self.sure(|session| session.load(target));
-        self.read_by(&target.path, loaded.paths().map(Path::to_owned).collect());
+        self.read_by(&target.path, &loaded);
         self.replace(target, Some(diagnostics))
     }
 
-    /// Checks one pipeline in all configurations, if one is left to be; the files of which something else is to be said
-    /// now. `None` once all are checked, or where that is cancelled.
+    /// Checks one pipeline in all configurations, if one is left. Returns the files whose diagnostics changed; `None` once
+    /// all are checked, or if it is cancelled.
     pub(crate) fn check(&mut self, judges: Judges<'_>) -> Option<BTreeSet<PathBuf>> {
         let target = self.unchecked.first()?.clone();
         let loaded = self.session.load(&target).ok()?;
@@ -275,18 +305,19 @@ impl Workspace {
         Some(self.replace(&target, Some(diagnostics)))
     }
 
-    /// Notes what is wrong with a pipeline; the files of which something was said, or is.
+    /// Leaves the next pipeline unchecked, since its check panicked.
+    pub(crate) fn skip_check(&mut self) {
+        self.unchecked.pop_first();
+    }
+
+    /// Keeps the diagnostics of a pipeline. Returns the files that have some, or had.
     fn replace(&mut self, target: &Target, diagnostics: Option<Diagnostics>) -> BTreeSet<PathBuf> {
-        let sources = self.session.sources();
         let mut by_file: BTreeMap<PathBuf, Vec<Found>> = BTreeMap::new();
         for diagnostic in diagnostics.iter().flat_map(Diagnostics::iter) {
-            let path = match &diagnostic.place {
-                Place::Span(span) => sources.get(span.file).map(|file| PathBuf::from(file.name())),
-                Place::File { path, .. } => Some(PathBuf::from(path)),
-                Place::Nowhere => None,
-            };
-            let path = path.filter(|path| path.is_absolute()).unwrap_or_else(|| target.path.clone());
-            by_file.entry(path).or_default().push((self.written(diagnostic, sources), diagnostic.clone()));
+            let related = diagnostic.related.iter().map(|one| &one.place);
+            let place = std::iter::once(&diagnostic.place).chain(related).find_map(|one| self.shown(one));
+            let (path, range) = place.unwrap_or_else(|| (target.path.clone(), Range::default()));
+            by_file.entry(path).or_default().push((self.written(diagnostic, range), diagnostic.clone()));
         }
         let mut files: BTreeSet<PathBuf> = by_file.keys().cloned().collect();
         let before = match diagnostics {
@@ -308,14 +339,28 @@ impl Workspace {
         all
     }
 
-    fn written(&self, diagnostic: &Diagnostic, sources: &Sources) -> lsp_types::Diagnostic {
-        let range = |place: &Place| match place {
+    /// The place as an editor shows it; `None` in what comes with the module, and for what is no text.
+    fn shown(&self, place: &Place) -> Option<(PathBuf, Range)> {
+        match place {
             Place::Span(span) => {
-                sources.get(span.file).map(|file| self.encoding.range(file, *span)).unwrap_or_default()
+                let path = PathBuf::from(self.session.sources().get(span.file)?.name());
+                Some((path, self.location(*span)?.range))
             }
-            _ => Range::default(),
-        };
+            Place::File { path, .. } => {
+                let path = Some(PathBuf::from(path)).filter(|path| path.is_absolute());
+                Some((path.filter(|path| is_document(path) || is_template(path))?, Range::default()))
+            }
+            Place::Nowhere => None,
+        }
+    }
+
+    fn written(&self, diagnostic: &Diagnostic, range: Range) -> lsp_types::Diagnostic {
         let mut message = diagnostic.message.clone();
+        if let Some(file) = diagnostic.span().and_then(|span| self.session.sources().get(span.file))
+            && !Path::new(file.name()).is_absolute()
+        {
+            message.push_str(&format!("\nin {}", file.name()));
+        }
         let mut related = Vec::new();
         for one in &diagnostic.related {
             match one.place.clone() {
@@ -330,7 +375,7 @@ impl Workspace {
         }
         message.extend(diagnostic.help.iter().map(|help| format!("\nhelp: {help}")));
         lsp_types::Diagnostic {
-            range: range(&diagnostic.place),
+            range,
             severity: Some(match diagnostic.severity {
                 Severity::Error => DiagnosticSeverity::ERROR,
                 Severity::Warning => DiagnosticSeverity::WARNING,

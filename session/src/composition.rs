@@ -82,17 +82,21 @@ impl Composing<'_> {
         let mut scratch = Diagnostics::new();
         for extension in &target.extensions {
             match self.file(extension, None) {
-                Some(extension) if self.is_lenient => composed.insert(extension, &mut scratch),
-                Some(extension) => composed.insert(extension, self.diagnostics),
+                Some(extension) => composed.insert(extension, self.reported(&mut scratch)),
                 None if self.is_lenient => {}
                 None => return None,
             }
         }
         if let Some((name, text)) = &target.included {
             let included = self.file(Path::new(name), Some(text))?;
-            composed.include(included, self.diagnostics);
+            composed.include(included, self.reported(&mut scratch));
         }
         Some(composed)
+    }
+
+    /// The diagnostics to report to: `scratch` if nothing is to be said.
+    fn reported<'s>(&'s mut self, scratch: &'s mut Diagnostics) -> &'s mut Diagnostics {
+        if self.is_lenient { scratch } else { self.diagnostics }
     }
 
     fn file(&mut self, path: &Path, text: Option<&str>) -> Option<Composed> {

@@ -136,11 +136,9 @@ impl FileTable {
 
     /// Lets something add texts to the settled ones, and this table with them.
     pub(crate) fn with_sources<T>(&mut self, work: impl FnOnce(&mut Self, &mut Sources) -> T) -> T {
-        let mut sources = std::mem::take(&mut self.settled);
-        let result = work(self, &mut sources);
-        self.settled = sources;
-        add_new(&mut self.current, &self.settled);
-        result
+        let sources = std::mem::take(&mut self.settled);
+        let mut lent = Lent { files: self, sources };
+        work(lent.files, &mut lent.sources)
     }
 
     pub(crate) fn has_scheme(&self, scheme: &str) -> bool {
@@ -433,6 +431,19 @@ impl FileTable {
             }
         }
         diagnostics
+    }
+}
+
+/// The settled texts while something adds to them. They go back to their table after a panic, too.
+struct Lent<'f> {
+    files: &'f mut FileTable,
+    sources: Sources,
+}
+
+impl Drop for Lent<'_> {
+    fn drop(&mut self) {
+        self.files.settled = std::mem::take(&mut self.sources);
+        add_new(&mut self.files.current, &self.files.settled);
     }
 }
 

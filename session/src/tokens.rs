@@ -44,6 +44,11 @@ pub(crate) fn tokens(text: &str) -> Option<Vec<Token>> {
     Some(tokens)
 }
 
+/// The last token of a text; `None` where it has none, or has what is no token.
+pub(crate) fn last(text: &str) -> Option<&str> {
+    tokens(text)?.last()?.text(text)
+}
+
 /// Whether two texts have the same tokens.
 pub(crate) fn are_alike((a, a_text): (&[Token], &str), (b, b_text): (&[Token], &str)) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.text(a_text) == b.text(b_text))

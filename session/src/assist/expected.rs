@@ -13,6 +13,7 @@ use crate::graph::language::node_kind;
 use crate::graph::model::{Declaration, DeclarationKind as K};
 use crate::graph::pipeline::FileKind;
 use crate::graph::shader::{AxisKind, ShaderModule};
+use crate::tokens;
 
 /// The kinds of things that an expression can name.
 const VALUES: [K; 7] = [K::Parameter, K::Feature, K::Derived, K::Input, K::Variable, K::Resource, K::Data];
@@ -59,14 +60,15 @@ impl<'a> Found<'_, 'a> {
     /// A key, with what a key needs around it.
     fn key(&mut self, kind: CandidateKind, key: &str, detail: Option<String>, description: Option<String>) {
         let (before, behind) = (
-            self.context.text.get(..self.replaced.start).unwrap_or_default().trim_end(),
+            self.context.text.get(..self.replaced.start).unwrap_or_default(),
             self.context.text.get(self.replaced.end..).unwrap_or_default().trim_start(),
         );
         let quoted = serde_json::Value::from(key).to_string();
         let text = match () {
             () if behind.starts_with(':') => quoted,
             () => {
-                let comma = if before.ends_with(['{', ',']) { "" } else { ", " };
+                let last = tokens::last(before).unwrap_or(before.trim_end());
+                let comma = if last.ends_with(['{', ',']) { "" } else { ", " };
                 format!("{comma}{quoted}: ")
             }
         };

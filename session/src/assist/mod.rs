@@ -104,24 +104,29 @@ pub struct Hover {
 /// The edits that give a name, by the names of files, or why it cannot be given.
 pub type Renamed = Result<BTreeMap<String, Edits>, EditError>;
 
-/// The kind of a file by its keys; `None` for a pipeline, and for what could be one.
+/// The kind of a file by its keys; `None` for one that may have nothing to do with pipelines, such as `package.json`.
 pub fn kind_of(document: &Document) -> Option<FileKind> {
     let has = |key| document.root.get(key).is_some();
     if has("inserts") {
         return Some(FileKind::Extension);
     }
-    if has("inputs") {
+    if document.root.get("inputs").is_some_and(|inputs| inputs.entries().is_some()) {
         return Some(FileKind::Subgraph);
     }
     let sections = ["passes", "resources", "subgraphs", "extends", "include", "geometry", "name"];
+    let is_pipeline = ["format", "passes", "resources"].into_iter().any(has);
+    let pipeline = is_pipeline.then_some(FileKind::Pipeline);
     if sections.into_iter().any(has) {
-        return None;
+        return pipeline;
     }
     let is_declared = |value: &Value| value.get("type").is_some();
     let given = ["parameters", "features"].map(|key| document.root.get(key).and_then(Value::entries));
     let mut given = given.into_iter().flatten().flatten().peekable();
     let has_values = given.peek().is_some() || has("preset");
-    (has_values && !given.any(|entry| is_declared(&entry.value))).then_some(FileKind::Parameters)
+    match has_values && !given.any(|entry| is_declared(&entry.value)) {
+        true => Some(FileKind::Parameters),
+        false => pipeline,
+    }
 }
 
 impl Session {
@@ -139,7 +144,7 @@ impl Session {
     /// Holds a file that is no pipeline to the schema of its kind.
     pub fn check_part(&mut self, path: &Path) -> Option<(FileKind, Diagnostics)> {
         let document = self.document(path).ok()?;
-        let kind = kind_of(&document)?;
+        let kind = kind_of(&document).filter(|kind| *kind != FileKind::Pipeline)?;
         let mut diagnostics = Diagnostics::new();
         Schema::new(&self.schema(kind)).check(&document.root, "", &mut diagnostics);
         Some((kind, diagnostics))

@@ -53,6 +53,14 @@ fn keys_are_those_of_the_schema_with_their_descriptions() {
 }
 
 #[test]
+fn key_after_a_comment_gets_the_comma_that_is_missing() {
+    for (before, comma) in [("\"a\": 1, // note\n", ""), ("\"a\": 1 // note,\n", ", "), ("/* a } */", "")] {
+        let found = texts("whole.json", &format!("{{ {before} | }}"));
+        assert!(found.contains(&format!("{comma}\"passes\": ")), "{before}: {found:?}");
+    }
+}
+
+#[test]
 fn references_and_expressions_name_what_all_files_declare() {
     let references = expected("whole.json", &whole("\"&target\"", "\"&ta|rget\""));
     assert_eq!(references.0, "\"&target\"");

@@ -117,6 +117,19 @@ fn cancelled_answer_is_none_and_the_next_is_whole() {
 
 #[test]
 fn edited_template_renders_only_what_names_it() {
+    edit_of_a_template_renders("{% include \"color.wgsl.jinja\" %}", 1);
+}
+
+#[test]
+fn template_in_a_list_is_rendered_after_each_edit() {
+    let list = "{% set name = \"color.wgsl.jinja\" %}{% include [name, \"lib/fullscreen.wgsl.jinja\"] %}";
+    edit_of_a_template_renders(list, 2);
+    let choice = "{% set name = 1 %}{% include \"lib/fullscreen.wgsl.jinja\" if name == 2 else \"color.wgsl.jinja\" %}";
+    edit_of_a_template_renders(choice, 2);
+}
+
+/// Edits templates of which one includes another by a tag; the count of those rendered after an edit of a third.
+fn edit_of_a_template_renders(include: &str, count_of_other: usize) {
     let shader = |color: &str| {
         format!(
             "{{% include \"lib/fullscreen.wgsl.jinja\" %}}\n\
@@ -134,7 +147,7 @@ fn edited_template_renders_only_what_names_it() {
         ("whole.json", before.to_owned() + &passes),
         ("part.json", PART.to_owned()),
         ("one.wgsl.jinja", shader("1.0")),
-        ("two.wgsl.jinja", shader("{% include \"color.wgsl.jinja\" %}")),
+        ("two.wgsl.jinja", shader(include)),
         ("color.wgsl.jinja", "0.5".to_owned()),
     ];
     let own = ["one", "two", "color"].map(|name| format!("{name}.wgsl.jinja")).map(|name| Template {
@@ -150,7 +163,7 @@ fn edited_template_renders_only_what_names_it() {
         (session.take_done().rendered, found)
     };
     assert_eq!(rendered("color.wgsl.jinja", "0.5"), (2, String::new()));
-    assert_eq!(rendered("one.wgsl.jinja", &shader("0.25")), (1, String::new()));
+    assert_eq!(rendered("one.wgsl.jinja", &shader("0.25")), (count_of_other, String::new()));
     assert_eq!(rendered("color.wgsl.jinja", "0.75"), (1, String::new()));
     let (count, found) = rendered("color.wgsl.jinja", "missing");
     assert!(count == 1 && found.contains("missing") && found.contains("color.wgsl.jinja"), "{found}");
@@ -174,4 +187,14 @@ fn broken_and_missing_files_leave_the_names_of_the_others() {
     assert_eq!(named(&mut session), ["side", "fill"]);
     session.overlay("whole.json", WHOLE.replace("\"fullscreen\": {", "\"fullscreen\": ").into_bytes());
     assert_eq!(named(&mut session), ["side", "fill"]);
+}
+
+#[test]
+fn broken_file_reports_nothing_of_what_is_included_besides() {
+    let mut session = session(&[("whole.json", WHOLE)]);
+    let again = r#"{ "format": 1, "resources": { "target": { "buffer": { "size": 4 } } }, "passes": { "fill": {} } }"#;
+    let target = Target::new("whole.json").include("captures", again);
+    let (_, found) = session.plan(&target, &choice()).expect("nothing cancels");
+    let found = crate::session::shown(&found, session.sources());
+    assert!(found.contains("part.json") && !found.contains("captures"), "{found}");
 }

@@ -10,7 +10,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::templates::TemplateSet;
-use crate::jinja::scan::WordKind;
+use crate::jinja::scan::{Tag, WordKind};
 use crate::jinja::template::Template;
 
 /// The tags that name other templates.
@@ -62,13 +62,20 @@ impl TemplateSet {
         let text = &*template.text;
         let tags = template.scan.tags.iter();
         for tag in tags.filter(|tag| tag.keyword(text).is_some_and(|word| NAMING.contains(&word))) {
-            let named = tag.words.iter().filter(|word| word.kind == WordKind::Text);
-            let mut named = named.map(|word| text[word.range.clone()].trim_matches(['"', '\''])).peekable();
-            named.peek()?;
-            for name in named {
-                needed.insert(self.templates.get_key_value(name)?.0);
-            }
+            needed.insert(self.templates.get_key_value(named(tag, text)?)?.0);
         }
         Some(needed)
     }
+}
+
+/// The one template that a tag names by a plain text; `None` where an expression names it.
+fn named<'t>(tag: &Tag, text: &'t str) -> Option<&'t str> {
+    let name = tag.words.get(1).filter(|word| word.kind == WordKind::Text)?;
+    let is_plain = match (tag.keyword(text), tag.word(text, 2)) {
+        (Some("import"), next) => next == Some("as"),
+        (Some("from"), next) => next == Some("import"),
+        (_, None) => true,
+        (_, next) => next == Some("ignore") && tag.word(text, 3) == Some("missing") && tag.words.len() == 4,
+    };
+    is_plain.then(|| text.get(name.range.clone())).flatten().map(|name| name.trim_matches(['"', '\'']))
 }
