@@ -96,29 +96,30 @@ impl PassBuilder<'_> {
             [] => format!("it has no {known}: remove this"),
             names => format!("its {known} are {}", list_of(names)),
         };
-        if let Some(mut other) = declares(&AxisValues::new()) {
-            // Of the axes in which that variant differs, those that it takes.
-            let is_other = |fixed: &AxisValues, axis: &String, value: &AxisValue| {
-                fixed.get(axis).is_some_and(|fixed| fixed != value)
-            };
-            let mut free = own.clone();
-            free.retain(|axis, value| !is_other(&other, axis, value));
-            for (axis, value) in &own {
-                let mut fewer = free.clone();
-                fewer.insert(axis.clone(), value.clone());
-                if let Some(found) = declares(&fewer) {
-                    (free, other) = (fewer, found);
-                }
+        // Of the axes in which another variant differs, those that it takes; none where the search was cut short.
+        let mut other = declares(&AxisValues::new()).unwrap_or_default();
+        let is_other = |fixed: &AxisValues, axis: &String, value: &AxisValue| {
+            fixed.get(axis).is_some_and(|fixed| fixed != value)
+        };
+        let mut free = own.clone();
+        free.retain(|axis, value| !is_other(&other, axis, value));
+        for (axis, value) in own.iter().filter(|_| !other.is_empty()) {
+            let mut fewer = free.clone();
+            fewer.insert(axis.clone(), value.clone());
+            if let Some(found) = declares(&fewer) {
+                (free, other) = (fewer, found);
             }
-            other.retain(|axis, value| is_other(&own, axis, value));
+        }
+        other.retain(|axis, value| is_other(&own, axis, value));
+        if other.is_empty() {
+            let unknown = member.unwrap_or(binding);
+            self.report_unknown(codes::UNKNOWN_BINDING, here, what, unknown, names, otherwise);
+        } else {
             own.retain(|axis, _| other.contains_key(axis));
             let message = format!("{what} with {}, as this pass always has", describe(&own));
             let help =
                 format!("it has with {}: let the pass take these values, or remove this", describe(&other));
             self.report(codes::UNKNOWN_BINDING, here, message, help);
-        } else {
-            let unknown = member.unwrap_or(binding);
-            self.report_unknown(codes::UNKNOWN_BINDING, here, what, unknown, names, otherwise);
         }
         false
     }
