@@ -103,10 +103,10 @@ impl PassBuilder<'_> {
         };
         let mut free = own.clone();
         free.retain(|axis, value| !is_other(&other, axis, value));
-        for (axis, value) in own.iter().filter(|_| !other.is_empty()) {
+        for (axis, value) in &own {
             let mut fewer = free.clone();
             fewer.insert(axis.clone(), value.clone());
-            if let Some(found) = declares(&fewer) {
+            if let Some(found) = declares(&fewer).filter(|_| !other.is_empty()) {
                 (free, other) = (fewer, found);
             }
         }
