@@ -261,7 +261,7 @@ impl View {
         let [side, up] = self.turn;
         let right = camera.rotation * DVec3::X;
         let turn = DQuat::from_rotation_y(side) * DQuat::from_axis_angle(right, up);
-        let mut camera = camera.clone();
+        let mut camera = *camera;
         camera.position = middle + turn * (camera.position - middle) * self.distance;
         camera.rotation = (turn * camera.rotation).normalize();
         camera
