@@ -6,15 +6,19 @@ use std::sync::Arc;
 
 use umbragraph::DiskStorage;
 use umbragraph::Plan;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Severity, codes, render};
+#[cfg(feature = "gpu")]
+use umbragraph::diagnostic::Severity;
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
 #[cfg(feature = "gpu")]
 use umbragraph::executor::DryRun;
 use umbragraph::low_level::compiler::PlanOptions;
 use umbragraph::low_level::compose::{self, Roots};
 use umbragraph::low_level::document::Document;
 use umbragraph::low_level::pipeline::{self, FileKind, Overrides};
+#[cfg(feature = "gpu")]
+use umbragraph::low_level::session::Planned;
 use umbragraph::low_level::session::{
-    Choice, Judges, Loaded, Planned, Survey, Surveyed, Target, Template, TemplateText,
+    Choice, Judges, Loaded, Survey, Surveyed, Target, Template, TemplateText,
 };
 use umbragraph::low_level::shader::{TEMPLATE_ENDS, TargetProfile, TemplateSet};
 use umbragraph::low_level::source::{FileId, Sources, Span};

@@ -1,7 +1,7 @@
 //! umbragraph in a browser, through wasm-bindgen.
 //!
-//! Two libraries are made of this crate. Without features there is [`Project`], which checks, plans and explains in a
-//! worker; the feature `gpu` adds [`Painter`], which draws on WebGPU. Both are classes of JavaScript whose methods take and
+//! Two libraries are made of this crate. Without features there is `Project`, which checks, plans and explains in a
+//! worker; the feature `gpu` adds `Painter`, which draws on WebGPU. Both are classes of JavaScript whose methods take and
 //! give texts, most of them JSON. `cargo xtask web` builds them and the page around them.
 //!
 //! A panic ends a library, since nothing unwinds in a browser: it is printed to the console, and whoever started the worker

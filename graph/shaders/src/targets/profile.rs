@@ -85,7 +85,7 @@ pub struct TargetProfile {
     pub name: String,
     /// The wgpu features.
     pub features: Features,
-    /// The parts of WebGPU's core mode that the target has (see [`super::capabilities`]).
+    /// The parts of WebGPU's core mode that the target has (its names are those of `capabilities`).
     pub downlevel: DownlevelFlags,
     /// The capabilities of naga's validator; they follow from the features and the downlevel flags.
     pub capabilities: Capabilities,
