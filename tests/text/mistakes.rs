@@ -40,7 +40,7 @@ const MISTAKES: &[Mistake] = &[
     Mistake("27-ssao", "\"bind\": { \"source\": \"&occlusion_2\" }", "\"bind\": { \"source\": \"&depth\" }", "UG0323", "depth", "texture_depth_2d"),
     // Composition
     Mistake("06-extends", "\"kept\": null", "\"kep\": null", "UG0109", "kep", "kept"),
-    Mistake("07-include", "parts/canvas.json", "parts/canvass.json", "UG0001", "parts/canvass.json", "did you mean \"canvas.json\""),
+    Mistake("07-include", "parts/canvas.json", "parts/canvass.json", "UG0001", "parts/canvass.json", "canvas.json"),
     Mistake("08-subgraph", "\"use\": \"through_small\"", "\"use\": \"through_smal\"", "UG0212", "through_smal", "through_small"),
     Mistake("08-subgraph", "\"with\": { \"image\": \"&sharp\"", "\"with\": { \"imge\": \"&sharp\"", "UG0102", "imge", "image"),
     Mistake("08-subgraph", "\"divisor\": 16", "\"divisor\": 65", "UG0204", "65", "64"),
