@@ -1,4 +1,4 @@
-//! The CPU cost of a frame beside that of the same frame by hand in plain wgpu (`hand`).
+//! The CPU cost of recording a frame, compared with the same frame written by hand in plain wgpu (`hand`).
 //!
 //! `awsm` on the courtyard, the interior, and floors of boxes with 10 to 10,000 draws in each view: the medians of 31 pairs
 //! of a record, taken in turn. Both run the same CPU passes, fill the same blocks and call the same draw source; their

@@ -51,7 +51,7 @@ pub(crate) fn open(named: Option<&str>) -> Result<Graphics, Diagnostic> {
     }
 }
 
-/// All adapters that the environment lets through, the best first; those of OpenGL last.
+/// The adapters that the environment variables allow: the best first, OpenGL last.
 ///
 /// # Errors
 /// None, or a variable that says nonsense.

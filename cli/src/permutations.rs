@@ -4,13 +4,14 @@
 //! templates can express. Each pipeline's configurations are loaded in full besides, so its bindings, and what scenes
 //! upload for a geometry named `scene`, are compared with every variant.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::io::IsTerminal as _;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use umbragraph::diagnostic::{Diagnostics, Place};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place};
 use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::document::Document;
 use umbragraph::low_level::pipeline::{self, Configurations, Overrides};
 use umbragraph::low_level::shader::TargetProfile;
 use umbragraph::low_level::shader::permutations::{self, Options, Request, Validator};
@@ -62,44 +63,56 @@ fn requests(
         let overrides = session.overrides(&arguments.settings, understood.0);
         let profiles = profiles(understood.0, asked.clone());
         claimed.extend(profiles.iter().cloned());
-        let Some(first) = profiles.first() else { continue };
-        let (values, plan) = (Overrides::default(), PlanOptions::new(1280, 720));
-        let options = session.check_options(first, &values, &plan);
-        let mut diagnostics = Diagnostics::new();
-        let configurations = if is_one {
-            Configurations::one(&overrides)
-        } else {
-            Configurations::all(understood, &session.templates, first)
-        };
-        let mut judge = dry_run(first);
-        let reached = pipeline::reach(
-            understood,
-            &options,
-            (&configurations, &mut judge),
-            session.sources(),
-            &mut diagnostics,
-        );
-        session.diagnostics.extend(diagnostics);
-        counts.push(ReachedConfigurations {
-            pipeline: path.display().to_string(),
-            configurations: reached.configurations,
-            loaded: reached.loaded,
-            rejected: reached.rejected,
-        });
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        for program in reached.programs {
-            let more = match program.passes.len() {
-                0 | 1 => String::new(),
-                count => format!(" and {} more", count - 1),
+        let groups = alike(understood.0, &profiles);
+        for (at, group) in groups.iter().enumerate() {
+            let Some(first) = group.first() else { continue };
+            let (values, plan) = (Overrides::default(), PlanOptions::new(1280, 720));
+            let options = session.check_options(first, &values, &plan);
+            let mut diagnostics = Diagnostics::new();
+            let configurations = if is_one {
+                Configurations::one(&overrides)
+            } else {
+                Configurations::all(understood, &session.templates, first)
             };
-            let name = format!("{stem}.{}{more}", program.passes.first().map_or("", String::as_str));
-            requests.extend(program.products.into_iter().map(|allowed| Request {
-                name: name.clone(),
-                allowed,
-                assumed: program.assumed.clone(),
-                place: program.place.into(),
-                ..Request::all(&program.template, &profiles)
-            }));
+            let mut judge = dry_run(first);
+            let reached = pipeline::reach(
+                understood,
+                &options,
+                (&configurations, &mut judge),
+                session.sources(),
+                &mut diagnostics,
+            );
+            let known: HashSet<_> = session.diagnostics.iter().map(Diagnostic::key).collect();
+            session.diagnostics.extend(diagnostics.into_iter().filter(|one| !known.contains(&one.key())));
+            // The first profile has most features.
+            if at == 0 {
+                counts.push(ReachedConfigurations {
+                    pipeline: path.display().to_string(),
+                    configurations: reached.configurations,
+                    loaded: reached.loaded,
+                    rejected: reached.rejected,
+                });
+            }
+            for program in reached.programs {
+                let more = match program.passes.len() {
+                    0 | 1 => String::new(),
+                    count => format!(" and {} more", count - 1),
+                };
+                let on = if groups.len() > 1 {
+                    format!(" on {}", group.iter().map(|one| one.name.as_str()).collect::<Vec<_>>().join("+"))
+                } else {
+                    String::new()
+                };
+                let name = format!("{stem}.{}{more}{on}", program.passes.first().map_or("", String::as_str));
+                requests.extend(program.products.into_iter().map(|allowed| Request {
+                    name: name.clone(),
+                    allowed,
+                    assumed: program.assumed.clone(),
+                    place: program.place.into(),
+                    ..Request::all(&program.template, group)
+                }));
+            }
         }
     }
     if arguments.all || arguments.pipelines.is_empty() {
@@ -121,6 +134,21 @@ fn requests(
         requests = templates.iter().map(|template| Request::all(template, &unique)).collect();
     }
     Some((requests, counts))
+}
+
+/// Profiles in groups that lack the same features, and so reach the same variants.
+fn alike(document: &Document, profiles: &[TargetProfile]) -> Vec<Vec<TargetProfile>> {
+    let features = document.root.entries_of("features");
+    let mut groups: Vec<(Vec<bool>, Vec<TargetProfile>)> = Vec::new();
+    for profile in profiles {
+        let lacks: Vec<bool> =
+            features.iter().map(|entry| pipeline::lacking(entry, features, profile).is_some()).collect();
+        match groups.iter_mut().find(|(known, _)| *known == lacks) {
+            Some((_, group)) => group.push(profile.clone()),
+            None => groups.push((lacks, vec![profile.clone()])),
+        }
+    }
+    groups.into_iter().map(|(_, group)| group).collect()
 }
 
 /// The templates that stand alone: those of which no other names.

@@ -1,6 +1,6 @@
 //! All configurations of a pipeline at once: what `check` says.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::HashSet;
 use std::sync::{Arc, PoisonError};
 
 use crate::cancel::{Cancel, Cancelled};
@@ -9,12 +9,12 @@ use crate::done::Done;
 use crate::graph::compiler::{Plan, PlanOptions};
 use crate::graph::diagnostic::{Code, Diagnostic, Diagnostics, Place};
 use crate::graph::pipeline::{Configurations, Overrides};
+use crate::graph::shader::TargetProfile;
 use crate::graph::shader::permutations::{self, Count, Request};
-use crate::graph::shader::{AxisValues, TargetProfile};
 use crate::graph::source::Sources;
 use crate::graph::{CheckOptions, Coverage, Examination, Verify, check_configurations};
 use crate::loaded::Loaded;
-use crate::templates::Proof;
+use crate::templates::{Proof, Reached};
 
 /// Further checks of the plans for a profile, such as a dry run.
 pub type Judges<'a> = &'a mut dyn FnMut(&TargetProfile) -> Box<dyn FnMut(&Arc<Plan>) -> Diagnostics>;
@@ -109,7 +109,8 @@ pub(crate) fn survey(
     let mut found = New::default();
     let mut widest = Configurations::default();
     let mut first: Option<Coverage> = None;
-    for profile in profiles {
+    let mut reached = Reached::new();
+    for (at, profile) in profiles.iter().enumerate() {
         let configurations = if *only_one {
             Configurations::one(overrides)
         } else {
@@ -140,6 +141,9 @@ pub(crate) fn survey(
         done.loaded += configurations.list.len();
         done.planned += configurations.list.len();
         found.extend(diagnostics);
+        for variant in &coverage.variants {
+            reached.entry(variant.clone()).or_default().push(at);
+        }
         match &mut first {
             Some(first) => {
                 first.variants.append(&mut coverage.variants);
@@ -154,7 +158,7 @@ pub(crate) fn survey(
         }
     }
     let Some(coverage) = first else { return Ok(None) };
-    found.extend(proven(loaded, &coverage.variants, survey, (done, cancel))?);
+    found.extend(proven(loaded, &reached, survey, (done, cancel))?);
     let reachable = profiles
         .first()
         .filter(|_| !only_one)
@@ -179,10 +183,11 @@ impl New {
     }
 }
 
-/// Holds shader variants to the limits of each profile, and to the writers of its language.
+/// Holds shader variants to the limits of each profile whose configurations reach them, and to the writers of its
+/// language. A feature that a profile lacks is off there, and so are the variants that only it reaches.
 fn proven(
     loaded: &Loaded,
-    variants: &BTreeSet<(String, AxisValues)>,
+    variants: &Reached,
     survey: &Survey,
     (done, cancel): (&mut Done, &Cancel),
 ) -> Result<Diagnostics, Cancelled> {
@@ -196,7 +201,10 @@ fn proven(
     done.proven += 1;
     let requests: Vec<Request> = variants
         .iter()
-        .map(|(template, axes)| Request::one(&templates.set, template, axes, profiles))
+        .map(|((template, axes), reaching)| {
+            let reaching: Vec<TargetProfile> = reaching.iter().map(|at| profiles[*at].clone()).collect();
+            Request::one(&templates.set, template, axes, &reaching)
+        })
         .collect();
     let (threads, cancelled) = (survey.threads, cancel.flag());
     let options = permutations::Options { threads, cancelled, ..permutations::Options::default() };

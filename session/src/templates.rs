@@ -1,6 +1,6 @@
 //! The templates of a session, and what is kept of their shaders.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -56,10 +56,13 @@ pub(crate) struct Templates {
     pub(crate) proofs: Mutex<Vec<Proof>>,
 }
 
+/// Shader variants, as template and values, and the positions of the profiles whose configurations reach each.
+pub(crate) type Reached = BTreeMap<(String, AxisValues), Vec<usize>>;
+
 /// Shader variants that were proven for some profiles, and the diagnostics.
 #[derive(Clone, Debug)]
 pub(crate) struct Proof {
-    pub(crate) variants: BTreeSet<(String, AxisValues)>,
+    pub(crate) variants: Reached,
     pub(crate) profiles: Vec<TargetProfile>,
     pub(crate) diagnostics: Diagnostics,
 }
@@ -120,7 +123,7 @@ impl Templates {
         let shaders = self.shaders.lock().unwrap_or_else(PoisonError::into_inner);
         let is_kept = |proof: &&Proof| {
             proof.diagnostics.is_empty()
-                && proof.variants.iter().all(|(name, _)| unchanged.contains(name.as_str()))
+                && proof.variants.keys().all(|(name, _)| unchanged.contains(name.as_str()))
         };
         let proofs = self.proofs.lock().unwrap_or_else(PoisonError::into_inner);
         (shaders.iter().map(carried).collect(), proofs.iter().filter(is_kept).cloned().collect())

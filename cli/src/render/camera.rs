@@ -1,8 +1,8 @@
 //! The path of the camera over the frames.
 //!
 //! `orbit` goes once around the middle of the scene, at the height and distance of the scene's own camera, and above what
-//! lies there; `walk` goes straight on, as far in all frames as the scene's radius or up to what stands in its way, without
-//! leaving its height. A file gives keys, between which positions are interpolated along a straight line and directions
+//! lies there. `walk` goes straight on at one height. All frames together go as far as the scene's radius, or up to the
+//! first obstacle. A file gives keys, between which positions are interpolated along a straight line and directions
 //! along an arc:
 //!
 //! ```json

@@ -24,7 +24,7 @@ pub(crate) struct Surroundings<'a> {
 
 #[cfg(feature = "score")]
 impl<'a> Surroundings<'a> {
-    /// Those of a scene.
+    /// The surroundings of a scene at rest.
     pub(crate) fn new(scene: &'a Scene) -> Self {
         let pose = scene.rest_pose();
         let bounds = scene.frame_input_of(&pose, 1.0, 0.0).scene_bounds;

@@ -11,7 +11,7 @@ use umbragraph::low_level::session::{
 };
 use umbragraph::low_level::shader::TargetProfile;
 
-use crate::session::{InMemory, PART, WHOLE, choice, plan, session, two_files};
+use crate::session::{InMemory, PART, WHOLE, choice, plan, session, shown, two_files};
 
 /// The counts of work since the last call, without those of templates.
 fn done(session: &mut Session) -> [usize; 5] {
@@ -65,6 +65,45 @@ fn second_check_of_nothing_changed_does_nothing() {
         session.take_done()
     };
     assert!(check().loaded == 1 && check() == Done::default());
+}
+
+/// A feature is off where a profile lacks what it requires, so no variant of it is proven for that profile.
+#[test]
+fn variants_are_proven_for_profiles_that_reach_them() {
+    const DOCUMENT: &str = r#"{ "format": 1, "name": "x", "features": { "stored": { "type": "bool", "default": true REQUIRED } },
+  "resources": { "list": { "buffer": { "size": 64, "initial": { "f32": 1 } } },
+    "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
+  "passes": { "fill": { "fullscreen": { "shader": "fill.wgsl.jinja", "color": [{ "to": "&target" }],
+    "bind": { "list": "=stored ? &list : null" } } } } }"#;
+    const FILL: &str = "{% if stored %}@group(0) @binding(0) var<storage, read> list: array<f32>;{% endif %}
+@vertex fn corner(@builtin(vertex_index) at: u32) -> @builtin(position) vec4<f32> {
+  return vec4<f32>(f32(at & 1u) * 4.0 - 1.0, f32(at >> 1u) * 4.0 - 1.0, 0.0, {{ 'list[0]' if stored else '1.0' }});
+}
+@fragment fn fill() -> @location(0) vec4<f32> { return vec4<f32>(1.0); }";
+    const AXES: &str =
+        r#"{ "axes": { "stored": { "type": "bool", "default": false, "own_layout": true } } }"#;
+    let errors = |required: &str| {
+        let text = DOCUMENT.replace("REQUIRED", required);
+        let template = |name: &str, text: &str| Template {
+            name: name.to_owned(),
+            text: TemplateText::Text(text.into()),
+        };
+        let own = [template("fill.wgsl.jinja", FILL), template("fill.axes.json", AXES)];
+        let files = Memory([("x.json".to_owned(), text)].into());
+        let mut session =
+            Session::new(InMemory(files), umbragraph::registry(), umbragraph::with_templates(own));
+        let profiles = ["vulkan", "gles"].map(|name| TargetProfile::from_name(name).expect("a profile"));
+        let mut judges = |_: &TargetProfile| -> Box<dyn FnMut(&Arc<_>) -> Diagnostics> {
+            Box::new(|_| Diagnostics::new())
+        };
+        let survey = Survey::new(profiles.into(), choice().plan);
+        let (_, diagnostics) =
+            session.check(&Target::new("x.json"), &survey, &mut judges).expect("nothing cancels");
+        shown(&diagnostics, session.sources())
+    };
+    assert_eq!(errors(r#", "required_limits": { "max_storage_buffers_in_vertex_stage": 1 }"#), "");
+    let unstated = errors("");
+    assert!(unstated.contains("UG0530") && unstated.contains("only for gles"), "{unstated}");
 }
 
 #[test]
