@@ -54,7 +54,7 @@ fn requests(
 ) -> Option<(Vec<Request>, Vec<ReachedConfigurations>)> {
     let asked = session.profiles_named(&arguments.profiles)?;
     let is_one = arguments.config || !arguments.settings.is_empty();
-    let mut requests = Vec::new();
+    let mut requests: Vec<Request> = Vec::new();
     let mut counts = Vec::new();
     let mut claimed: Vec<TargetProfile> = asked.clone();
     for path in &arguments.pipelines {
@@ -64,8 +64,8 @@ fn requests(
         let profiles = profiles(understood.0, asked.clone());
         claimed.extend(profiles.iter().cloned());
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let groups = alike(understood.0, &profiles);
-        for (at, group) in groups.iter().enumerate() {
+        let begin = requests.len();
+        for (at, group) in alike(understood.0, &profiles).iter().enumerate() {
             let Some(first) = group.first() else { continue };
             let (values, plan) = (Overrides::default(), PlanOptions::new(1280, 720));
             let options = session.check_options(first, &values, &plan);
@@ -85,7 +85,7 @@ fn requests(
             );
             let known: HashSet<_> = session.diagnostics.iter().map(Diagnostic::key).collect();
             session.diagnostics.extend(diagnostics.into_iter().filter(|one| !known.contains(&one.key())));
-            // The first profile has most features.
+            // The counts are those of the first profile.
             if at == 0 {
                 counts.push(ReachedConfigurations {
                     pipeline: path.display().to_string(),
@@ -99,19 +99,26 @@ fn requests(
                     0 | 1 => String::new(),
                     count => format!(" and {} more", count - 1),
                 };
-                let on = if groups.len() > 1 {
-                    format!(" on {}", group.iter().map(|one| one.name.as_str()).collect::<Vec<_>>().join("+"))
-                } else {
-                    String::new()
-                };
+                let on = if at == 0 { String::new() } else { format!(" on {}", names(group)) };
                 let name = format!("{stem}.{}{more}{on}", program.passes.first().map_or("", String::as_str));
-                requests.extend(program.products.into_iter().map(|allowed| Request {
-                    name: name.clone(),
-                    allowed,
-                    assumed: program.assumed.clone(),
-                    place: program.place.into(),
-                    ..Request::all(&program.template, group)
-                }));
+                for allowed in program.products {
+                    let is_same = |one: &&mut Request| {
+                        one.template == program.template
+                            && one.allowed == allowed
+                            && one.assumed == program.assumed
+                    };
+                    if let Some(same) = requests[begin..].iter_mut().find(is_same) {
+                        same.profiles.extend(group.iter().cloned());
+                        continue;
+                    }
+                    requests.push(Request {
+                        name: name.clone(),
+                        allowed,
+                        assumed: program.assumed.clone(),
+                        place: program.place.into(),
+                        ..Request::all(&program.template, group)
+                    });
+                }
             }
         }
     }
@@ -134,6 +141,10 @@ fn requests(
         requests = templates.iter().map(|template| Request::all(template, &unique)).collect();
     }
     Some((requests, counts))
+}
+
+fn names(profiles: &[TargetProfile]) -> String {
+    profiles.iter().map(|one| one.name.as_str()).collect::<Vec<_>>().join(", ")
 }
 
 /// Profiles in groups that lack the same features, and so reach the same variants.
