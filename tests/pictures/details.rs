@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use umbragraph::executor::read_back;
 use umbragraph::frame::{FrameInput, Light, LightKind};
 use umbragraph::scene::{NoFiles, Scene, from_slice};
+use umbragraph_test_support::glb::container;
 use umbragraph_test_support::gpu;
 
 /// The map of each cascade over boards above each other. The boards are `count` levels of detail of one node, from
@@ -69,7 +70,7 @@ fn boards(first: usize, count: usize) -> Scene {
         "bufferViews": [{ "buffer": 0, "byteLength": binary.len() }],
         "buffers": [{ "byteLength": binary.len() }],
     });
-    from_slice("boards.glb", &container(&document, &binary), &NoFiles)
+    from_slice("boards.glb", &container(&document.to_string(), &binary), &NoFiles)
         .unwrap_or_else(|error| panic!("{error:?}"))
 }
 
@@ -98,24 +99,8 @@ fn roof() -> Scene {
         "bufferViews": [{ "buffer": 0, "byteLength": binary.len() }],
         "buffers": [{ "byteLength": binary.len() }],
     });
-    from_slice("roof.glb", &container(&document, &binary), &NoFiles)
+    from_slice("roof.glb", &container(&document.to_string(), &binary), &NoFiles)
         .unwrap_or_else(|error| panic!("{error:?}"))
-}
-
-fn container(document: &Value, binary: &[u8]) -> Vec<u8> {
-    let mut text = document.to_string().into_bytes();
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let length = 12 + 8 + text.len() + 8 + binary.len();
-    let mut bytes = b"glTF".to_vec();
-    for number in [2, length as u32, text.len() as u32] {
-        bytes.extend(number.to_le_bytes());
-    }
-    bytes.extend(b"JSON");
-    bytes.extend(&text);
-    bytes.extend((binary.len() as u32).to_le_bytes());
-    bytes.extend(b"BIN\0");
-    bytes.extend(binary);
-    bytes
 }
 
 fn frame(scene: &Scene) -> FrameInput {

@@ -4,6 +4,7 @@ use crate::common::gpu::render;
 use crate::common::{With, check_file};
 use serde_json::{Value, json};
 use umbragraph::scene::{NoFiles, Scene, from_slice};
+use umbragraph_test_support::glb::container;
 use umbragraph_test_support::gpu::{self, Gpu};
 
 const SIDE: u32 = 32;
@@ -69,24 +70,8 @@ fn changed(material: &Value, images: &[[[u8; 4]; 2]], change: impl FnOnce(&mut V
         "buffers": [{ "byteLength": binary.len() }],
     });
     change(&mut document);
-    from_slice("square.glb", &container(&document, &binary), &NoFiles)
+    from_slice("square.glb", &container(&document.to_string(), &binary), &NoFiles)
         .unwrap_or_else(|error| panic!("{error:?}"))
-}
-
-fn container(document: &Value, binary: &[u8]) -> Vec<u8> {
-    let mut text = document.to_string().into_bytes();
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let length = 12 + 8 + text.len() + 8 + binary.len();
-    let mut bytes = b"glTF".to_vec();
-    for number in [2, length as u32, text.len() as u32] {
-        bytes.extend(number.to_le_bytes());
-    }
-    bytes.extend(b"JSON");
-    bytes.extend(&text);
-    bytes.extend((binary.len() as u32).to_le_bytes());
-    bytes.extend(b"BIN\0");
-    bytes.extend(binary);
-    bytes
 }
 
 /// The colors left and right of the middle of a square, without tone mapping.

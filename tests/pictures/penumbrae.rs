@@ -12,6 +12,7 @@ use serde_json::json;
 use umbragraph::executor::read_back;
 use umbragraph::frame::{Camera, FrameInput, Light, LightKind, Projection};
 use umbragraph::scene::{NoFiles, Scene, from_slice};
+use umbragraph_test_support::glb::container;
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::image::Picture;
 
@@ -55,17 +56,7 @@ fn rectangles(all: &[(f32, [f32; 4])]) -> Scene {
         "nodes": [{ "mesh": 0 }],
         "scenes": [{ "nodes": [0] }],
     });
-    let mut json = document.to_string().into_bytes();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let mut file = b"glTF".to_vec();
-    let total = 12 + 8 + json.len() + 8 + binary.len();
-    file.extend([2, total as u32, json.len() as u32].iter().flat_map(|word| word.to_le_bytes()));
-    file.extend(b"JSON");
-    file.extend(json);
-    file.extend((binary.len() as u32).to_le_bytes());
-    file.extend(b"BIN\0");
-    file.extend(binary);
-    from_slice("rectangles.glb", &file, &NoFiles).expect("a scene")
+    from_slice("rectangles.glb", &container(&document.to_string(), &binary), &NoFiles).expect("a scene")
 }
 
 /// A half plane at a height over a plane.

@@ -116,21 +116,7 @@ impl Document {
 }
 
 pub(crate) fn glb(json: &Value, binary: &[u8]) -> Vec<u8> {
-    let mut json = json.to_string().into_bytes();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let mut binary = binary.to_vec();
-    binary.resize(binary.len().next_multiple_of(4), 0);
-    let total = 12 + 8 + json.len() + 8 + binary.len();
-    let mut bytes = b"glTF".to_vec();
-    for word in [2, total as u32, json.len() as u32] {
-        bytes.extend(word.to_le_bytes());
-    }
-    bytes.extend(b"JSON");
-    bytes.extend(json);
-    bytes.extend((binary.len() as u32).to_le_bytes());
-    bytes.extend(b"BIN\0");
-    bytes.extend(binary);
-    bytes
+    umbragraph_test_support::glb::container(&json.to_string(), binary)
 }
 
 /// A diagnostic in one line: `UG0712 /meshes/0: message (help)`.

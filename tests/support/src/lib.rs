@@ -3,6 +3,7 @@
 //! * [`command`]: what a command has printed.
 //! * [`edits`]: random edits of documents, half of them broken.
 //! * [`image`]: 8-bit PNG pictures, their comparison under a tolerance, and golden pictures kept in the tree.
+//! * [`glb`]: glTF binaries of documents that tests write.
 //! * [`gpu`]: one graphics device for tests, chosen by a written rule and proven to compute before it is used.
 //! * [`truth`]: scores of a rendered shadow mask against a ray-traced one, where such truth is at hand.
 //! * [`property`]: how many cases properties are tried on, and from which seed.
@@ -15,6 +16,7 @@
 pub mod command;
 pub mod edits;
 pub mod environment;
+pub mod glb;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod image;
