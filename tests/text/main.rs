@@ -24,12 +24,15 @@ mod instances;
 mod language;
 mod light_data;
 mod mistakes;
+mod ray_traced_truth;
 mod recovery;
 mod resizing;
 mod scene_writers;
 mod session;
 mod structure;
 mod systems;
+#[cfg(feature = "gltf")]
+mod tracer;
 #[cfg(feature = "noop")]
 mod webgpu_rules;
 mod words;

@@ -22,7 +22,7 @@ fn hard_and_soft_masks_match_those_of_another_tracer() {
     for name in ["contact_sun", "terrain_dem_sun", "room_point"] {
         let Some(other) = TruthScene::find(name) else { return };
         let path = other.glb_path();
-        let scene = umbragraph_scene::load(&path).expect("a scene");
+        let scene = umbragraph::scene::load(&path).expect("a scene");
         let input = scene.frame_input(1.0, 0.0);
         let rays = Rays::new(&scene, &scene.pose(0.0));
         let (width, height) = other.size();

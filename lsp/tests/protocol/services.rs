@@ -1,0 +1,130 @@
+//! Fixes, renames, completion, outline, tokens and layout, as an editor asks for them.
+
+use std::path::Path;
+
+use serde_json::{Value as Json, json};
+use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::session::{Choice, Target};
+use umbragraph::low_level::shader::TargetProfile;
+
+use crate::editor::*;
+
+#[test]
+fn part_is_told_of_in_the_pipeline_that_reads_it() {
+    let folder = root().join("pipelines");
+    let path = folder.join("awsm/filters.json");
+    let text = std::fs::read_to_string(&path).expect("a text");
+    let mut editor = Editor::start(&folder);
+    editor.open(&path, &text);
+    assert_eq!(editor.diagnostics(&path), Vec::<String>::new());
+    editor.change(&path, &text.replacen("\"default\": 0.12", "\"default\": 1200", 1));
+    let found = editor.diagnostics(&path);
+    assert!(found.iter().any(|line| line.contains("1200")), "{found:?}");
+    // What another file uses is found from here.
+    let at = text.find("\"light_filter\": {").expect("a feature") + 3;
+    let uses = editor.at(
+        "textDocument/references",
+        &path,
+        at,
+        json!({ "context": { "includeDeclaration": false } }),
+    );
+    let files: Vec<&str> =
+        uses.as_array().expect("places").iter().filter_map(|one| one["uri"].as_str()).collect();
+    assert!(files.iter().any(|file| !file.ends_with("filters.json")), "{files:?}");
+}
+
+#[test]
+fn fix_of_a_diagnostic_is_a_quick_fix_that_mends_it() {
+    let folder = root().join("pipelines");
+    let path = folder.join("learn/01-smallest.json");
+    let text = std::fs::read_to_string(&path).expect("a text");
+    let broken = text.replacen("\"fullscreen\"", "\"fulscreen\"", 1);
+    assert_ne!(text, broken);
+    let mut editor = Editor::start(&folder);
+    editor.open(&path, &broken);
+    assert!(!editor.diagnostics(&path).is_empty());
+    let at = broken.find("fulscreen").expect("the mistake");
+    let range = json!({ "start": position(&broken, at), "end": position(&broken, at) });
+    let params =
+        json!({ "textDocument": { "uri": uri(&path) }, "range": range, "context": { "diagnostics": [] } });
+    let actions = editor.ask("textDocument/codeAction", params);
+    let mended = changed(&broken, &actions[0]["edit"]["changes"][uri(&path)]);
+    assert_eq!(mended, text, "{actions}");
+    editor.change(&path, &mended);
+    assert_eq!(editor.diagnostics(&path), Vec::<String>::new());
+}
+
+#[test]
+fn rename_across_files_leaves_the_same_plan() {
+    let folder = root().join("pipelines");
+    let path = folder.join("learn/07-include.json");
+    let text = std::fs::read_to_string(&path).expect("a text");
+    let mut editor = Editor::start(&folder);
+    editor.open(&path, &text);
+    let at = text.find("canvas_side").or_else(|| text.find("&canvas")).expect("a name of the part") + 2;
+    let edit = editor.at("textDocument/rename", &path, at, json!({ "newName": "renamed" }));
+    let changes = edit["changes"].as_object().expect("changes");
+    assert!(changes.len() > 1, "{edit}");
+    let mut session = session();
+    let target = Target::new(&path);
+    let choice = Choice::new(TargetProfile::webgpu(), PlanOptions::new(640, 480));
+    let mut plan = || {
+        let (planned, diagnostics) = session.plan(&target, &choice).expect("nothing cancels");
+        assert!(diagnostics.is_empty(), "{diagnostics:?}");
+        let plan = serde_json::to_string(planned.report.plan.as_deref().expect("a plan")).expect("JSON");
+        for (uri, edits) in changes {
+            let path = Path::new(uri.strip_prefix("file://").expect("a file"));
+            let text = std::fs::read_to_string(path).expect("a text");
+            session.overlay(path, changed(&text, edits).into_bytes());
+        }
+        plan
+    };
+    let (before, after) = (plan(), plan());
+    assert_ne!(before, after);
+    let name = &text[at - 2..].trim_start_matches('&');
+    let name: String = name.chars().take_while(|c| c.is_ascii_alphanumeric() || *c == '_').collect();
+    // Places are not part of what a plan says of passes and sizes.
+    let passes = |plan: &str| {
+        let plan: Json = serde_json::from_str(plan).expect("JSON");
+        plan["passes"].to_string().replace("renamed", &name)
+    };
+    assert_eq!(passes(&after), passes(&before));
+}
+
+#[test]
+fn completion_outline_tokens_and_layout_are_served() {
+    let folder = root().join("pipelines");
+    let path = folder.join("learn/01-smallest.json");
+    let text = std::fs::read_to_string(&path).expect("a text");
+    let mut editor = Editor::start(&folder);
+    editor.open(&path, &text);
+    let document = json!({ "textDocument": { "uri": uri(&path) } });
+    let outline = editor.ask("textDocument/documentSymbol", document.clone());
+    let names: Vec<&str> =
+        outline.as_array().expect("symbols").iter().filter_map(|one| one["name"].as_str()).collect();
+    assert_eq!(names, ["resources", "passes"]);
+    let at = text.find("\"&target\"").expect("a reference") + 2;
+    let items = editor.at("textDocument/completion", &path, at, Json::Null);
+    let item =
+        items.as_array().expect("items").iter().find(|item| item["label"] == "target").expect("the resource");
+    assert_eq!(item["textEdit"]["newText"], "\"&target\"");
+    let hover = editor.at("textDocument/hover", &path, at, Json::Null);
+    assert!(hover["contents"]["value"].as_str().is_some_and(|text| text.contains("target")), "{hover}");
+    let tokens = editor.ask("textDocument/semanticTokens/full", document.clone());
+    let kinds: Vec<u64> = tokens["data"]
+        .as_array()
+        .expect("numbers")
+        .iter()
+        .skip(3)
+        .step_by(5)
+        .filter_map(Json::as_u64)
+        .collect();
+    assert!([0, 1, 2].iter().all(|kind| kinds.contains(kind)), "{kinds:?}");
+    let loose = text.replace("\": ", "\":   ");
+    editor.change(&path, &loose);
+    let options = json!({ "tabSize": 2, "insertSpaces": true });
+    let edits = editor
+        .ask("textDocument/formatting", json!({ "textDocument": { "uri": uri(&path) }, "options": options }));
+    assert_eq!(changed(&loose, &edits), text);
+    assert!(editor.server.as_ref().is_some_and(|server| !server.is_finished()));
+}
