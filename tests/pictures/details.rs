@@ -3,7 +3,7 @@
 use crate::common::gpu::{Host, import};
 use crate::common::{With, check_file, check_with};
 use glam::{DQuat, DVec3};
-use serde_json::{Value, json};
+use serde_json::json;
 use umbragraph::executor::read_back;
 use umbragraph::frame::{FrameInput, Light, LightKind};
 use umbragraph::scene::{NoFiles, Scene, from_slice};
