@@ -108,7 +108,9 @@ fn requests(
                             && one.assumed == program.assumed
                     };
                     if let Some(same) = requests[begin..].iter_mut().find(is_same) {
-                        same.profiles.extend(group.iter().cloned());
+                        let new = group.iter().filter(|one| !same.profiles.contains(one));
+                        let new: Vec<_> = new.cloned().collect();
+                        same.profiles.extend(new);
                         continue;
                     }
                     requests.push(Request {

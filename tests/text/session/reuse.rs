@@ -71,7 +71,7 @@ fn second_check_of_nothing_changed_does_nothing() {
 #[test]
 fn variants_are_proven_for_profiles_that_reach_them() {
     const DOCUMENT: &str = r#"{ "format": 1, "name": "x", "features": { "stored": { "type": "bool", "default": true REQUIRED } },
-  "resources": { "list": { "buffer": { "size": 64, "initial": { "f32": 1 } } },
+  "resources": { "list": { "buffer": { "size": 64, "lifetime": "imported" } },
     "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
   "passes": { "fill": { "fullscreen": { "shader": "fill.wgsl.jinja", "color": [{ "to": "&target" }],
     "bind": { "list": "=stored ? &list : null" } } } } }"#;
