@@ -30,6 +30,7 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("base/hemisphere.json", include_str!("base/hemisphere.json")),
     ("base/tiled_cascades.json", include_str!("base/tiled_cascades.json")),
     ("caracal.json", include_str!("caracal.json")),
+    ("effects/gtao.json", include_str!("effects/gtao.json")),
     ("extended/awsm_deferred.json", include_str!("extended/awsm_deferred.json")),
     ("extended/lore_evsm.json", include_str!("extended/lore_evsm.json")),
     ("extended/lore_local_lights.json", include_str!("extended/lore_local_lights.json")),
@@ -105,7 +106,7 @@ mod tests {
     fn every_pipeline_beside_this_file_is_bundled() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines");
         let mut found = Vec::new();
-        for prefix in ["", "awsm/", "base/", "extended/", "parts/"] {
+        for prefix in ["", "awsm/", "base/", "effects/", "extended/", "parts/"] {
             for entry in std::fs::read_dir(folder.join(prefix)).unwrap().flatten() {
                 let name = entry.file_name().to_string_lossy().into_owned();
                 if name.ends_with(".json") {

@@ -8,6 +8,7 @@ mod common;
 mod brdf;
 mod contact;
 mod details;
+mod effects;
 mod extended;
 mod golden;
 mod learn;

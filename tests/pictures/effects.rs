@@ -1,0 +1,125 @@
+//! Effects of `pipelines/effects/` against closed forms, and what they cost where they are off.
+
+use crate::common::gpu::{Host, import};
+use crate::common::{SMALL_MAPS, With, check_file, check_with};
+use glam::DVec3;
+use serde_json::json;
+use umbragraph::executor::read_back;
+use umbragraph::frame::Camera;
+use umbragraph::scene::{NoFiles, Scene, from_slice};
+use umbragraph_test_support::glb::container;
+use umbragraph_test_support::gpu;
+
+const SIZE: [u32; 2] = [320, 240];
+
+/// As far as can be, and in more directions and steps than the defaults.
+const FINE: [(&str, &str); 3] =
+    [("occlusion_radius", "1000"), ("occlusion_slices", "8"), ("occlusion_steps", "16")];
+
+/// A floor, and a wall of a height that stands on it along the first axis; without a height only the floor.
+fn corner(height: f32) -> Scene {
+    let mut binary = Vec::new();
+    let floor = [[-50.0, 0.0, 0.0], [-50.0, 0.0, 50.0], [50.0, 0.0, 0.0], [50.0, 0.0, 50.0]];
+    let wall = [[-50.0, height, 0.0], [-50.0, 0.0, 0.0], [50.0, height, 0.0], [50.0, 0.0, 0.0]];
+    for corner in floor.iter().chain(&wall) {
+        binary.extend(corner.iter().flat_map(|value| value.to_le_bytes()));
+    }
+    let square = |at: usize| json!({ "primitives": [{ "attributes": { "POSITION": at }, "mode": 5 }] });
+    let accessor = |at: usize| {
+        json!({
+            "bufferView": 0, "byteOffset": 48 * at, "componentType": 5126, "count": 4, "type": "VEC3",
+            "min": [-50, 0, 0], "max": [50, height, 50],
+        })
+    };
+    let document = json!({
+        "asset": { "version": "2.0" }, "scenes": [{ "nodes": if height > 0.0 { vec![0, 1] } else { vec![0] } }],
+        "nodes": [{ "mesh": 0 }, { "mesh": 1 }], "meshes": [square(0), square(1)],
+        "accessors": [accessor(0), accessor(1)],
+        "bufferViews": [{ "buffer": 0, "byteLength": binary.len() }], "buffers": [{ "byteLength": binary.len() }],
+    });
+    from_slice("corner.glb", &container(&document.to_string(), &binary), &NoFiles)
+        .unwrap_or_else(|error| panic!("{error:?}"))
+}
+
+/// The ambient occlusion that the flagship finds, by pixel.
+fn occlusion(scene: &Scene, camera: &Camera, features: &[(&str, &str)]) -> Option<Vec<f32>> {
+    let gpu = gpu::device()?;
+    let text = json!({
+        "format": 1, "name": "seen", "extends": "umbra.json",
+        "resources": { "occlusion": { "texture": { "lifetime": "imported" } } },
+    });
+    let parameters: Vec<_> = SMALL_MAPS.iter().copied().chain(FINE).collect();
+    let with = With { parameters: &parameters, features, size: Some(SIZE), ..With::default() };
+    let outcome = check_with("pipelines/seen.json", &text.to_string(), &with);
+    let mut host = Host::new(&gpu, &outcome, scene);
+    host.imports.push(("occlusion", import(&gpu, outcome.plan(), "occlusion")));
+    let mut input = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);
+    input.camera = *camera;
+    host.frame(&input);
+    let texels = pollster::block_on(read_back(&gpu.device, &gpu.queue, &host.imports[0].1)).expect("texels");
+    Some(texels.values.iter().map(|texel| texel[0]).collect())
+}
+
+fn camera(position: [f64; 3], target: [f64; 3]) -> Camera {
+    Camera::look_at(position, target, 0.8, f64::from(SIZE[0]) / f64::from(SIZE[1]))
+}
+
+#[test]
+fn ambient_occlusion_of_a_plane_is_none() {
+    let floor = corner(0.0);
+    for features in [&[][..], &[("msaa", "true")], &[("reverse_z", "false")], &[("deferred", "true")]] {
+        // From above, and so flat that the horizon is in the picture.
+        for camera in [camera([0.0, 4.0, 9.0], [0.0, 0.0, 5.0]), camera([0.3, 1.0, 30.0], [0.0, 0.8, 0.0])] {
+            let Some(seen) = occlusion(&floor, &camera, features) else { return };
+            let least = seen.iter().copied().fold(1.0, f32::min);
+            assert!(least > 0.995, "{least} of ambient light arrives at a floor, with {features:?}");
+        }
+    }
+}
+
+/// Beside an infinitely long wall of height H, at a distance d, (1 + d / √(d² + H²)) / 2 of the light of the upper half
+/// arrives.
+#[test]
+fn ambient_occlusion_beside_a_wall_follows_its_form() {
+    const HEIGHT: f64 = 0.3;
+    let scene = corner(HEIGHT as f32);
+    let (eye, target) = (DVec3::new(0.0, 3.0, 3.0), DVec3::new(0.0, 0.0, 0.4));
+    let Some(seen) = occlusion(&scene, &camera(eye.to_array(), target.to_array()), &[]) else { return };
+    let forward = (target - eye).normalize();
+    let up = forward.cross(DVec3::Y).normalize().cross(forward);
+    let mut wrong = false;
+    for distance in [0.06, 0.1, 0.2, 0.3, 0.5, 0.8] {
+        let place = DVec3::new(0.0, 0.0, distance) - eye;
+        let height = place.dot(up) / (place.dot(forward) * 0.4_f64.tan());
+        let row = ((0.5 - 0.5 * height) * f64::from(SIZE[1])) as usize;
+        let columns = 152..168;
+        let count = columns.len() as f64;
+        let mean =
+            columns.map(|column| f64::from(seen[row * SIZE[0] as usize + column])).sum::<f64>() / count;
+        let wanted = 0.5 * (1.0 + distance / distance.hypot(HEIGHT));
+        wrong |= (mean - wanted).abs() > 0.05;
+        println!("{distance} m from the wall: {mean:.3} of the light, by its form {wanted:.3}");
+    }
+    assert!(!wrong, "a value is more than 0.05 off");
+}
+
+#[test]
+fn ambient_occlusion_that_is_off_costs_nothing() {
+    let plan = |features| check_file("pipelines/umbra.json", &With { features, ..With::default() });
+    let (on, off) = (plan(&[]), plan(&[("ambient_occlusion", "false")]));
+    let rest = |name: &&str| !name.starts_with("ambient_occlusion.");
+    assert_eq!(on.order().into_iter().filter(rest).collect::<Vec<_>>(), off.order());
+    let names = |outcome: &crate::common::Outcome| -> Vec<String> {
+        outcome
+            .plan()
+            .resources
+            .iter()
+            .filter(|(_, resource)| resource.bytes > 0)
+            .map(|(name, _)| name.clone())
+            .collect()
+    };
+    let added: Vec<_> = names(&on).into_iter().filter(|name| !names(&off).contains(name)).collect();
+    assert_eq!(added, ["ambient_occlusion.noisy", "ambient_occlusion.smooth", "occlusion"]);
+    let phone = check_file("pipelines/umbra.json", &With { preset: Some("phone"), ..With::default() });
+    assert!(phone.order().iter().all(rest), "{:?}", phone.order());
+}
