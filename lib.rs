@@ -22,7 +22,8 @@
 //! and [`frame`] for a host's meshes, cameras and lights, [`node`] and [`work`] for node kinds of your own. Every type has one
 //! path; the [`prelude`] repeats the common ones. [`low_level`] holds the interiors.
 //!
-//! Features: `gpu` (on by default) adds [`executor`] and re-exports wgpu; `gltf` (on by default) adds [`scene`].
+//! Features: `gpu` (on by default) adds [`executor`] and re-exports wgpu; `gltf` (on by default) adds [`scene`]; `watch` adds
+//! `Watcher`, with which a pipeline follows its files.
 //! Without them nothing of wgpu-core is built.
 
 #[path = "pipelines/bundled.rs"]
@@ -40,6 +41,8 @@ pub use umbragraph_scene as scene;
 
 #[cfg(feature = "gpu")]
 pub use front::Renderer;
+#[cfg(feature = "watch")]
+pub use front::{Reload, Watcher};
 #[cfg(feature = "gpu")]
 pub use umbragraph_graph::executor::{Executor, Frame, Parameter};
 #[cfg(feature = "gpu")]

@@ -6,10 +6,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use umbragraph_session::{Session, Target, Template, TemplateText};
 
 use crate::Error;
-use crate::diagnostic::Diagnostics;
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::draw::HostInterface;
+#[cfg(feature = "watch")]
+use crate::front::watch::Read;
 use crate::front::{DiskStorage, Pipeline, with_templates};
 use crate::low_level::compose::{self, Roots};
+#[cfg(feature = "watch")]
+use crate::low_level::pipeline::ParameterFile;
 use crate::low_level::shader::{TEMPLATE_ENDS, TargetProfile};
 use crate::node::{Node, NodeKind, Registry};
 
@@ -157,6 +161,15 @@ impl Library {
     }
 
     fn new_session(&self) -> Session {
+        let (own, unreadable) = self.own_templates();
+        let mut session = Session::new(DiskStorage, self.registry.clone(), with_templates(own));
+        session.set_roots(&self.roots);
+        session.report_always(unreadable);
+        session
+    }
+
+    /// The templates of the folders and texts, with the folders that cannot be read.
+    fn own_templates(&self) -> (Vec<Template>, Vec<Diagnostic>) {
         let mut roots = Roots::default();
         let mut unreadable = Vec::new();
         let mut own: Vec<(String, TemplateText)> = Vec::new();
@@ -176,10 +189,53 @@ impl Library {
         own.reverse();
         own.sort_by(|a, b| a.0.cmp(&b.0));
         own.dedup_by(|a, b| a.0 == b.0);
-        let own = own.into_iter().map(|(name, text)| Template { name, text });
-        let mut session = Session::new(DiskStorage, self.registry.clone(), with_templates(own));
-        session.set_roots(&self.roots);
-        session.report_always(unreadable);
-        session
+        (own.into_iter().map(|(name, text)| Template { name, text }).collect(), unreadable)
+    }
+}
+
+/// The parts that a [`Watcher`](crate::Watcher) needs.
+#[cfg(feature = "watch")]
+impl Library {
+    /// The folders of templates.
+    pub(super) fn folders(&self) -> &[PathBuf] {
+        &self.folders
+    }
+
+    /// The files of a pipeline on the disk, those that were looked for among them.
+    pub(super) fn paths_of(&self, target: &Target) -> Vec<PathBuf> {
+        let loaded = self.with_session(|session| session.load(target));
+        let on_disk = |path: &&Path| !crate::Bundled::<()>::has(path);
+        loaded.iter().flat_map(|loaded| loaded.paths().filter(on_disk).map(Path::to_path_buf)).collect()
+    }
+
+    /// Reads all files again. Where nothing but comments differs from `running`, it is that.
+    pub(super) fn read_again(
+        &self,
+        target: &Target,
+        parameters: &[PathBuf],
+        running: Option<&Read>,
+    ) -> Result<Read, Error> {
+        let (own, unreadable) = self.own_templates();
+        self.with_session(|session| {
+            session.set_templates(with_templates(own));
+            session.refresh();
+            let mut found: Diagnostics = unreadable.into_iter().collect();
+            let mut files = Vec::new();
+            for path in parameters {
+                match session.document(path) {
+                    Ok(document) => files.push(ParameterFile::read(&document, &mut found)),
+                    Err(diagnostics) => found.extend(diagnostics),
+                }
+            }
+            if found.has_errors() {
+                return Err(Error::new(found, session.sources()));
+            }
+            let as_it_runs = |loaded| running.filter(|running| running.is_of(loaded, &files)).cloned();
+            if let Some(running) = session.load(target).ok().as_ref().and_then(as_it_runs) {
+                return Ok(running);
+            }
+            let pipeline = self.open(session, target)?;
+            Ok(Read::new(pipeline, files, session.sources().clone()))
+        })
     }
 }

@@ -7,6 +7,8 @@ mod pipeline;
 #[cfg(feature = "gpu")]
 mod renderer;
 mod storage;
+#[cfg(feature = "watch")]
+mod watch;
 
 pub use library::Library;
 pub use options::{Options, Setting};
@@ -14,3 +16,5 @@ pub use pipeline::Pipeline;
 #[cfg(feature = "gpu")]
 pub use renderer::Renderer;
 pub use storage::{DiskStorage, with_templates};
+#[cfg(feature = "watch")]
+pub use watch::{Reload, Watcher};

@@ -12,7 +12,7 @@ use crate::front::Options;
 use crate::front::options::Given;
 use crate::low_level::compose::Composed;
 use crate::low_level::document::{self, Document};
-use crate::low_level::pipeline::{Override, Overrides, of_preset};
+use crate::low_level::pipeline::{Override, Overrides, ParameterFile, of_preset};
 use crate::low_level::shader::TargetProfile;
 use crate::low_level::source::{Sources, Span};
 
@@ -39,8 +39,18 @@ impl Pipeline {
     /// # Errors
     /// Every finding, if one of them is an error.
     pub fn plan(&self, options: &Options) -> Result<Arc<Plan>, Error> {
+        self.plan_over(options, &[]).map_err(|findings| Error::new(findings, self.sources()))
+    }
+
+    /// The same with the values of parameter files under those of the options. Findings are in the texts of the session
+    /// that it was loaded by.
+    pub(super) fn plan_over(
+        &self,
+        options: &Options,
+        files: &[ParameterFile],
+    ) -> Result<Arc<Plan>, Diagnostics> {
         let mut findings = Diagnostics::clone(&self.findings);
-        let overrides = self.overrides(options, &mut findings);
+        let overrides = self.overrides(options, files, &mut findings);
         let choice = Choice::new(self.profile.clone(), options.plan.clone());
         let choice = choice.overrides(overrides).exposed(options.exposed.clone());
         let planned = self.loaded.plan(&choice);
@@ -49,8 +59,14 @@ impl Pipeline {
         let findings: Diagnostics = findings.into_iter().map(|one| in_code(one, options)).collect();
         match planned.report.plan {
             Some(plan) if !findings.has_errors() => Ok(plan),
-            _ => Err(Error::new(findings, self.sources())),
+            _ => Err(findings),
         }
+    }
+
+    /// Whether it is of a load.
+    #[cfg(feature = "watch")]
+    pub(super) fn is_of(&self, loaded: &Loaded) -> bool {
+        self.loaded == *loaded
     }
 
     /// Warnings and notes about what was loaded.
@@ -85,11 +101,15 @@ impl fmt::Debug for Pipeline {
 
 impl Pipeline {
     /// The values that options give, at places known by their numbers.
-    fn overrides(&self, options: &Options, findings: &mut Diagnostics) -> Overrides {
+    fn overrides(&self, options: &Options, files: &[ParameterFile], findings: &mut Diagnostics) -> Overrides {
         let mut numbers = 0..;
         let mut place = || Span::of_host(numbers.next().unwrap_or_default());
         let preset = options.preset.as_ref();
-        let preset = preset.map(|preset| of_preset(self.document(), &preset.name, place(), findings));
+        let preset = preset.map(|preset| (preset.name.clone(), place()));
+        let preset = preset.or_else(|| files.iter().rev().find_map(|file| file.preset.clone()));
+        let preset = preset.map(|(name, place)| of_preset(self.document(), &name, place, findings));
+        let below = preset.unwrap_or_default();
+        let below = files.iter().fold(below, |below, file| below.under(file.overrides.clone()));
         let mut settings = |all: &[Given]| {
             let setting = |Given { name, value, .. }: &Given| {
                 let place = place();
@@ -100,7 +120,7 @@ impl Pipeline {
         };
         let own =
             Overrides { parameters: settings(&options.parameters), features: settings(&options.features) };
-        preset.unwrap_or_default().under(own)
+        below.under(own)
     }
 }
 

@@ -1,9 +1,11 @@
 //! [`Renderer`]: a pipeline recorded frame by frame, whatever becomes of it.
 
+use std::sync::Arc;
+
 use crate::executor::Import;
 use crate::front::{Options, Pipeline};
 use crate::low_level::compiler::ImportDescriptor;
-use crate::{Error, Executor, Frame, wgpu};
+use crate::{Error, Executor, Frame, Plan, wgpu};
 
 /// Records frames of a pipeline, and plans it anew where something is other than in the frame before: the pipeline (as
 /// when its file was loaded again), the options, the format, the size or the usages of the host's textures.
@@ -15,6 +17,9 @@ pub struct Renderer {
     queue: wgpu::Queue,
     executor: Option<Executor>,
     made_of: Option<MadeOf>,
+    /// Whether meshes may be stored otherwise than the draw source said.
+    #[cfg(feature = "watch")]
+    pub(super) has_new_source: bool,
 }
 
 /// The inputs of the last plan, whether planning succeeded or not.
@@ -27,7 +32,14 @@ struct MadeOf {
 impl Renderer {
     /// A renderer on a device, with nothing made yet.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
-        Self { device: device.clone(), queue: queue.clone(), executor: None, made_of: None }
+        Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            executor: None,
+            made_of: None,
+            #[cfg(feature = "watch")]
+            has_new_source: false,
+        }
     }
 
     /// Records a frame into an encoder.
@@ -50,13 +62,21 @@ impl Renderer {
                 imports: imports.map(|(name, import)| (name.to_owned(), import.descriptor())).collect(),
             });
             let plan = pipeline.plan(&options.clone().imports(frame.imports))?;
-            match (&mut self.executor, frame.draws) {
-                (Some(executor), Some(draws)) => executor.set_plan_and_source(plan, draws)?,
-                (Some(executor), None) => executor.set_plan(plan)?,
-                (none, _) => *none = Some(Executor::new(&self.device, &self.queue, plan, frame.draws)?),
-            }
+            self.install(plan, frame)?;
         }
         self.executor.as_mut().map_or(Ok(()), |executor| executor.record(encoder, frame))
+    }
+
+    /// Takes a plan, with meshes stored as the frame's draw source says.
+    pub(super) fn install(&mut self, plan: Arc<Plan>, frame: &Frame<'_>) -> Result<(), Error> {
+        match (&mut self.executor, frame.draws) {
+            (Some(executor), Some(draws)) => executor.set_plan_and_source(plan, draws),
+            (Some(executor), None) => executor.set_plan(plan),
+            (none, _) => {
+                *none = Some(Executor::new(&self.device, &self.queue, plan, frame.draws)?);
+                Ok(())
+            }
+        }
     }
 
     /// The executor, once there was a frame: for live parameters, times, exposed resources.

@@ -4,6 +4,7 @@
 mod drawing;
 #[cfg(feature = "score")]
 mod scoring;
+mod watching;
 
 use std::path::{Path, PathBuf};
 
@@ -20,6 +21,7 @@ use crate::validator::ExternalValidator;
 pub(crate) use drawing::{AdaptersArguments, RenderArguments, Shot, ToggleArgument};
 #[cfg(feature = "score")]
 pub(crate) use scoring::{Measure, ScoreArguments, TuneArguments};
+pub(crate) use watching::WatchArguments;
 
 /// Checks, inspects and renders pipelines of umbragraph.
 #[derive(Parser)]
@@ -64,6 +66,8 @@ impl Arguments {
 pub(crate) enum Command {
     /// Parses, resolves, compiles and validates pipelines; needs no graphics adapter.
     Check(CheckArguments),
+    /// Checks pipelines whenever one of their files changes, and prints what differs, for a problem matcher.
+    Watch(WatchArguments),
     /// Proves every shader variant that pipelines can reach, or that templates can express; needs no graphics adapter.
     Permutations(PermutationsArguments),
     /// Prints the plan of a pipeline as JSON: passes in order, resources, what is culled and why.

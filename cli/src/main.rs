@@ -45,6 +45,7 @@ mod streams;
 mod tune;
 mod validator;
 mod variants;
+mod watch;
 mod wgsl;
 mod why;
 
@@ -68,6 +69,7 @@ fn main() -> ExitCode {
     };
     let fine = match arguments.command {
         Command::Check(arguments) => check::run(&arguments),
+        Command::Watch(arguments) => watch::run(&arguments),
         Command::Permutations(arguments) => permutations::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Why(arguments) => why::run(&arguments),

@@ -1,5 +1,7 @@
 //! The commands' session: what arguments ask of [`umbragraph::low_level::session`], and its diagnostics printed.
 
+mod again;
+
 use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,15 +14,14 @@ use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
 #[cfg(feature = "gpu")]
 use umbragraph::executor::DryRun;
 use umbragraph::low_level::compiler::PlanOptions;
-use umbragraph::low_level::compose::{self, Roots};
+#[cfg(feature = "gpu")]
+use umbragraph::low_level::compose::Roots;
 use umbragraph::low_level::document::Document;
 use umbragraph::low_level::pipeline::{self, FileKind, Overrides};
 #[cfg(feature = "gpu")]
 use umbragraph::low_level::session::Planned;
-use umbragraph::low_level::session::{
-    Choice, Judges, Loaded, Survey, Surveyed, Target, Template, TemplateText,
-};
-use umbragraph::low_level::shader::{TEMPLATE_ENDS, TargetProfile, TemplateSet};
+use umbragraph::low_level::session::{Choice, Judges, Loaded, Survey, Surveyed, Target};
+use umbragraph::low_level::shader::{TargetProfile, TemplateSet};
 use umbragraph::low_level::source::{FileId, Sources, Span};
 use umbragraph::low_level::{CheckOptions, CheckReport};
 use umbragraph::node::Registry;
@@ -32,6 +33,7 @@ use crate::arguments::{Choices, DiagnosticsFormat, Files};
 #[cfg(feature = "gpu")]
 use crate::device::Graphics;
 use crate::streams::{complain, print, print_json};
+use again::own_templates;
 
 /// A session over the disk, and the diagnostics of one run of the command.
 pub(crate) struct Session {
@@ -66,18 +68,7 @@ impl Session {
             let message = format!("there is no folder \"{name}\"");
             Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message).help("--root names a folder")
         }));
-        let own = files.templates.as_deref().map(|folder| {
-            let files = compose::files_below(folder, &TEMPLATE_ENDS).unwrap_or_else(|diagnostic| {
-                diagnostics.push(diagnostic);
-                Vec::new()
-            });
-            let below = roots.iter().fold(Roots::below(folder), |roots, folder| roots.and(folder));
-            let template = move |(name, path)| Template {
-                name,
-                text: TemplateText::File { path, roots: below.clone() },
-            };
-            files.into_iter().map(template)
-        });
+        let own = own_templates(files, &mut diagnostics);
         // The built-in node kinds, and glTF scenes as the host of the geometry that is theirs.
         let mut registry = umbragraph::registry();
         registry.host(interface::GEOMETRY, interface::any_scene());

@@ -14,6 +14,8 @@ use umbragraph::diagnostic::render::{visible, visible_json};
 
 /// Whether something could not be written to standard output.
 static LOST: AtomicBool = AtomicBool::new(false);
+/// Whether nobody reads standard output any more.
+static CLOSED: AtomicBool = AtomicBool::new(false);
 
 /// Prints a text for people to standard output.
 pub(crate) fn print(text: &str) {
@@ -77,10 +79,19 @@ pub(crate) fn is_lost() -> bool {
     LOST.load(Ordering::Relaxed)
 }
 
+/// Whether nobody reads standard output any more.
+pub(crate) fn is_closed() -> bool {
+    CLOSED.load(Ordering::Relaxed)
+}
+
 fn write(bytes: &[u8]) {
     let mut output = std::io::stdout().lock();
     let result = output.write_all(bytes).and_then(|()| output.flush());
-    let Some(error) = result.err().filter(|error| error.kind() != ErrorKind::BrokenPipe) else { return };
+    let Err(error) = result else { return };
+    if error.kind() == ErrorKind::BrokenPipe {
+        CLOSED.store(true, Ordering::Relaxed);
+        return;
+    }
     if !LOST.swap(true, Ordering::Relaxed) {
         complain(&format!("standard output cannot be written: {error}\n"));
     }

@@ -30,6 +30,8 @@ pub struct Session {
     registry: Arc<Registry>,
     roots: Roots,
     list: Vec<Template>,
+    /// Whether the list is another than the one that was read.
+    has_other_list: bool,
     /// Diagnostics of the host's own mistakes, such as a folder that is not there.
     always: Diagnostics,
     templates: Option<Arc<Templates>>,
@@ -58,6 +60,7 @@ impl Session {
             registry: Arc::new(registry),
             roots: Roots::default(),
             list: templates,
+            has_other_list: false,
             always: Diagnostics::new(),
             templates: None,
             loads: BTreeMap::new(),
@@ -72,6 +75,12 @@ impl Session {
     pub fn set_roots(&mut self, folders: &[PathBuf]) {
         self.roots = folders.iter().fold(Roots::default(), |roots, folder| roots.and(folder));
         self.loads.clear();
+    }
+
+    /// Sets the templates: those of folders in which files came or went. Modules of shaders stay if the names are the same.
+    pub fn set_templates(&mut self, templates: Vec<Template>) {
+        self.has_other_list |= self.list != templates;
+        self.list = templates;
     }
 
     /// Adds diagnostics to those of every pipeline: that a folder is not there, for one.
@@ -168,8 +177,9 @@ impl Session {
 
     fn read_templates(&mut self) -> Arc<Templates> {
         match &self.templates {
-            Some(known) if known.is_current(&self.files) => known.clone(),
+            Some(known) if !self.has_other_list && known.is_current(&self.files) => known.clone(),
             _ => {
+                self.has_other_list = false;
                 let Self { list, files, done, templates: before, .. } = &mut *self;
                 let templates = Arc::new(Templates::read(list, before.as_deref(), files, done));
                 self.templates = Some(templates.clone());

@@ -13,7 +13,7 @@ use crate::graph::source::FileId;
 
 /// A template, or the axes beside one, and where its text is. One that is in no library takes the place of one of its name
 /// that is; otherwise a name that is given twice is a diagnostic.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Template {
     /// The name by which templates include one another.
     pub name: String,
@@ -22,7 +22,7 @@ pub struct Template {
 }
 
 /// The source of a template's text.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TemplateText {
     /// In a file, below some roots.
     File {

@@ -15,3 +15,5 @@ mod narrowed;
 mod own_meshes;
 mod own_scenes;
 mod steady_scenes;
+#[cfg(feature = "watch")]
+mod watching;

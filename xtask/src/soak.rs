@@ -36,7 +36,17 @@ pub(crate) fn run(options: &Options) -> Result<bool, String> {
     loop {
         println!("\n==> UMBRAGRAPH_SEED={seed} UMBRAGRAPH_TIMES={times}");
         let mut command = process::program("cargo");
-        command.args(["test", "--quiet", "--workspace", "--lib", "--tests", "--no-fail-fast", "--"]);
+        command.args([
+            "test",
+            "--quiet",
+            "--workspace",
+            "--features",
+            "umbragraph/watch",
+            "--lib",
+            "--tests",
+            "--no-fail-fast",
+            "--",
+        ]);
         command.args(&tests).env("UMBRAGRAPH_SEED", seed.to_string()).env("UMBRAGRAPH_TIMES", &times);
         if !process::cargo(&mut command)? {
             return Err(format!(

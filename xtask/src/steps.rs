@@ -37,9 +37,9 @@ impl Step {
 pub(crate) fn steps(nextest: bool, wasm: bool) -> Vec<Step> {
     use Component::{Clippy, Rustdoc, Rustfmt};
     let tests = if nextest {
-        "nextest run --workspace --no-fail-fast"
+        "nextest run --workspace --features umbragraph/watch --no-fail-fast"
     } else {
-        "test --workspace --lib --bins --tests --examples --no-fail-fast"
+        "test --workspace --features umbragraph/watch --lib --bins --tests --examples --no-fail-fast"
     };
     let browser = Step::cargo(
         "browser",
@@ -52,7 +52,7 @@ pub(crate) fn steps(nextest: bool, wasm: bool) -> Vec<Step> {
         Step::cargo("lock of egui", "update --workspace --locked --manifest-path examples/egui/Cargo.toml"),
         Step::cargo("lock of bevy", "update --workspace --locked --manifest-path examples/bevy/Cargo.toml"),
         Step::cargo("lock of peers", "update --workspace --locked --manifest-path benches/peers/Cargo.toml"),
-        Step::cargo("lints", "clippy --workspace --all-targets --keep-going -- -D warnings").needs(Clippy),
+        Step::cargo("lints", "clippy --workspace --features umbragraph/watch --all-targets --keep-going -- -D warnings").needs(Clippy),
         Step::cargo(
             "lints without a GPU",
             "clippy --package umbragraph --package umbragraph-cli --no-default-features --keep-going -- -D warnings",
@@ -60,9 +60,9 @@ pub(crate) fn steps(nextest: bool, wasm: bool) -> Vec<Step> {
         .needs(Clippy),
         Step::cargo("tests", tests),
         Step::cargo("scenes", "run --quiet --package xtask -- scenes --check"),
-        Step::cargo("doc tests", "test --workspace --doc --no-fail-fast").needs(Rustdoc),
+        Step::cargo("doc tests", "test --workspace --features umbragraph/watch --doc --no-fail-fast").needs(Rustdoc),
         // The command and the front door are both called `umbragraph`, and would overwrite each other's pages.
-        Step::cargo("documentation", "doc --workspace --lib --no-deps --keep-going")
+        Step::cargo("documentation", "doc --workspace --features umbragraph/watch --lib --no-deps --keep-going")
             .with("RUSTDOCFLAGS", "-D warnings")
             .needs(Rustdoc),
     ];

@@ -15,4 +15,5 @@ mod status;
 mod streams;
 mod swimming;
 mod tune;
+mod watch;
 mod why;

@@ -1,0 +1,43 @@
+//! A session that goes on after its files changed.
+
+use std::path::{Path, PathBuf};
+
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::low_level::compose::{Roots, files_below};
+use umbragraph::low_level::session::{Target, Template, TemplateText};
+use umbragraph::low_level::shader::TEMPLATE_ENDS;
+
+use super::Session;
+use crate::arguments::Files;
+
+impl Session {
+    /// Reads everything again, and forgets the diagnostics.
+    pub(crate) fn again(&mut self, files: &Files) {
+        self.diagnostics = Diagnostics::new();
+        let own = own_templates(files, &mut self.diagnostics);
+        self.session.set_templates(umbragraph::with_templates(own.into_iter().flatten()));
+        self.session.refresh();
+        self.diagnostics.extend(self.session.template_diagnostics());
+        self.templates = self.session.templates();
+        self.own_files = self.own_files.is_some().then(|| self.session.own_templates());
+    }
+
+    /// The files that pipelines were read from, or looked for in.
+    pub(crate) fn paths(&mut self, pipelines: &[PathBuf], extensions: &[PathBuf]) -> Vec<PathBuf> {
+        let targets: Vec<Target> = pipelines.iter().map(|path| self.target(path, extensions)).collect();
+        let loads = targets.iter().filter_map(|target| self.session.load(target).ok());
+        loads.flat_map(|loaded| loaded.paths().map(Path::to_path_buf).collect::<Vec<_>>()).collect()
+    }
+}
+
+/// The templates of the folder of the command line, if one is given.
+pub(super) fn own_templates(files: &Files, diagnostics: &mut Diagnostics) -> Option<Vec<Template>> {
+    let folder = files.templates.as_deref()?;
+    let found = files_below(folder, &TEMPLATE_ENDS).unwrap_or_else(|diagnostic| {
+        diagnostics.push(diagnostic);
+        Vec::new()
+    });
+    let roots = files.root.iter().fold(Roots::below(folder), |roots, folder| roots.and(folder));
+    let template = |(name, path)| Template { name, text: TemplateText::File { path, roots: roots.clone() } };
+    Some(found.into_iter().map(template).collect())
+}

@@ -1,0 +1,48 @@
+//! Sizes and times of change of files: what says that something is other than before.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use umbragraph::low_level::compose::files_below;
+use umbragraph::low_level::shader::TEMPLATE_ENDS;
+
+/// Size and time of change; `None` where there is no file.
+type Stamp = Option<(u64, Option<SystemTime>)>;
+
+/// Files, and how they stand. A folder stands for the templates below it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Stamps(BTreeMap<PathBuf, Vec<Stamp>>);
+
+impl Stamps {
+    /// How files and folders stand now.
+    pub(super) fn of<'p>(paths: impl IntoIterator<Item = &'p Path>) -> Self {
+        Self(paths.into_iter().map(|path| (path.to_owned(), stamps(path))).collect())
+    }
+
+    /// The same for these alone; what was known of them before stays.
+    pub(super) fn with(mut self, paths: impl IntoIterator<Item = PathBuf>) -> Self {
+        for path in paths {
+            self.0.entry(path).or_insert_with_key(|path| stamps(path));
+        }
+        self
+    }
+
+    /// The paths.
+    pub(super) fn paths(&self) -> impl Iterator<Item = &Path> {
+        self.0.keys().map(PathBuf::as_path)
+    }
+}
+
+fn stamps(path: &Path) -> Vec<Stamp> {
+    if !path.is_dir() {
+        return vec![stamp(path)];
+    }
+    let files = files_below(path, &TEMPLATE_ENDS).unwrap_or_default();
+    files.iter().map(|(_, path)| stamp(path)).collect()
+}
+
+fn stamp(path: &Path) -> Stamp {
+    let metadata = std::fs::metadata(path).ok()?;
+    Some((metadata.len(), metadata.modified().ok()))
+}

@@ -1,0 +1,64 @@
+//! The picture of a watched pipeline, drawn again after each change on a device that stays open.
+
+use std::path::{Path, PathBuf};
+
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::scene::Scene;
+
+use super::files::Stamps;
+use crate::arguments::{Choices, Shot};
+use crate::device::{self, Graphics};
+use crate::render::Drawing;
+use crate::render::camera::CameraPath;
+use crate::render::files::{Compression, write_png};
+use crate::session::Session;
+
+/// The device, the scene and the file of the picture.
+pub(super) struct Painter {
+    out: PathBuf,
+    path: PathBuf,
+    graphics: Option<Graphics>,
+    scene: Option<(Stamps, Scene)>,
+}
+
+impl Painter {
+    /// The picture of a scene, to be written to a file.
+    pub(super) fn new((out, scene): (&PathBuf, &PathBuf)) -> Self {
+        Self { out: out.clone(), path: scene.clone(), graphics: None, scene: None }
+    }
+
+    /// The files that the picture depends on besides the pipeline.
+    pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> + use<> {
+        std::iter::once(self.path.clone())
+    }
+
+    /// Draws and writes the picture.
+    ///
+    /// # Errors
+    /// Those that the session does not have already; the file stays as it is then.
+    pub(super) fn paint(
+        &mut self,
+        pipeline: &Path,
+        choices: &Choices,
+        session: &mut Session,
+    ) -> Result<(), Diagnostics> {
+        let checked = session.check(pipeline, choices);
+        session.ensure_fine(&checked)?;
+        let stamps = Stamps::of([self.path.as_path()]);
+        if self.scene.as_ref().is_none_or(|(known, _)| *known != stamps) {
+            self.scene = Some((stamps, session.scene(&self.path)?));
+        }
+        if self.graphics.is_none() {
+            self.graphics = Some(device::open(None)?);
+        }
+        let (Some(graphics), Some((_, scene))) = (&self.graphics, &self.scene) else { return Ok(()) };
+        let checked = session.check_on(graphics, checked, pipeline, choices);
+        session.ensure_fine(&checked)?;
+        let options = Session::options(choices);
+        let mut drawing = Drawing::new(graphics, scene, checked, options, session, Vec::new())?;
+        let input = drawing.input(&CameraPath::of(None)?, Shot { index: 0, time: 0.0, part: 0.0 });
+        drawing.frame(&input)?;
+        write_png(&self.out, choices.size, &drawing.picture()?, Compression { fast: true })?;
+        Ok(())
+    }
+}

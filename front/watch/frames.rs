@@ -1,0 +1,58 @@
+//! Frames of a watched pipeline: where the watcher's thread and the renderer meet.
+
+use std::sync::Arc;
+
+use crate::front::{Options, Renderer};
+use crate::{Error, Frame, wgpu};
+
+use super::{Ready, Watcher};
+
+impl Renderer {
+    /// Records a frame of a pipeline that follows its files; whether there was a plan to record. What is ready of the
+    /// watcher is taken over first. Another size, format or usage of the host's textures is planned at once; other options
+    /// are planned on the watcher's thread, and the plan before goes on until then.
+    ///
+    /// # Errors
+    /// As of [`Renderer::record`], but for what is wrong with files or options: that is [`Watcher::error`].
+    pub fn record_watched(
+        &mut self,
+        watcher: &mut Watcher,
+        options: &Options,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &Frame<'_>,
+    ) -> Result<bool, Error> {
+        let options = options.clone().imports(frame.imports);
+        watcher.receive();
+        watcher.tell(&options, self.executor().map(|executor| executor.preparer()));
+        if let Some(ready) = watcher.take_ready(&options) {
+            self.take_over(watcher, *ready, frame);
+        } else if self.executor().is_some()
+            && let Some(plan) = watcher.plan_for_others(&options)?
+        {
+            self.install(plan, frame)?;
+        }
+        if std::mem::take(&mut self.has_new_source)
+            && let Some(plan) = self.executor().map(|executor| executor.plan().clone())
+        {
+            self.install(plan, frame)?;
+        }
+        match self.executor() {
+            Some(executor) => executor.record(encoder, frame).map(|()| true),
+            None => Ok(false),
+        }
+    }
+
+    /// Makes the next watched frame ask its draw source how meshes are stored: after a scene was loaded again.
+    pub fn renew_source(&mut self) {
+        self.has_new_source = true;
+    }
+
+    fn take_over(&mut self, watcher: &mut Watcher, ready: Ready, frame: &Frame<'_>) {
+        let taken = match (self.executor(), ready.prepared) {
+            (Some(executor), _) if Arc::ptr_eq(executor.plan(), &ready.plan) => Ok(()),
+            (Some(executor), Some(prepared)) => executor.set_prepared_plan(prepared),
+            _ => self.install(ready.plan, frame),
+        };
+        watcher.took(ready.read, ready.options, ready.reload, taken.err());
+    }
+}

@@ -1,0 +1,325 @@
+//! [`Watcher`]: a pipeline that follows its files while it is drawn.
+//!
+//! An author changes a file and wants to see it. A thread of the watcher reads the change, plans it and compiles its
+//! shaders beside the running frames; [`Renderer::record_watched`](crate::Renderer::record_watched) takes the result over
+//! between two frames, as [`Executor::set_prepared_plan`](crate::Executor::set_prepared_plan) does: histories, kept maps and
+//! live values that still fit stay. A change that is broken, in whatever way, changes nothing: the last good plan goes on,
+//! and [`Watcher::error`] says why.
+//!
+//! ```no_run
+//! # use umbragraph::{Frame, Library, Options, Renderer, Watcher, wgpu};
+//! # fn example(device: &wgpu::Device, queue: &wgpu::Queue, frames: &[Frame<'_>]) -> Result<(), umbragraph::Error> {
+//! let mut watcher = Watcher::new(Library::new().templates("shaders"), "frame.json")?;
+//! let mut renderer = Renderer::new(device, queue);
+//! for frame in frames {
+//!     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+//!     renderer.record_watched(&mut watcher, &Options::new(1280, 720), &mut encoder, frame)?;
+//!     queue.submit([encoder.finish()]);
+//!     if let Some(error) = watcher.error() {
+//!         eprintln!("{error}");
+//!     }
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Limits: the folders of all files that the pipeline reads are watched, with one inotify watch each on Linux. The first
+//! plan is made into pipelines in the frame that begins with it.
+
+mod files;
+mod frames;
+#[cfg(feature = "gltf")]
+mod scene;
+mod worker;
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use umbragraph_session::Target;
+
+use crate::diagnostic::{Diagnostic, codes};
+use crate::executor::PlanPreparer;
+use crate::front::library::Library;
+use crate::front::{Options, Pipeline};
+use crate::low_level::pipeline::ParameterFile;
+use crate::low_level::source::Sources;
+use crate::{Error, Plan};
+
+use files::FileEvents;
+use worker::{Inputs, Order, Outcome, Ready, Worker};
+
+/// Follows the files of a pipeline: documents, includes, subgraphs, templates, axes, parameter files, and a scene.
+pub struct Watcher {
+    orders: Sender<Order>,
+    outcomes: Receiver<Outcome>,
+    thread: Option<JoinHandle<()>>,
+    wake: Arc<Mutex<Wake>>,
+    /// The inputs that the thread was told, and whether with something to make pipelines with.
+    told: Option<(Options, bool)>,
+    ready: Option<Box<Ready>>,
+    error: Option<Error>,
+    reload: Option<Reload>,
+    running: Option<Read>,
+    /// The options that the plan which runs was made for, or tried to be.
+    planned_for: Option<Options>,
+    #[cfg(feature = "gltf")]
+    scene: SceneNews,
+}
+
+/// A scene that was loaded and not taken yet, and why the last one was not.
+#[cfg(feature = "gltf")]
+#[derive(Default)]
+struct SceneNews {
+    new: Option<Box<crate::scene::Scene>>,
+    error: Option<Error>,
+}
+
+/// The function that is called when a frame could show something else.
+type Wake = Option<Box<dyn Fn() + Send>>;
+
+/// The times of a change that was taken over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Reload {
+    /// The moment at which the operating system's notices of it had paused.
+    pub changed: Instant,
+    /// The time for reading and composing files.
+    pub loaded: Duration,
+    /// The time for planning, with new shader variants proven.
+    pub planned: Duration,
+    /// The time for shader modules, layouts and pipelines, nearly all of it within wgpu.
+    pub prepared: Duration,
+}
+
+/// The files of a pipeline as they were at one time.
+#[derive(Clone)]
+pub(super) struct Read {
+    pipeline: Pipeline,
+    parameters: Arc<[ParameterFile]>,
+    sources: Sources,
+}
+
+impl PartialEq for Read {
+    fn eq(&self, other: &Self) -> bool {
+        self.pipeline == other.pipeline && self.is_with(&other.parameters)
+    }
+}
+
+impl Read {
+    pub(super) fn new(pipeline: Pipeline, parameters: Vec<ParameterFile>, sources: Sources) -> Self {
+        Self { pipeline, parameters: parameters.into(), sources }
+    }
+
+    /// The same pipeline with these parameter files?
+    fn is_with(&self, parameters: &[ParameterFile]) -> bool {
+        format!("{:?}", self.parameters) == format!("{parameters:?}")
+    }
+
+    /// Whether it is of a load, with these parameter files.
+    pub(super) fn is_of(&self, loaded: &umbragraph_session::Loaded, parameters: &[ParameterFile]) -> bool {
+        self.pipeline.is_of(loaded) && self.is_with(parameters)
+    }
+
+    /// Plans with the values of the parameter files under those of the options.
+    pub(super) fn plan(&self, options: &Options) -> Result<Arc<Plan>, Error> {
+        let planned = self.pipeline.plan_over(options, &self.parameters);
+        planned.map_err(|found| Error::new(found, &self.sources))
+    }
+}
+
+impl Watcher {
+    /// Begins to watch a pipeline. Its files are read on a thread, so that what is wrong with them is no error here.
+    ///
+    /// # Errors
+    /// An operating system that does not tell of changes, or starts no thread.
+    pub fn new(library: Library, path: impl AsRef<Path>) -> Result<Self, Error> {
+        let (orders, ordered) = channel();
+        let (done, outcomes) = channel();
+        let wake: Arc<Mutex<Wake>> = Arc::default();
+        let changed = orders.clone();
+        let path = path.as_ref().to_path_buf();
+        let refused = |reason: String| {
+            let name = path.display().to_string();
+            let message = format!("changes of \"{name}\" cannot be watched: {reason}");
+            let help = "raise the limit that it names; on Linux fs.inotify.max_user_instances";
+            let diagnostic = Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message).help(help);
+            Error::new(diagnostic.into(), &Sources::new())
+        };
+        let events = FileEvents::new(move || {
+            // The thread is gone where nobody receives it.
+            let _ = changed.send(Order::Changed(Instant::now()));
+        });
+        let events = events.map_err(refused)?;
+        let worker = Worker {
+            library,
+            target: Target::new(&path),
+            orders: ordered,
+            outcomes: done,
+            wake: wake.clone(),
+            events,
+            parameters: Vec::new(),
+            inputs: None,
+            running: None,
+            is_broken: false,
+            last: None,
+            #[cfg(feature = "gltf")]
+            scene: None,
+        };
+        let thread = std::thread::Builder::new().name("umbragraph watcher".to_owned());
+        let thread = thread.spawn(move || worker.run()).map_err(|error| refused(error.to_string()))?;
+        let watcher = Self {
+            orders,
+            outcomes,
+            thread: Some(thread),
+            wake,
+            told: None,
+            ready: None,
+            error: None,
+            reload: None,
+            running: None,
+            planned_for: None,
+            #[cfg(feature = "gltf")]
+            scene: SceneNews::default(),
+        };
+        watcher.order(Order::Changed(Instant::now()));
+        Ok(watcher)
+    }
+
+    /// With parameter files, the last over the first; values of frames' options count over them.
+    #[must_use]
+    pub fn parameters(self, files: impl IntoIterator<Item = impl Into<PathBuf>>) -> Self {
+        self.order(Order::Parameters(files.into_iter().map(Into::into).collect()));
+        self
+    }
+
+    /// With a glTF scene, which [`Watcher::take_scene`] has once it is loaded, and again whenever it changed.
+    #[cfg(feature = "gltf")]
+    #[must_use]
+    pub fn scene(self, path: impl Into<PathBuf>) -> Self {
+        self.order(Order::Scene(path.into()));
+        self
+    }
+
+    /// With a function that is called, on a thread of the watcher's, when a frame could show something else: for windows
+    /// that draw only then.
+    #[must_use]
+    pub fn wake(self, wake: impl Fn() + Send + 'static) -> Self {
+        *self.wake.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(wake));
+        self
+    }
+
+    /// Reads all files again, as if each had changed: for file systems that tell nothing.
+    pub fn refresh(&self) {
+        self.order(Order::Changed(Instant::now()));
+    }
+
+    /// The reason why the files as they are now are not what is drawn; `None` once they are.
+    pub fn error(&self) -> Option<&Error> {
+        #[cfg(feature = "gltf")]
+        if let Some(error) = &self.scene.error {
+            return Some(error);
+        }
+        self.error.as_ref()
+    }
+
+    /// The times of the last change that was taken over, once.
+    pub fn take_reload(&mut self) -> Option<Reload> {
+        self.reload.take()
+    }
+
+    /// The pipeline that is drawn, once there is one.
+    pub fn pipeline(&self) -> Option<&Pipeline> {
+        self.running.as_ref().map(|read| &read.pipeline)
+    }
+
+    /// The scene, once after each time that it was loaded. Frames draw it after
+    /// [`Renderer::renew_source`](crate::Renderer::renew_source).
+    #[cfg(feature = "gltf")]
+    pub fn take_scene(&mut self) -> Option<crate::scene::Scene> {
+        self.receive();
+        self.scene.new.take().map(|scene| *scene)
+    }
+
+    /// Takes in what the thread has found by now.
+    fn receive(&mut self) {
+        while let Ok(outcome) = self.outcomes.try_recv() {
+            match outcome {
+                Outcome::Ready(ready) => {
+                    self.error = self.error.take().filter(|_| !ready.is_current);
+                    self.ready = Some(ready);
+                }
+                Outcome::Broken(error) => self.error = Some(error),
+                Outcome::Same => self.error = None,
+                #[cfg(feature = "gltf")]
+                Outcome::Scene(Ok(scene)) => self.scene = SceneNews { new: Some(scene), error: None },
+                #[cfg(feature = "gltf")]
+                Outcome::Scene(Err(error)) => self.scene.error = Some(error),
+            }
+        }
+    }
+
+    /// Tells the thread the inputs of frames, if they are others.
+    fn tell(&mut self, options: &Options, preparer: Option<PlanPreparer>) {
+        let can_prepare = preparer.is_some();
+        if self.told.as_ref().is_some_and(|told| told.0 == *options && told.1 == can_prepare) {
+            return;
+        }
+        self.told = Some((options.clone(), can_prepare));
+        self.order(Order::Inputs(Box::new(Inputs { options: options.clone(), preparer })));
+    }
+
+    /// The plan that is ready for some inputs.
+    fn take_ready(&mut self, options: &Options) -> Option<Box<Ready>> {
+        self.ready.take().filter(|ready| ready.options == *options)
+    }
+
+    /// Notes what runs from here on, or why it does not.
+    fn took(&mut self, read: Read, options: Options, reload: Option<Reload>, error: Option<Error>) {
+        if error.is_none() {
+            (self.running, self.planned_for) = (Some(read), Some(options));
+            self.reload = reload.or(self.reload);
+        }
+        self.error = error.or(self.error.take());
+    }
+
+    /// A plan of what runs, for a frame of another size or with other imports than it was planned for.
+    fn plan_for_others(&mut self, options: &Options) -> Result<Option<Arc<Plan>>, Error> {
+        let is_same = |planned: &Options| {
+            (planned.plan.viewport, &planned.plan.imports) == (options.plan.viewport, &options.plan.imports)
+        };
+        let Some(running) = self.running.as_ref().filter(|_| !self.planned_for.as_ref().is_some_and(is_same))
+        else {
+            return Ok(None);
+        };
+        // Tried once, whatever becomes of it.
+        self.planned_for = Some(options.clone());
+        running.plan(options).map(Some)
+    }
+
+    fn order(&self, order: Order) {
+        // Nobody receives it only where the thread panicked.
+        let _ = self.orders.send(order);
+    }
+}
+
+impl Drop for Watcher {
+    fn drop(&mut self) {
+        self.order(Order::Stop);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+impl fmt::Debug for Watcher {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Watcher")
+            .field("pipeline", &self.pipeline())
+            .field("error", &self.error)
+            .finish_non_exhaustive()
+    }
+}

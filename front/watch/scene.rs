@@ -1,0 +1,73 @@
+//! The scene of a watcher: a glTF file with the buffers and images beside it.
+//!
+//! What the document names is noted while it is read, found or not. The scene is loaded again once one of these files has
+//! another size or time of change.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::SystemTime;
+
+use crate::diagnostic::Diagnostics;
+use crate::scene::{self, Folder, ResolveError, Resolver, Scene};
+
+/// Size and time of change of a file; `None` where there is none.
+type Stamp = Option<(u64, Option<SystemTime>)>;
+
+/// A scene, and what it was made of.
+pub(super) struct WatchedScene {
+    path: PathBuf,
+    stamps: BTreeMap<PathBuf, Stamp>,
+}
+
+impl WatchedScene {
+    /// A scene that was not loaded yet.
+    pub(super) fn new(path: PathBuf) -> Self {
+        Self { path, stamps: BTreeMap::new() }
+    }
+
+    /// The files that it was made of, and those that it looked for.
+    pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> {
+        self.stamps.keys().cloned()
+    }
+
+    /// Loads the scene, if it was not or one of its files is another; `None` if all are as they were.
+    pub(super) fn load_again(&mut self) -> Option<Result<Scene, Diagnostics>> {
+        if !self.stamps.is_empty() && self.stamps.iter().all(|(path, known)| stamp(path) == *known) {
+            return None;
+        }
+        self.stamps = [(self.path.clone(), stamp(&self.path))].into();
+        let Ok(bytes) = std::fs::read(&self.path) else {
+            // It says why.
+            return Some(scene::load(&self.path));
+        };
+        let folder = self.path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+        let noting = Noting { files: Folder::new(&folder), folder, stamps: Mutex::default() };
+        let loaded = scene::from_slice(&self.path.display().to_string(), &bytes, &noting);
+        self.stamps.extend(noting.stamps.into_inner().unwrap_or_default());
+        Some(loaded)
+    }
+}
+
+/// Reads files, and notes which.
+struct Noting {
+    files: Folder,
+    folder: PathBuf,
+    stamps: Mutex<BTreeMap<PathBuf, Stamp>>,
+}
+
+impl Resolver for Noting {
+    fn read(&self, path: &str) -> Result<Vec<u8>, ResolveError> {
+        let file = self.folder.join(path);
+        let stamp = stamp(&file);
+        if let Ok(mut stamps) = self.stamps.lock() {
+            stamps.insert(file, stamp);
+        }
+        self.files.read(path)
+    }
+}
+
+fn stamp(path: &Path) -> Stamp {
+    let metadata = std::fs::metadata(path).ok()?;
+    Some((metadata.len(), metadata.modified().ok()))
+}

@@ -1,0 +1,234 @@
+//! The thread of a [`Watcher`](super::Watcher): it reads, plans and compiles beside the frames.
+//!
+//! Two messages reach it: files changed, and the inputs of frames are others. Both lead to one attempt: read everything
+//! again, load, plan for the last inputs, make the pipelines. The outcome goes back as one [`Outcome`].
+
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use crate::diagnostic::{Diagnostic, codes};
+use crate::executor::{PlanPreparer, PreparedPlan};
+use crate::front::Options;
+use crate::front::library::Library;
+use crate::low_level::session::Target;
+use crate::low_level::source::Sources;
+use crate::{Error, Plan};
+
+use super::files::FileEvents;
+use super::{Read, Reload, Wake};
+
+/// Time in which a second notice belongs to the same change.
+const SETTLE: Duration = Duration::from_millis(10);
+
+/// Messages to the thread.
+pub(super) enum Order {
+    /// A file changed, or the watcher begins.
+    Changed(Instant),
+    /// The inputs of the next frames.
+    Inputs(Box<Inputs>),
+    /// The parameter files.
+    Parameters(Vec<PathBuf>),
+    /// The scene.
+    #[cfg(feature = "gltf")]
+    Scene(PathBuf),
+    /// The end.
+    Stop,
+}
+
+/// The inputs that a plan is made for.
+#[derive(Clone)]
+pub(super) struct Inputs {
+    /// With the imports of the frames.
+    pub(super) options: Options,
+    /// Makes pipelines into the cache of the executor; `None` before the first frame.
+    pub(super) preparer: Option<PlanPreparer>,
+}
+
+/// Messages of the thread.
+pub(super) enum Outcome {
+    /// A plan for some inputs, whose pipelines may be made.
+    Ready(Box<Ready>),
+    /// Why there is none.
+    Broken(Error),
+    /// The files say again what is running.
+    Same,
+    /// The scene, or why there is none.
+    #[cfg(feature = "gltf")]
+    Scene(Result<Box<crate::scene::Scene>, Error>),
+}
+
+/// A plan for some inputs.
+pub(super) struct Ready {
+    pub(super) read: Read,
+    pub(super) options: Options,
+    pub(super) plan: Arc<Plan>,
+    /// `None` before the first frame, and for geometries that the draw source has not declared yet.
+    pub(super) prepared: Option<PreparedPlan>,
+    /// Whether it is of the files as they were at last.
+    pub(super) is_current: bool,
+    /// Nothing where only inputs of frames are others.
+    pub(super) reload: Option<Reload>,
+}
+
+/// The state of the thread.
+pub(super) struct Worker {
+    pub(super) library: Library,
+    pub(super) target: Target,
+    pub(super) orders: Receiver<Order>,
+    pub(super) outcomes: Sender<Outcome>,
+    pub(super) wake: Arc<Mutex<Wake>>,
+    pub(super) events: FileEvents,
+    pub(super) parameters: Vec<PathBuf>,
+    pub(super) inputs: Option<Box<Inputs>>,
+    /// The last files of which a plan was sent.
+    pub(super) running: Option<Read>,
+    /// Whether the files as they are now cannot be loaded.
+    pub(super) is_broken: bool,
+    /// Later ones, for which there is no plan, or no inputs yet.
+    pub(super) last: Option<Read>,
+    #[cfg(feature = "gltf")]
+    pub(super) scene: Option<super::scene::WatchedScene>,
+}
+
+impl Worker {
+    /// Works until the watcher goes.
+    pub(super) fn run(mut self) {
+        while let Ok(order) = self.orders.recv() {
+            let mut changed = None;
+            let mut is_new = false;
+            let mut next = Some(order);
+            loop {
+                match next.take() {
+                    Some(Order::Changed(at)) => changed = changed.or(Some(at)),
+                    Some(Order::Inputs(inputs)) => {
+                        self.inputs = Some(inputs);
+                        is_new = true;
+                    }
+                    Some(Order::Parameters(files)) => {
+                        self.parameters = files;
+                        changed = changed.or_else(|| Some(Instant::now()));
+                    }
+                    #[cfg(feature = "gltf")]
+                    Some(Order::Scene(path)) => {
+                        self.scene = Some(super::scene::WatchedScene::new(path));
+                        changed = changed.or_else(|| Some(Instant::now()));
+                    }
+                    Some(Order::Stop) => return,
+                    None => {}
+                }
+                match self.orders.recv_timeout(SETTLE) {
+                    Ok(order) => next = Some(order),
+                    Err(RecvTimeoutError::Timeout) => break,
+                    Err(RecvTimeoutError::Disconnected) => return,
+                }
+            }
+            let mut is_planned = false;
+            if let Some(at) = changed {
+                #[cfg(feature = "gltf")]
+                self.scene_again();
+                is_planned = self.read_again(at);
+                if self.watch() {
+                    is_planned |= self.read_again(at);
+                }
+            }
+            if is_new && !is_planned {
+                self.plan_again();
+            }
+        }
+    }
+
+    /// Watches what was read by now. Whether it has to be read again: a change may have come before.
+    fn watch(&mut self) -> bool {
+        let mut files = self.parameters.clone();
+        files.extend(self.library.paths_of(&self.target));
+        #[cfg(feature = "gltf")]
+        files.extend(self.scene.iter().flat_map(super::scene::WatchedScene::files));
+        let failed = match self.events.watch(files, self.library.folders()) {
+            Ok(has_new) => return has_new,
+            Err(failed) => failed,
+        };
+        let unwatched = failed.into_iter().map(|(folder, reason)| {
+            let name = folder.display().to_string();
+            let message = format!("changes in the folder \"{name}\" cannot be watched: {reason}");
+            let help =
+                "raise the limit that it names; on Linux fs.inotify.max_user_watches and max_user_instances";
+            Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message).help(help)
+        });
+        self.tell(Outcome::Broken(Error::new(unwatched.collect(), &Sources::new())));
+        false
+    }
+
+    fn tell(&self, outcome: Outcome) {
+        let is_sent = self.outcomes.send(outcome).is_ok();
+        let wake = self.wake.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(wake) = wake.as_ref().filter(|_| is_sent) {
+            wake();
+        }
+    }
+
+    /// Reads the files; whether they were planned, too.
+    fn read_again(&mut self, changed: Instant) -> bool {
+        let begin = Instant::now();
+        let read = self.library.read_again(&self.target, &self.parameters, self.running.as_ref());
+        self.is_broken = read.is_err();
+        match read {
+            Ok(read) if self.running.as_ref() == Some(&read) => {
+                self.last = None;
+                self.tell(Outcome::Same);
+            }
+            // Tried before, and told then.
+            Ok(read) if self.last.as_ref() == Some(&read) => {}
+            Ok(read) => {
+                self.plan(read, Some((changed, begin.elapsed())));
+                return true;
+            }
+            Err(error) => {
+                self.last = None;
+                self.tell(Outcome::Broken(error));
+            }
+        }
+        false
+    }
+
+    /// Plans for other inputs.
+    fn plan_again(&mut self) {
+        if let Some(read) = self.last.clone().or_else(|| self.running.clone()) {
+            self.plan(read, None);
+        }
+    }
+
+    fn plan(&mut self, read: Read, changed: Option<(Instant, Duration)>) {
+        self.last = Some(read.clone());
+        let Some(Inputs { options, preparer }) = self.inputs.as_deref().cloned() else { return };
+        let begin = Instant::now();
+        let plan = match read.plan(&options) {
+            Ok(plan) => plan,
+            Err(error) => return self.tell(Outcome::Broken(error)),
+        };
+        let planned = begin.elapsed();
+        let prepared = match preparer.map(|preparer| preparer.prepare(plan.clone(), None)).transpose() {
+            Ok(prepared) => prepared,
+            // A geometry that the draw source of the executor has not declared: it is asked with the next frame.
+            Err(error) if error.iter().all(|one| one.code == codes::HOST_INTERFACE) => None,
+            Err(error) => return self.tell(Outcome::Broken(error)),
+        };
+        let prepared_in = begin.elapsed().saturating_sub(planned);
+        let reload =
+            changed.map(|(changed, loaded)| Reload { changed, loaded, planned, prepared: prepared_in });
+        self.last = None;
+        self.running = Some(read.clone());
+        let is_current = !self.is_broken;
+        self.tell(Outcome::Ready(Box::new(Ready { read, options, plan, prepared, is_current, reload })));
+    }
+
+    #[cfg(feature = "gltf")]
+    fn scene_again(&mut self) {
+        let loaded = self.scene.as_mut().and_then(super::scene::WatchedScene::load_again);
+        if let Some(loaded) = loaded {
+            let loaded = loaded.map(Box::new).map_err(|found| Error::new(found, &Sources::new()));
+            self.tell(Outcome::Scene(loaded));
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! Pipelines that follow their files while they are drawn.
+
+mod changes;
+mod random_edits;
+mod stage;
