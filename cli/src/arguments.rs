@@ -1,5 +1,6 @@
 //! The command line.
 
+mod beginning;
 #[cfg(feature = "gpu")]
 mod drawing;
 #[cfg(feature = "score")]
@@ -17,6 +18,7 @@ use umbragraph::low_level::shader::TargetLanguage;
 
 use crate::validator::ExternalValidator;
 
+pub(crate) use beginning::NewArguments;
 #[cfg(feature = "gpu")]
 pub(crate) use drawing::{AdaptersArguments, RenderArguments, Shot, ToggleArgument};
 #[cfg(feature = "score")]
@@ -64,6 +66,8 @@ impl Arguments {
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
+    /// Writes a folder with a pipeline that renders: template, scene, schema, a workflow for CI, settings for an editor.
+    New(NewArguments),
     /// Parses, resolves, compiles and validates pipelines; needs no graphics adapter.
     Check(CheckArguments),
     /// Checks pipelines whenever one of their files changes, and prints what differs, for a problem matcher.

@@ -22,6 +22,7 @@ mod graph;
 mod interrupt;
 mod lsp;
 mod mend;
+mod new;
 mod observed;
 mod overrides;
 mod parts;
@@ -68,6 +69,7 @@ fn main() -> ExitCode {
         }
     };
     let fine = match arguments.command {
+        Command::New(arguments) => new::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Watch(arguments) => watch::run(&arguments),
         Command::Permutations(arguments) => permutations::run(&arguments),

@@ -6,6 +6,7 @@ mod diff;
 mod fmt;
 mod guide;
 mod input;
+mod new;
 mod permutations;
 mod reference;
 mod render;
