@@ -30,6 +30,8 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("base/hemisphere.json", include_str!("base/hemisphere.json")),
     ("base/tiled_cascades.json", include_str!("base/tiled_cascades.json")),
     ("caracal.json", include_str!("caracal.json")),
+    ("effects/auto_exposure.json", include_str!("effects/auto_exposure.json")),
+    ("effects/bloom.json", include_str!("effects/bloom.json")),
     ("effects/gtao.json", include_str!("effects/gtao.json")),
     ("extended/awsm_deferred.json", include_str!("extended/awsm_deferred.json")),
     ("extended/lore_evsm.json", include_str!("extended/lore_evsm.json")),
@@ -43,8 +45,11 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("parts/blur.json", include_str!("parts/blur.json")),
     ("parts/blur_tiles.json", include_str!("parts/blur_tiles.json")),
     ("parts/cached_casters.json", include_str!("parts/cached_casters.json")),
+    ("parts/environment.json", include_str!("parts/environment.json")),
     ("parts/mips.json", include_str!("parts/mips.json")),
     ("umbra.json", include_str!("umbra.json")),
+    ("umbra/environment.json", include_str!("umbra/environment.json")),
+    ("umbra/picture.json", include_str!("umbra/picture.json")),
 ];
 
 /// The bundled files, and where all others come from.
@@ -106,7 +111,7 @@ mod tests {
     fn every_pipeline_beside_this_file_is_bundled() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines");
         let mut found = Vec::new();
-        for prefix in ["", "awsm/", "base/", "effects/", "extended/", "parts/"] {
+        for prefix in ["", "awsm/", "base/", "effects/", "extended/", "parts/", "umbra/"] {
             for entry in std::fs::read_dir(folder.join(prefix)).unwrap().flatten() {
                 let name = entry.file_name().to_string_lossy().into_owned();
                 if name.ends_with(".json") {

@@ -30,4 +30,7 @@ umbragraph::low_level::codes! {
     /// Parameters that cannot be tuned.
     TUNE = "UG0814", "nothing to tune",
         "`umbragraph tune --over NAME,…` searches the ranges of parameters: numbers, lists of them and booleans. A name that is no parameter, an enumeration, whose words have no order, a feature, a number without a range, and a parameter on which no pixel of the shadow term depends cannot be tuned.";
+    /// A picture of the surroundings that cannot be used.
+    ENVIRONMENT = "UG0815", "unusable environment",
+        "`umbragraph render --environment FILE` takes an equirectangular picture, a Radiance .hdr or an OpenEXR .exr, for pipelines with an imported texture `environment` of the format rgba16float and a feature `environment`, such as pipelines/umbra.json. Where the feature is on, the picture has to be given.";
 }

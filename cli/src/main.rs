@@ -85,7 +85,7 @@ fn main() -> ExitCode {
         #[cfg(feature = "gpu")]
         Command::Adapters(arguments) => adapters::run(&arguments),
         #[cfg(feature = "gpu")]
-        Command::Render(arguments) => render::run(&arguments),
+        Command::Render(arguments) => render::run(arguments),
         #[cfg(feature = "score")]
         Command::Score(arguments) => score::run(&arguments),
         #[cfg(feature = "score")]

@@ -1,7 +1,9 @@
 //! Effects of `pipelines/effects/` against closed forms, and what they cost where they are off.
 
+use std::collections::BTreeSet;
+
 use crate::common::gpu::{Host, import};
-use crate::common::{SMALL_MAPS, With, check_file, check_with};
+use crate::common::{Outcome, SMALL_MAPS, With, check_file, check_with};
 use glam::DVec3;
 use serde_json::json;
 use umbragraph::executor::read_back;
@@ -103,23 +105,80 @@ fn ambient_occlusion_beside_a_wall_follows_its_form() {
     assert!(!wrong, "a value is more than 0.05 off");
 }
 
+/// Effects of the flagship: the feature, the use of its subgraph, and the textures and buffers of its own.
+const EFFECTS: [(&str, &str, &[&str]); 4] = [
+    (
+        "ambient_occlusion",
+        "ambient_occlusion.",
+        &["ambient_occlusion.noisy", "ambient_occlusion.smooth", "occlusion"],
+    ),
+    ("bloom", "bloom.", &["bloom.chain"]),
+    (
+        "auto_exposure",
+        "auto_exposure.",
+        &["auto_exposure.exposure", "auto_exposure.exposure@-1", "auto_exposure.histogram"],
+    ),
+    (
+        "environment",
+        "environment_light.",
+        &["environment", "environment_light.sharp", "irradiance", "reflections"],
+    ),
+];
+
+fn resources(outcome: &Outcome) -> BTreeSet<&str> {
+    outcome
+        .plan()
+        .resources
+        .iter()
+        .filter(|(_, one)| one.size.is_some() || one.bytes > 0)
+        .map(|(name, _)| name.as_str())
+        .collect()
+}
+
 #[test]
-fn ambient_occlusion_that_is_off_costs_nothing() {
-    let plan = |features| check_file("pipelines/umbra.json", &With { features, ..With::default() });
-    let (on, off) = (plan(&[]), plan(&[("ambient_occlusion", "false")]));
-    let rest = |name: &&str| !name.starts_with("ambient_occlusion.");
-    assert_eq!(on.order().into_iter().filter(rest).collect::<Vec<_>>(), off.order());
-    let names = |outcome: &crate::common::Outcome| -> Vec<String> {
-        outcome
-            .plan()
-            .resources
-            .iter()
-            .filter(|(_, resource)| resource.bytes > 0)
-            .map(|(name, _)| name.clone())
-            .collect()
+fn effects_that_are_off_cost_nothing() {
+    let plan = |on: &str| {
+        let features = EFFECTS.map(|(name, ..)| (name, if name == on { "true" } else { "false" }));
+        check_file("pipelines/umbra.json", &With { features: &features, ..With::default() })
     };
-    let added: Vec<_> = names(&on).into_iter().filter(|name| !names(&off).contains(name)).collect();
-    assert_eq!(added, ["ambient_occlusion.noisy", "ambient_occlusion.smooth", "occlusion"]);
+    let off = plan("");
+    for (feature, begins, own) in EFFECTS {
+        let on = plan(feature);
+        let rest: Vec<_> = on.order().into_iter().filter(|name| !name.starts_with(begins)).collect();
+        assert_eq!(rest, off.order(), "{feature}");
+        assert!(rest.len() < on.order().len(), "{feature}");
+        let added: Vec<_> = resources(&on).difference(&resources(&off)).copied().collect();
+        assert_eq!(added, own, "{feature}");
+    }
     let phone = check_file("pipelines/umbra.json", &With { preset: Some("phone"), ..With::default() });
-    assert!(phone.order().iter().all(rest), "{:?}", phone.order());
+    let is_effect = |name: &&str| EFFECTS.iter().any(|(_, begins, _)| name.starts_with(begins));
+    assert!(!phone.order().iter().any(is_effect), "{:?}", phone.order());
+}
+
+#[test]
+fn each_effect_goes_with_each_other() {
+    let others = ["msaa", "deferred", "visibility_first", "fxaa"];
+    let all: Vec<&str> = EFFECTS.iter().map(|(name, ..)| *name).chain(others).collect();
+    for (at, first) in all.iter().enumerate() {
+        for second in &all[at + 1..] {
+            if ["msaa", "deferred"].contains(first) && ["msaa", "deferred"].contains(second) {
+                continue;
+            }
+            let features: Vec<_> = all
+                .iter()
+                .map(|name| (*name, if name == first || name == second { "true" } else { "false" }))
+                .collect();
+            let outcome =
+                check_file("pipelines/umbra.json", &With { features: &features, ..With::default() });
+            let order = outcome.order();
+            for (feature, begins, _) in EFFECTS {
+                let is_on = feature == *first || feature == *second;
+                assert_eq!(
+                    order.iter().any(|name| name.starts_with(begins)),
+                    is_on,
+                    "{feature} of {first} and {second}"
+                );
+            }
+        }
+    }
 }

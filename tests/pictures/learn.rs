@@ -27,12 +27,27 @@ fn names() -> Vec<String> {
 #[test]
 fn every_lesson_opens_with_a_comment_and_is_valid() {
     let names = names();
-    assert_eq!(names.len(), 32, "a new lesson needs a test of its own here");
+    assert_eq!(names.len(), 33, "a new lesson needs a test of its own here");
     for name in names {
         let text = std::fs::read_to_string(root().join(format!("pipelines/learn/{name}.json"))).unwrap();
         assert!(text.starts_with("// "), "{name}");
         lesson(&name).plan();
     }
+}
+
+#[test]
+fn effects_are_uses_of_their_files() {
+    let outcome = lesson("33-effects");
+    let order = outcome.order();
+    let at = |name: &str| {
+        order.iter().position(|pass| *pass == name).unwrap_or_else(|| panic!("no {name} in {order:?}"))
+    };
+    assert!(at("shade") < at("find_occlusion.gather") && at("find_occlusion.enlarge") < at("occlude"));
+    assert!(
+        at("occlude") < at("sky") && at("sky") < at("bloom.shrink") && at("bloom.mix") < at("expose.count")
+    );
+    assert!(at("expose.apply") < at("present"));
+    assert_eq!(size(&outcome, "find_occlusion.noisy"), (320, 240));
 }
 
 #[test]

@@ -30,6 +30,9 @@ pub(crate) struct RenderArguments {
     /// The glTF scene (.gltf or .glb).
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: PathBuf,
+    /// An equirectangular picture, .hdr or .exr, as light and background: switches the pipeline's feature "environment" on.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) environment: Option<PathBuf>,
     /// The picture to write: a .png; for several frames a .png with # in place of the number, an .apng or a .gif.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,

@@ -2,8 +2,10 @@
 
 pub(crate) mod camera;
 pub(crate) mod capture;
+mod environment;
 pub(crate) mod files;
 mod layout;
+mod radiance;
 mod surroundings;
 mod target;
 mod timings;
@@ -24,6 +26,7 @@ use umbragraph::scene::{Pose, Scene};
 use umbragraph::{Executor, Frame};
 
 use self::camera::CameraPath;
+use self::environment::Environment;
 use self::files::{Animation, Compression, Format};
 use self::surroundings::Surroundings;
 use self::timings::Timings;
@@ -34,10 +37,13 @@ use crate::session::Session;
 use crate::streams::print;
 
 /// Renders what the arguments ask for; whether there were no errors.
-pub(crate) fn run(arguments: &RenderArguments) -> bool {
+pub(crate) fn run(mut arguments: RenderArguments) -> bool {
+    if arguments.environment.is_some() {
+        arguments.choices.settings.feature.push("environment".to_owned());
+    }
     let mut session = Session::new(&arguments.choices.files);
     let mut progress = Progress::new();
-    let result = render(arguments, &mut session, &mut progress);
+    let result = render(&arguments, &mut session, &mut progress);
     progress.finish();
     let said = match result {
         Ok(said) => Some(said),
@@ -71,6 +77,7 @@ fn render(
     let plan = checked.plan.as_ref().ok_or_else(Diagnostics::new)?;
     session.diagnostics.extend(umbragraph::scene::filter::left_out(&scene, plan));
     session.ensure_fine(&checked)?;
+    let environment = Environment::of(arguments.environment.as_deref(), plan)?;
     let (captures, document) = capture::captures(plan, &arguments.capture, arguments.capture_all.as_deref())?;
     let graphics = progress.stage("open device", || device::open(arguments.drawn.adapter.as_deref()))?;
     let checked = if document.imports.is_empty() {
@@ -84,6 +91,7 @@ fn render(
     let options = Session::options(&arguments.choices);
     let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, document.imports.clone())?;
     drawing.toggles = &arguments.toggles;
+    drawing.environment = environment;
     if arguments.timings || arguments.trace.is_some() {
         drawing.timings = Some(Timings::begin(&mut drawing.executor, &graphics.name));
     }
@@ -178,6 +186,7 @@ pub(crate) struct Drawing<'a> {
     surroundings: Option<Surroundings<'a>>,
     pub(crate) executor: Executor,
     imports: Vec<(String, wgpu::Texture)>,
+    environment: Option<Environment>,
     timings: Option<Timings>,
     /// The lights that no pass read in any frame so far; `None` before the first.
     unread_lights: Option<Vec<String>>,
@@ -212,6 +221,7 @@ impl<'a> Drawing<'a> {
             surroundings: None,
             executor,
             imports,
+            environment: None,
             timings: None,
             unread_lights: None,
         })
@@ -271,17 +281,22 @@ impl<'a> Drawing<'a> {
         let Graphics { device, queue, .. } = self.graphics;
         for round in 0..ROUNDS {
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            if let Some(environment) = &mut self.environment {
+                environment.bring(queue, &self.imports);
+            }
             let imports: Vec<(&str, &wgpu::Texture)> =
                 self.imports.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
             let begun = self.toggles.iter().filter(|toggle| u64::from(toggle.since) <= input.index);
             // Of several for one toggle the latest counts.
-            let states: BTreeMap<&str, (u32, bool)> = begun.fold(BTreeMap::new(), |mut states, toggle| {
-                let state = states.entry(&toggle.name).or_insert((toggle.since, toggle.on));
-                if toggle.since >= state.0 {
-                    *state = (toggle.since, toggle.on);
-                }
-                states
-            });
+            let kept = self.environment.as_ref().and_then(|one| one.kept(self.executor.plan()));
+            let states: BTreeMap<&str, (u32, bool)> =
+                begun.fold(kept.into_iter().collect(), |mut states: BTreeMap<_, _>, toggle| {
+                    let state = states.entry(&toggle.name).or_insert((toggle.since, toggle.on));
+                    if toggle.since >= state.0 {
+                        *state = (toggle.since, toggle.on);
+                    }
+                    states
+                });
             let toggles: Vec<(&str, bool)> = states.into_iter().map(|(name, (_, on))| (name, on)).collect();
             let frame = Frame::new(input).draws(&self.draws).imports(&imports).toggles(&toggles);
             let start = Instant::now();
@@ -291,6 +306,7 @@ impl<'a> Drawing<'a> {
                 Some(sizes) => self.plan_again(sizes)?,
                 None => {
                     queue.submit([encoder.finish()]);
+                    self.environment.iter_mut().for_each(Environment::drawn);
                     if let Some(timings) = &mut self.timings {
                         timings.frame(&mut self.executor, [start, end], input.index);
                     }

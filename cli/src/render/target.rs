@@ -53,7 +53,8 @@ pub(super) fn picture_of(plan: &Plan, captures: &[String]) -> Result<String, Dia
 
 /// A texture for each import of the plan; the picture first.
 pub(super) fn imports(graphics: &Graphics, plan: &Plan, picture: &str) -> Vec<(String, wgpu::Texture)> {
-    let more = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING;
+    let more =
+        wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::TEXTURE_BINDING;
     let texture = |name| imported_texture(&graphics.device, plan, name, more);
     let mut imported: Vec<_> =
         plan.resources.keys().filter_map(|name| Some((name.clone(), texture(name)?))).collect();

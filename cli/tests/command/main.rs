@@ -3,6 +3,7 @@
 mod adapters;
 mod check;
 mod diff;
+mod environment;
 mod fmt;
 mod guide;
 mod input;

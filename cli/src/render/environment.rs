@@ -1,0 +1,179 @@
+//! `--environment`: an equirectangular picture as the imported texture "environment" of a pipeline.
+//!
+//! The picture is brought to the texture's size on the CPU: each texel is the mean of those that it covers. What is not a
+//! number becomes 0, and what 16 bits do not hold their greatest number. A pipeline with a toggle "environment_changed"
+//! reads the texture in the first frame only.
+
+use std::path::Path;
+
+use exr::prelude::f16;
+use umbragraph::Plan;
+use umbragraph::diagnostic::{Diagnostic, Place, codes};
+use umbragraph::low_level::language::Lifetime;
+
+use super::radiance::{self, Colors};
+
+/// The name of the import, and that of the toggle with which passes read it.
+const IMPORT: &str = "environment";
+const TOGGLE: &str = "environment_changed";
+
+/// The greatest number of 16 bits.
+const MAX: f32 = 65504.0;
+
+/// A picture of the surroundings, and what has become of it.
+pub(super) struct Environment {
+    colors: Colors,
+    /// The texture that has it.
+    written: Option<wgpu::Texture>,
+    /// Whether passes have read that texture.
+    is_read: bool,
+}
+
+impl Environment {
+    /// The picture of a plan that has a texture for one.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no .hdr or .exr, a plan without a texture for it, or one with a texture and no file.
+    pub(super) fn of(path: Option<&Path>, plan: &Plan) -> Result<Option<Self>, Diagnostic> {
+        let resource = plan.resources.get(IMPORT).filter(|one| one.lifetime == Lifetime::Imported);
+        let fits = resource.and_then(|one| one.format) == Some(wgpu::TextureFormat::Rgba16Float);
+        let Some(path) = path else {
+            let is_missing = fits && plan.toggles.contains_key(TOGGLE);
+            let message = format!("the pipeline reads the picture \"{IMPORT}\", which is not given");
+            let help =
+                "add --environment FILE with a .hdr or .exr, or switch the feature \"environment\" off";
+            let missing = Diagnostic::error(crate::codes::ENVIRONMENT, Place::Nowhere, message).help(help);
+            return if is_missing { Err(missing) } else { Ok(None) };
+        };
+        let reject = |code, message: String, help: &str| {
+            Err(Diagnostic::in_file(code, path.display().to_string(), "", message).help(help))
+        };
+        if !fits {
+            let message =
+                format!("the pipeline reads no imported texture \"{IMPORT}\" of the format rgba16float");
+            let help = "pipelines/umbra.json has one, with the feature \"environment\"";
+            return reject(crate::codes::ENVIRONMENT, message, help);
+        }
+        let bytes = match std::fs::read(path) {
+            Ok(bytes) => bytes,
+            Err(error) => {
+                let help = "--environment names an equirectangular picture, .hdr or .exr";
+                return reject(codes::FILE_UNREADABLE, format!("the file cannot be read: {error}"), help);
+            }
+        };
+        let is_exr = bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]);
+        let decoded = if is_exr { open_exr(&bytes) } else { radiance::decode(&bytes) };
+        match decoded {
+            Ok(colors) => Ok(Some(Self { colors, written: None, is_read: false })),
+            Err(error) => reject(
+                crate::codes::ENVIRONMENT,
+                format!("the picture cannot be read: {error}"),
+                "--environment takes .hdr (Radiance) and .exr (OpenEXR)",
+            ),
+        }
+    }
+
+    /// Writes the picture to the import of that name, unless it is there.
+    pub(super) fn bring(&mut self, queue: &wgpu::Queue, imports: &[(String, wgpu::Texture)]) {
+        let texture = imports.iter().find(|(name, _)| name == IMPORT).map(|(_, texture)| texture);
+        let Some(texture) = texture.filter(|texture| self.written.as_ref() != Some(texture)) else { return };
+        let (width, height) = (texture.width(), texture.height());
+        let texels = resized(&self.colors, width as usize, height as usize);
+        let bytes: Vec<u8> = texels
+            .iter()
+            .flat_map(|[red, green, blue]| [*red, *green, *blue, 1.0])
+            .flat_map(|channel| f16::from_f32(channel).to_le_bytes())
+            .collect();
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(width * 8),
+            rows_per_image: Some(height),
+        };
+        queue.write_texture(texture.as_image_copy(), &bytes, layout, texture.size());
+        (self.written, self.is_read) = (Some(texture.clone()), false);
+    }
+
+    /// The state of the toggle where an earlier frame has read the picture.
+    pub(super) fn kept(&self, plan: &Plan) -> Option<(&'static str, (u32, bool))> {
+        (self.is_read && plan.toggles.contains_key(TOGGLE)).then_some((TOGGLE, (0, false)))
+    }
+
+    /// Notes that a frame was drawn.
+    pub(super) fn drawn(&mut self) {
+        self.is_read = true;
+    }
+}
+
+/// The first layer with red, green and blue of an OpenEXR file.
+fn open_exr(bytes: &[u8]) -> Result<Colors, String> {
+    use exr::prelude::*;
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size: Vec2<usize>, _: &RgbChannels| (size.width(), vec![[0.0_f32; 3]; size.area()]),
+            |(width, texels): &mut (usize, Vec<[f32; 3]>),
+             at: Vec2<usize>,
+             (red, green, blue): (f32, f32, f32)| {
+                texels[at.y() * *width + at.x()] = [red, green, blue];
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(std::io::Cursor::new(bytes))
+        .map_err(|error| error.to_string())?;
+    let size = image.layer_data.size;
+    Ok(Colors { width: size.width(), height: size.height(), texels: image.layer_data.channel_data.pixels.1 })
+}
+
+/// A picture of another size, each texel the mean of those that it covers, or the one that it lies in.
+fn resized(colors: &Colors, width: usize, height: usize) -> Vec<[f32; 3]> {
+    let span = |index: usize, count: usize, whole: usize| {
+        let first = index * whole / count;
+        first..((index + 1) * whole / count).max(first + 1)
+    };
+    let mut texels = Vec::with_capacity(width * height);
+    for y in 0..height {
+        let rows = span(y, height, colors.height);
+        for x in 0..width {
+            let columns = span(x, width, colors.width);
+            let mut sum = [0.0_f32; 3];
+            for texel in rows.clone().flat_map(|row| &colors.texels[row * colors.width..][columns.clone()]) {
+                for (sum, channel) in sum.iter_mut().zip(texel) {
+                    *sum += if channel.is_nan() { 0.0 } else { channel.clamp(0.0, MAX) };
+                }
+            }
+            let count = (rows.len() * columns.len()) as f32;
+            texels.push(sum.map(|channel| channel / count));
+        }
+    }
+    texels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn resized_pictures_keep_their_mean_and_are_numbers() {
+        let texels = vec![[1.0, f32::NAN, f32::INFINITY], [3.0, 2.0, -1.0], [5.0, 0.0, 0.0], [7.0, 0.0, 0.0]];
+        let colors = Colors { width: 4, height: 1, texels };
+        assert_eq!(resized(&colors, 2, 1), [[2.0, 1.0, MAX / 2.0], [6.0, 0.0, 0.0]]);
+        let larger = resized(&colors, 8, 2);
+        assert_eq!((larger.len(), larger[1][0], larger[15][0]), (16, 1.0, 7.0));
+    }
+
+    #[test]
+    fn open_exr_pictures_are_read_and_broken_ones_are_not() {
+        use exr::prelude::*;
+        let image = Image::from_channels(
+            (2, 1),
+            SpecificChannels::rgb(|at: Vec2<usize>| (at.x() as f32, 0.5_f32, 4.0_f32)),
+        );
+        let mut file = std::io::Cursor::new(Vec::new());
+        image.write().to_buffered(&mut file).expect("a file");
+        let bytes = file.into_inner();
+        assert_eq!(open_exr(&bytes).expect("a picture").texels, [[0.0, 0.5, 4.0], [1.0, 0.5, 4.0]]);
+        assert!(open_exr(&bytes[..bytes.len() / 2]).is_err());
+    }
+}
