@@ -49,6 +49,7 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("parts/mips.json", include_str!("parts/mips.json")),
     ("umbra.json", include_str!("umbra.json")),
     ("umbra/environment.json", include_str!("umbra/environment.json")),
+    ("umbra/fog.json", include_str!("umbra/fog.json")),
     ("umbra/picture.json", include_str!("umbra/picture.json")),
 ];
 

@@ -106,12 +106,13 @@ fn ambient_occlusion_beside_a_wall_follows_its_form() {
 }
 
 /// Effects of the flagship: the feature, the use of its subgraph, and the textures and buffers of its own.
-const EFFECTS: [(&str, &str, &[&str]); 4] = [
+const EFFECTS: [(&str, &str, &[&str]); 5] = [
     (
         "ambient_occlusion",
         "ambient_occlusion.",
         &["ambient_occlusion.noisy", "ambient_occlusion.smooth", "occlusion"],
     ),
+    ("fog", "fog", &[]),
     ("bloom", "bloom.", &["bloom.chain"]),
     (
         "auto_exposure",

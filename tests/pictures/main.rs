@@ -11,6 +11,7 @@ mod details;
 mod effects;
 mod environment;
 mod extended;
+mod fog;
 mod golden;
 mod learn;
 mod lights;
