@@ -48,6 +48,10 @@ pub(crate) struct RenderArguments {
     /// Writes what every texture holds after the last frame to a folder.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) capture_all: Option<PathBuf>,
+    /// Writes a page of the run into a folder, to be attached to a bug report: frame, graph, what every pass reads and writes,
+    /// times, memory, diagnostics, parameters.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) report: Option<PathBuf>,
     /// Prints how long the processor and the GPU work on each pass: the mean of all frames but the first.
     #[arg(long)]
     pub(crate) timings: bool,

@@ -67,7 +67,8 @@ pub(super) struct CaptureFile {
     pub(super) capture: Capture,
     layer: Option<u32>,
     content: Content,
-    file: PathBuf,
+    /// `None` for pictures on the page of the run.
+    file: Option<PathBuf>,
     format: Format,
 }
 
@@ -79,6 +80,7 @@ pub(super) fn captures(
     plan: &Plan,
     arguments: &[CaptureArgument],
     all: Option<&Path>,
+    is_reported: bool,
 ) -> Result<(Vec<CaptureFile>, CaptureDocument), Diagnostics> {
     let mut diagnostics = Diagnostics::new();
     let mut captures = Vec::new();
@@ -103,7 +105,7 @@ pub(super) fn captures(
                 continue;
             }
         };
-        captures.push(CaptureFile { capture, layer, content, file: argument.file.clone(), format });
+        captures.push(CaptureFile { capture, layer, content, file: Some(argument.file.clone()), format });
     }
     if let Some(folder) = all {
         if !folder.is_dir() {
@@ -119,8 +121,17 @@ pub(super) fn captures(
             };
             let capture = Capture { reference: name.clone(), mip: 0 };
             let file = folder.join(format!("{}.png", name.replace('@', "_at_")));
-            captures.push(CaptureFile { capture, layer: None, content, file, format: Format::Png });
+            captures.push(CaptureFile {
+                capture,
+                layer: None,
+                content,
+                file: Some(file),
+                format: Format::Png,
+            });
         }
+    }
+    if is_reported {
+        captures.extend(versions(plan));
     }
     let asked: Vec<Capture> = captures.iter().map(|one| one.capture.clone()).collect();
     match capture::document(plan, &asked) {
@@ -131,6 +142,24 @@ pub(super) fn captures(
             Err(diagnostics)
         }
     }
+}
+
+/// Every texture with a picture, as each pass leaves it, and those that no pass writes.
+fn versions(plan: &Plan) -> Vec<CaptureFile> {
+    let mut captures = Vec::new();
+    for (name, resource) in &plan.resources {
+        let has_picture = resource.size.is_some_and(|size| size.samples == 1) && !name.contains('@');
+        let Some(content) = content(plan, name).filter(|_| has_picture && !is_volume(plan, name)) else {
+            continue;
+        };
+        let writers = plan.passes.iter().filter(|pass| plan.writes(pass.handle, resource.handle));
+        let references = writers.map(|pass| format!("{name}@{}", pass.name));
+        captures.extend(references.map(|reference| {
+            let capture = Capture { reference, mip: 0 };
+            CaptureFile { capture, layer: None, content, file: None, format: Format::Png }
+        }));
+    }
+    captures
 }
 
 const UNKNOWN: Content = Content { is_depth: false, is_unorm8: false, is_integer: false, is_cube: false };
@@ -163,6 +192,18 @@ fn is_volume(plan: &Plan, name: &str) -> bool {
 }
 
 impl CaptureFile {
+    /// Whether it is a picture on the page of the run.
+    pub(super) fn is_reported(&self) -> bool {
+        self.file.is_none()
+    }
+
+    /// The picture, with its size.
+    pub(super) fn picture(&self, texels: &Texels) -> ([u32; 2], Vec<u8>) {
+        let sheet = sheet(texels, self.content, self.layer);
+        let ranges = sheet.ranges(self.content);
+        ([sheet.width, sheet.height], sheet.rgba(self.content, &ranges))
+    }
+
     /// Writes what was captured; what is said of it.
     ///
     /// # Errors
@@ -173,6 +214,7 @@ impl CaptureFile {
         compression: Compression,
         overwritten: Option<&str>,
     ) -> Result<String, Diagnostic> {
+        let Some(file) = &self.file else { return Ok(String::new()) };
         if let Some(layer) = self.layer.filter(|layer| *layer >= texels.layers) {
             let message = format!("\"{}\" has no layer {layer}", self.capture.reference);
             let help = format!("its layers are 0 to {}", texels.layers - 1);
@@ -181,10 +223,10 @@ impl CaptureFile {
         let sheet = sheet(texels, self.content, self.layer);
         let ranges = sheet.ranges(self.content);
         match self.format {
-            Format::Exr => files::write_exr(&self.file, &sheet, self.content.is_depth)?,
+            Format::Exr => files::write_exr(file, &sheet, self.content.is_depth)?,
             _ => {
                 let rgba = sheet.rgba(self.content, &ranges);
-                files::write_png(&self.file, [sheet.width, sheet.height], &rgba, compression)?;
+                files::write_png(file, [sheet.width, sheet.height], &rgba, compression)?;
             }
         }
         let shown: Vec<String> = ["red", "green", "blue", "alpha"]
@@ -197,7 +239,7 @@ impl CaptureFile {
             .collect();
         let layers = if texels.layers > 1 { format!(", {} layers", texels.layers) } else { String::new() };
         let ranges = if shown.is_empty() { String::new() } else { format!(", {}", shown.join(", ")) };
-        let (file, reference) = (self.file.display(), &self.capture.reference);
+        let (file, reference) = (file.display(), &self.capture.reference);
         let before = overwritten.map(|pass| format!(", before \"{pass}\" overwrites it")).unwrap_or_default();
         Ok(format!("{file}: {reference}, {} by {}{layers}{ranges}{before}\n", texels.width, texels.height))
     }

@@ -107,14 +107,21 @@ pub(crate) fn write_png(
     rgba: &[u8],
     compression: Compression,
 ) -> Result<(), Diagnostic> {
-    let failed = |error: &dyn Display| unwritable(path, error);
-    let mut bytes = Vec::new();
-    let mut writer = png_encoder(&mut bytes, [width, height], compression)
-        .write_header()
-        .map_err(|error| failed(&error))?;
-    writer.write_image_data(rgba).map_err(|error| failed(&error))?;
-    writer.finish().map_err(|error| failed(&error))?;
+    let bytes = png_bytes([width, height], rgba, compression).map_err(|error| unwritable(path, &error))?;
     replace(path, &bytes)
+}
+
+/// The bytes of a PNG.
+pub(super) fn png_bytes(
+    size: [u32; 2],
+    rgba: &[u8],
+    compression: Compression,
+) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut writer = png_encoder(&mut bytes, size, compression).write_header()?;
+    writer.write_image_data(rgba)?;
+    writer.finish()?;
+    Ok(bytes)
 }
 
 /// Writes the numbers themselves as an EXR of 32-bit floats: one channel as `Y` (or `Z`, of depth), else R, G, B and A.

@@ -6,6 +6,7 @@ mod environment;
 pub(crate) mod files;
 mod layout;
 mod radiance;
+mod report;
 mod surroundings;
 mod target;
 mod timings;
@@ -28,6 +29,7 @@ use umbragraph::{Executor, Frame};
 use self::camera::CameraPath;
 use self::environment::Environment;
 use self::files::{Animation, Compression, Format};
+use self::report::RunReport;
 use self::surroundings::Surroundings;
 use self::timings::Timings;
 use crate::arguments::{RenderArguments, Shot, ToggleArgument};
@@ -78,7 +80,17 @@ fn render(
     session.diagnostics.extend(umbragraph::scene::filter::left_out(&scene, plan));
     session.ensure_fine(&checked)?;
     let environment = Environment::of(arguments.environment.as_deref(), plan)?;
-    let (captures, document) = capture::captures(plan, &arguments.capture, arguments.capture_all.as_deref())?;
+    let (captures, document) = capture::captures(
+        plan,
+        &arguments.capture,
+        arguments.capture_all.as_deref(),
+        arguments.report.is_some(),
+    )?;
+    let mut report = match &arguments.report {
+        Some(folder) => RunReport::begin(folder, &checked, session)?,
+        None => None,
+    };
+    let reported = plan.clone();
     let graphics = progress.stage("open device", || device::open(arguments.drawn.adapter.as_deref()))?;
     let checked = if document.imports.is_empty() {
         checked
@@ -92,7 +104,7 @@ fn render(
     let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, document.imports.clone())?;
     drawing.toggles = &arguments.toggles;
     drawing.environment = environment;
-    if arguments.timings || arguments.trace.is_some() {
+    if arguments.timings || arguments.trace.is_some() || report.is_some() {
         drawing.timings = Some(Timings::begin(&mut drawing.executor, &graphics.name));
     }
     let begin = |format| {
@@ -123,7 +135,10 @@ fn render(
     let mut said = format!("{}: {frames}{width} by {height} on {}\n", arguments.out.display(), graphics.name);
     progress.begin("write captures", captures.len() as u64);
     for ((capture, texels), by) in captures.iter().zip(drawing.captured()?).zip(&document.overwritten) {
-        said.push_str(&capture.write(&texels, output.compression, by.as_deref())?);
+        match &mut report {
+            Some(report) if capture.is_reported() => report.add(capture, &texels),
+            _ => said.push_str(&capture.write(&texels, output.compression, by.as_deref())?),
+        }
         progress.advance();
     }
     if let Some(timings) = &drawing.timings {
@@ -136,6 +151,10 @@ fn render(
     }
     let notices: Vec<Diagnostic> = drawing.notices();
     session.diagnostics.extend(notices);
+    if let (Some(report), Some(folder)) = (&report, &arguments.report) {
+        let (frame, timings) = (drawing.picture()?, drawing.timings.as_ref());
+        said.push_str(&report.write(folder, &reported, &frame, timings, (session, &graphics.name))?);
+    }
     Ok(said)
 }
 

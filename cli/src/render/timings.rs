@@ -83,6 +83,14 @@ impl Timings {
         }));
     }
 
+    /// The mean times of each pass: of the processor and of the GPU, in milliseconds.
+    pub(super) fn means(&self) -> BTreeMap<String, [f64; 2]> {
+        let of = |frames: &[[Duration; 2]]| {
+            [0, 1].map(|at| mean(frames.iter().map(|times| times[at])).as_secs_f64() * 1e3)
+        };
+        self.passes.iter().map(|(name, frames)| (name.clone(), of(frames))).collect()
+    }
+
     /// The table, as lines.
     pub(super) fn table(&self) -> String {
         let width =

@@ -12,6 +12,7 @@ mod permutations;
 mod reference;
 mod render;
 mod render_failures;
+mod report;
 mod score;
 mod status;
 mod streams;
