@@ -1,9 +1,11 @@
 //! Textures from the device to the host.
 //!
 //! One mip level with all of its layers is copied to a buffer and taken apart into four numbers for each texel. Depth in
-//! a format that cannot be copied (`depth24plus`) is first read by a compute shader.
+//! a format that cannot be copied (`depth24plus`) is read by a compute shader, and so is `depth32float` on devices that
+//! copy no depth to buffers (OpenGL).
 //!
-//! Limits: compressed formats, `rgb9e5ufloat` and textures of several samples are rejected.
+//! Limits: compressed formats, `rgb9e5ufloat` and textures of several samples are rejected, and depth on devices that
+//! have neither such copies nor compute shaders (OpenGL ES 3.0).
 
 use wgpu::TextureFormat as Format;
 
@@ -54,36 +56,87 @@ pub async fn read_bytes(
     texture: &wgpu::Texture,
 ) -> Result<Vec<u8>, Diagnostic> {
     let layout = Layout::of_texture(texture)?;
-    let (width, height, layers) = (texture.width(), texture.height(), texture.depth_or_array_layers());
-    let row = (width * layout.bytes).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let read = if layout.copied { copied(device, queue, texture, &layout).await } else { Err(String::new()) };
+    // A device does not say whether it copies depth; its error does.
+    let is_depth = texture.format().is_depth_stencil_format() && layout.bytes == 4;
+    let is_read = is_depth && texture.usage().contains(wgpu::TextureUsages::TEXTURE_BINDING);
+    match read {
+        Err(_) if is_read => by_shader(device, queue, texture, &layout).await,
+        read => read,
+    }
+    .map_err(|reason| {
+        let format = format_name(texture.format());
+        let message = format!("a texture in {format} cannot be read back: {reason}");
+        Diagnostic::error(codes::DEVICE, Place::Nowhere, message)
+            .help("the device was lost or copies no such texture to buffers: try another driver, or draw the texture into one of color")
+    })
+}
+
+/// The bytes of a texture by a copy.
+async fn copied(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+    layout: &Layout,
+) -> Result<Vec<u8>, String> {
+    rows(device, queue, texture, layout, |encoder, buffer, row| {
+        let source = wgpu::TexelCopyTextureInfo { aspect: layout.aspect, ..texture.as_image_copy() };
+        let rows_per_image = Some(texture.height());
+        let rows = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image };
+        let destination = wgpu::TexelCopyBufferInfo { buffer, layout: rows };
+        encoder.copy_texture_to_buffer(source, destination, texture.size());
+    })
+    .await
+}
+
+/// The bytes of a texture of depth by a compute shader.
+async fn by_shader(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+    layout: &Layout,
+) -> Result<Vec<u8>, String> {
+    rows(device, queue, texture, layout, |encoder, buffer, row| {
+        read_depth(device, encoder, texture, buffer, row / 4);
+    })
+    .await
+}
+
+/// The rows of a texture without gaps, from a buffer that `fill` has the device write; its rows have so many bytes.
+async fn rows(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+    layout: &Layout,
+    fill: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer, u32),
+) -> Result<Vec<u8>, String> {
+    let lines = u64::from(texture.height()) * u64::from(texture.depth_or_array_layers());
+    let row = (texture.width() * layout.bytes).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let label = Some("read back");
+    let scopes = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory]
+        .map(|filter| device.push_error_scope(filter));
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("read back"),
-        size: u64::from(row) * u64::from(height) * u64::from(layers),
+        label,
+        size: u64::from(row) * lines,
         usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         mapped_at_creation: false,
     });
-    let mut encoder =
-        device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read back") });
-    if layout.copied {
-        let source = wgpu::TexelCopyTextureInfo { aspect: layout.aspect, ..texture.as_image_copy() };
-        let rows =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: Some(height) };
-        let destination = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout: rows };
-        encoder.copy_texture_to_buffer(source, destination, texture.size());
-    } else {
-        read_depth(device, &mut encoder, texture, &buffer, row / 4);
-    }
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
+    fill(&mut encoder, &buffer, row);
     queue.submit([encoder.finish()]);
-    let mut bytes = mapped(device, &buffer).await.map_err(|reason| {
-        let message = format!("a texture cannot be read back: {reason}");
-        Diagnostic::error(codes::DEVICE, Place::Nowhere, message)
-            .help("the device was lost; try a smaller picture, or another driver")
-    })?;
-    let (row, wanted) = (row as usize, (width * layout.bytes) as usize);
-    for line in 0..(height * layers) as usize {
+    let mut error = None;
+    for scope in scopes.into_iter().rev() {
+        error = scope.pop().await.or(error);
+    }
+    if let Some(error) = error {
+        return Err(crate::objects::creation::causes(&error));
+    }
+    let mut bytes = mapped(device, &buffer).await?;
+    let (row, wanted, lines) = (row as usize, (texture.width() * layout.bytes) as usize, lines as usize);
+    for line in 0..lines {
         bytes.copy_within(line * row..line * row + wanted, line * wanted);
     }
-    bytes.truncate(wanted * (height * layers) as usize);
+    bytes.truncate(wanted * lines);
     Ok(bytes)
 }
 
@@ -102,15 +155,16 @@ async fn mapped(device: &wgpu::Device, buffer: &wgpu::Buffer) -> Result<Vec<u8>,
     Ok(bytes.to_vec())
 }
 
-/// Depth, texel by texel, as words of a buffer whose rows have so many words.
+/// Depth, texel by texel, as words of a buffer whose rows have so many words. OpenGL reads depth as any other texture, and
+/// tells one layer from several.
 const READ_DEPTH: &str = "
-@group(0) @binding(0) var depth: texture_depth_2d_array;
+@group(0) @binding(0) var depth: TEXTURE<f32>;
 @group(0) @binding(1) var<storage, read_write> words: array<f32>;
 override row: u32;
 @compute @workgroup_size(8, 8) fn read(@builtin(global_invocation_id) at: vec3<u32>) {
     let size = textureDimensions(depth);
     if all(at.xy < size) {
-        words[(at.z * size.y + at.y) * row + at.x] = textureLoad(depth, at.xy, at.z, 0);
+        words[(at.z * size.y + at.y) * row + at.x] = textureLoad(depth, at.xy, LAYER 0).r;
     }
 }";
 
@@ -121,13 +175,40 @@ fn read_depth(
     buffer: &wgpu::Buffer,
     row: u32,
 ) {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("read depth"),
-        source: wgpu::ShaderSource::Wgsl(READ_DEPTH.into()),
+    let (name, layer, view_dimension) = match texture.depth_or_array_layers() {
+        1 => ("texture_2d", "", wgpu::TextureViewDimension::D2),
+        _ => ("texture_2d_array", "at.z,", wgpu::TextureViewDimension::D2Array),
+    };
+    let label = Some("read depth");
+    let text = READ_DEPTH.replace("TEXTURE", name).replace("LAYER", layer);
+    let source = wgpu::ShaderSource::Wgsl(text.into());
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label, source });
+    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty,
+        count: None,
+    };
+    let sample_type = wgpu::TextureSampleType::Float { filterable: false };
+    let storage = wgpu::BufferBindingType::Storage { read_only: false };
+    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label,
+        entries: &[
+            entry(0, wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false }),
+            entry(
+                1,
+                wgpu::BindingType::Buffer { ty: storage, has_dynamic_offset: false, min_binding_size: None },
+            ),
+        ],
+    });
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label,
+        bind_group_layouts: &[Some(&layout)],
+        immediate_size: 0,
     });
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("read depth"),
-        layout: None,
+        label,
+        layout: Some(&pipeline_layout),
         module: &module,
         entry_point: None,
         compilation_options: wgpu::PipelineCompilationOptions {
@@ -138,7 +219,7 @@ fn read_depth(
     });
     let view = texture.create_view(&wgpu::TextureViewDescriptor {
         aspect: wgpu::TextureAspect::DepthOnly,
-        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        dimension: Some(view_dimension),
         ..Default::default()
     });
     let words = device.create_buffer(&wgpu::BufferDescriptor {
@@ -149,7 +230,7 @@ fn read_depth(
     });
     let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("read depth"),
-        layout: &pipeline.get_bind_group_layout(0),
+        layout: &layout,
         entries: &[
             wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) },
             wgpu::BindGroupEntry { binding: 1, resource: words.as_entire_binding() },
