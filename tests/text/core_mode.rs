@@ -10,7 +10,12 @@ fn check(profile: &str, feature: &str, resources: &str, passes: &str) -> Outcome
              "resources": {{ {resources} "target": {{ "texture": {{ "format": "rgba8unorm", "size": [64, 64], "lifetime": "imported" }} }} }},
              "passes": {{ {passes} }} }}"#
     );
-    let templates = [("blank.wgsl.jinja", BLANK), ("two.wgsl.jinja", TWO), ("read.wgsl.jinja", READ)];
+    let templates = [
+        ("blank.wgsl.jinja", BLANK),
+        ("two.wgsl.jinja", TWO),
+        ("read.wgsl.jinja", READ),
+        ("array.wgsl.jinja", ARRAY),
+    ];
     check_with(
         "test.json",
         &text,
@@ -30,6 +35,22 @@ const READ: &str = "{% include 'lib/fullscreen.wgsl.jinja' %}
 @fragment fn fill(covered: Covered) -> @location(0) vec4<f32> {
     return vec4<f32>(textureLoad(depth, vec2<i32>(covered.position.xy), 0).r);
 }";
+
+const ARRAY: &str = "{% include 'lib/fullscreen.wgsl.jinja' %}
+@group(1) @binding(0) var maps: texture_2d_array<f32>;
+@fragment fn fill(covered: Covered) -> @location(0) vec4<f32> { return textureLoad(maps, vec2<i32>(0), 0, 0); }";
+
+/// An array, of which one layer is written, and a pass that samples it.
+fn array(layers: u32, side: u32, show: &str) -> (String, String) {
+    let maps = format!(
+        r#""maps": {{ "texture": {{ "format": "rgba8unorm", "size": [64, {side}], "layers": {layers}, "view_dimension": "2d-array", "lifetime": "persistent" }} }},"#
+    );
+    let passes = format!(
+        r#""paint": {{ "fullscreen": {{ "shader": "blank.wgsl.jinja", "color": [{{ "to": "&maps", "layer": 0 }}] }} }},
+           "show": {{ "fullscreen": {{ {show}, "color": [{{ "to": "&target" }}] }} }}"#
+    );
+    (maps, passes)
+}
 
 const IMAGE: &str = r#""image": { "texture": { "format": "rgba8unorm", "size": [64, 64] } },"#;
 const DEPTH: &str = r#""depth": { "texture": { "format": "depth32float", "size": [64, 64] } },
@@ -58,6 +79,38 @@ fn views_in_another_format_are_a_part() {
         "bind": { "source": { "texture": { "name": "&image", "format": "rgba8unorm-srgb" } } }, "color": [{ "to": "&target" }] } }"#;
     let words = "\"show\" sees \"image\", which is rgba8unorm, as rgba8unorm-srgb";
     lacks(IMAGE, &format!("{PAINT} {show}"), "view-formats", words);
+}
+
+#[test]
+fn a_layer_seen_as_a_texture_of_its_own_is_a_part() {
+    let show = r#""shader": "resample.wgsl.jinja", "bind": { "source": { "texture": { "name": "&maps", "layer": 0 } } }"#;
+    let (maps, passes) = array(4, 64, show);
+    lacks(
+        &maps,
+        &passes,
+        "view-formats",
+        "\"show\" samples \"maps\" as 2d, which is bound as 2d-array alone",
+    );
+}
+
+/// What wgpu takes for cubes or for a single texture has a layer more on OpenGL, and is an array there.
+#[test]
+fn arrays_that_look_like_something_else_have_a_spare_layer() {
+    let show = r#""shader": "array.wgsl.jinja", "bind": { "maps": "&maps" }"#;
+    for (layers, side, has_spare) in
+        [(1, 64, true), (6, 64, true), (12, 64, true), (4, 64, false), (6, 32, false)]
+    {
+        let (maps, passes) = array(layers, side, show);
+        let spare = |profile| {
+            let outcome = check(profile, "", &maps, &passes);
+            assert_eq!(outcome.text(), "");
+            let plan = outcome.plan();
+            (plan.textures[0].spare_layer, plan.textures[0].size.layers, plan.resources["maps"].bytes)
+        };
+        let bytes = u64::from(64 * side * layers * 4);
+        assert_eq!(spare("gles"), (has_spare, layers, bytes));
+        assert_eq!(spare("vulkan"), (false, layers, bytes));
+    }
 }
 
 #[test]

@@ -124,6 +124,7 @@ fn a_plan_that_the_device_rejects_leaves_the_one_before() {
         volume: false,
         usages: wgpu::TextureUsages::RENDER_ATTACHMENT,
         view_format: None,
+        spare_layer: false,
         bytes: u64::from(beyond) * 4,
     });
     let diagnostics = executor.set_plan(plan.clone().into()).expect_err("a diagnostic");

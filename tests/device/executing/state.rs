@@ -137,6 +137,7 @@ fn a_rejected_plan_leaves_the_state_of_the_one_before() {
         volume: false,
         usages: wgpu::TextureUsages::RENDER_ATTACHMENT,
         view_format: None,
+        spare_layer: false,
         bytes: 192,
     });
     player.executor.set_plan(bad.into()).expect_err("a plan that cannot be");

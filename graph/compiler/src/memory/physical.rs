@@ -35,6 +35,9 @@ pub struct PhysicalTexture {
     /// The other format in which passes see it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub view_format: Option<TextureFormat>,
+    /// Whether it is created with a layer more, so that OpenGL binds it as an array; the layer is in no count.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub spare_layer: bool,
     /// Its bytes, all mips, layers and samples.
     pub bytes: u64,
 }

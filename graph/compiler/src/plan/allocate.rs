@@ -12,8 +12,10 @@ use crate::memory::lifetime::{AllocationRequest, Assignment, assign, by_start};
 use crate::memory::physical::{Physical, PhysicalBuffer, PhysicalTexture};
 use crate::plan::planned::{Fixed, Plan, PlannedResource};
 use crate::resources::resolved::{Descriptor, ResolvedResources, TextureProperties};
+use crate::resources::view_shape;
 use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::ResourceKind;
+use wgpu_types::TextureViewDimension;
 
 /// The maximum number of bytes that a label grows to before the rest of its names is left out.
 const LABEL_BYTES: usize = 120;
@@ -94,8 +96,11 @@ pub(crate) fn allocate(plan: &mut Plan, resolved: &ResolvedResources<'_>) {
 fn create(plan: &mut Plan, descriptor: Descriptor, bytes: u64) -> Physical {
     let label = String::new();
     match descriptor {
-        Descriptor::Texture(TextureProperties { format, size, volume, usages, view_format }) => {
-            plan.textures.push(PhysicalTexture { label, format, size, volume, usages, view_format, bytes });
+        Descriptor::Texture(TextureProperties { format, size, volume, usages, view_format, only_array }) => {
+            let spare_layer = only_array && view_shape::of(size) != TextureViewDimension::D2Array;
+            let texture =
+                PhysicalTexture { label, format, size, volume, usages, view_format, spare_layer, bytes };
+            plan.textures.push(texture);
             Physical::Texture(plan.textures.len() - 1)
         }
         Descriptor::Buffer { usages, .. } => {

@@ -15,11 +15,13 @@ use umbragraph_pipeline::work::{
     BoundSlot, Dispatch, Draw, DrawCounts, RenderWork, ResourceHandle, SlotSource, TransferEnd, Work,
 };
 use wgpu_types::{
-    BindingType, BufferBindingType, BufferUsages, DownlevelFlags as Flags, ShaderStages, StorageTextureAccess,
+    BindingType, BufferBindingType, BufferUsages, DownlevelFlags as Flags, ShaderStages,
+    StorageTextureAccess, TextureViewDimension,
 };
 
 use crate::memory::physical::Physical;
 use crate::plan::planned::{Plan, PlannedResource};
+use crate::resources::view_shape;
 
 /// The diagnostics of passes that need something that the profile lacks.
 pub(super) fn check(plan: &Plan) -> Vec<Diagnostic> {
@@ -33,6 +35,7 @@ pub(super) fn check(plan: &Plan) -> Vec<Diagnostic> {
         diagnostics.extend(needs.work());
         if let Some((program, slots)) = crate::resources::format::slots(&plan.pipeline, planned.handle) {
             diagnostics.extend(slots.iter().filter_map(|slot| needs.other_format(slot)));
+            diagnostics.extend(slots.iter().filter_map(|slot| needs.other_shape(program, slot)));
             diagnostics.extend(needs.program(program));
         }
     }
@@ -142,6 +145,34 @@ impl Needs<'_> {
     fn other_format(&self, slot: &BoundSlot) -> Option<Diagnostic> {
         let SlotSource::Texture(bound) = &slot.source else { return None };
         self.seen_as(bound.texture.resource, bound.format?, slot)
+    }
+
+    /// A sampled view of another dimension than the one that the texture has on OpenGL, or of a part of its layers.
+    fn other_shape(&self, program: &Program, slot: &BoundSlot) -> Option<Diagnostic> {
+        let SlotSource::Texture(bound) = &slot.source else { return None };
+        let binding = program.binding_at(slot.group, slot.binding)?;
+        let BindingType::Texture { view_dimension, .. } = binding.entry.ty else { return None };
+        let view = &bound.texture;
+        let resource = self.plan.resource(view.resource)?;
+        let size = resource.size?;
+        let own = match resource.physical {
+            _ if view_dimension == TextureViewDimension::D3 => view_dimension,
+            Physical::Texture(at) if self.plan.textures[at].spare_layer => TextureViewDimension::D2Array,
+            _ => view_shape::of(size),
+        };
+        let is_part = own == TextureViewDimension::D2Array
+            && view.range.layer.is_some_and(|layers| layers.first > 0 || layers.count != size.layers);
+        if own == view_dimension && !is_part {
+            return None;
+        }
+        self.lacks(Flags::VIEW_FORMATS, slot, || {
+            let (pass, name) = (&self.pass.name, self.name(view.resource));
+            let [seen, own] = [view_dimension, own].map(view_shape::name);
+            match seen == own {
+                true => format!("\"{pass}\" samples some layers of \"{name}\", which is bound with all"),
+                false => format!("\"{pass}\" samples \"{name}\" as {seen}, which is bound as {own} alone"),
+            }
+        })
     }
 
     fn seen_as(

@@ -5,4 +5,6 @@ pub(crate) mod format;
 pub(crate) mod resolved;
 pub(crate) mod size;
 pub(crate) mod subresources;
+pub(crate) mod texture_bytes;
 pub(crate) mod texture_rules;
+pub(crate) mod view_shape;

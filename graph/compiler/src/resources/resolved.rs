@@ -18,7 +18,8 @@ use crate::request::options::{ImportDescriptor, PlanOptions};
 use crate::request::texture_size::TextureSize;
 use crate::resources::format;
 use crate::resources::size::{Size, Sizes};
-use crate::resources::texture_rules;
+use crate::resources::texture_bytes::texture_bytes;
+use crate::resources::{texture_rules, view_shape};
 use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
 use umbragraph_pipeline::language::{Lifetime, TextureShape};
 use umbragraph_pipeline::pipeline::{Located as _, Resource, ResourceKind, TypedPipeline};
@@ -34,6 +35,8 @@ pub(crate) struct TextureProperties {
     pub(crate) usages: TextureUsages,
     /// The other format in which passes see it: WebGPU knows the same with and without `-srgb`.
     pub(crate) view_format: Option<TextureFormat>,
+    /// Whether it is bound as an array by a target that binds each texture as one shape.
+    pub(crate) only_array: bool,
 }
 
 /// The description of a resource for its creation on the device.
@@ -140,7 +143,15 @@ impl<'a> ResolvedResources<'a> {
                     format.map(|format| {
                         let view_format =
                             wants.views.iter().map(|(_, view)| *view).find(|view| *view != format);
-                        Descriptor::Texture(TextureProperties { format, size, volume, usages, view_format })
+                        let only_array = view_shape::is_only_array(pipeline, texture);
+                        Descriptor::Texture(TextureProperties {
+                            format,
+                            size,
+                            volume,
+                            usages,
+                            view_format,
+                            only_array,
+                        })
                     })
                 }
                 (ResourceKind::Buffer(_), Some(Size::Buffer(bytes))) => {
@@ -347,22 +358,6 @@ impl<'a> CompatibilityClasses<'a> {
     }
 }
 
-/// The bytes of a texture: all mips, layers and samples.
-fn texture_bytes(texture: &TextureProperties) -> u64 {
-    let TextureProperties { format, size, volume, .. } = *texture;
-    let (block_width, block_height) = format.block_dimensions();
-    let depth_only = || format.block_copy_size(Some(wgpu_types::TextureAspect::DepthOnly));
-    let block = u64::from(format.block_copy_size(None).or_else(depth_only).unwrap_or(4));
-    (0..size.mips)
-        .map(|mip| {
-            let side = |length: u32, block: u32| u64::from((length >> mip).max(1).div_ceil(block));
-            let layers = if volume { (size.layers >> mip).max(1) } else { size.layers };
-            side(size.width, block_width) * side(size.height, block_height) * u64::from(layers) * block
-        })
-        .sum::<u64>()
-        * u64::from(size.samples)
-}
-
 /// Whether a pass moves what it keeps in a texture, which takes a copy.
 fn scrolls(
     pipeline: &TypedPipeline,
@@ -376,24 +371,4 @@ fn scrolls(
         let scrolls = redraw.is_some_and(|redraw| redraw.scroll);
         scrolls && render.depth.as_ref().is_some_and(|depth| depth.to.resource == texture)
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_texture_has_the_bytes_of_all_its_mips_layers_and_samples() {
-        let bytes = |format, [width, height, layers, mips, samples]: [u32; 5], volume| {
-            let size = TextureSize { width, height, layers, mips, samples };
-            let usages = TextureUsages::empty();
-            texture_bytes(&TextureProperties { format, size, volume, usages, view_format: None })
-        };
-        let [layered, volume] =
-            [false, true].map(|volume| bytes(TextureFormat::Rgba8Unorm, [8, 6, 4, 3, 1], volume));
-        assert_eq!(layered, 4 * 4 * (8 * 6 + 4 * 3 + 2));
-        assert_eq!(volume, 4 * (8 * 6 * 4 + 4 * 3 * 2 + 2));
-        assert_eq!(bytes(TextureFormat::Bc1RgbaUnorm, [10, 4, 1, 2, 1], false), 8 * (3 + 2));
-        assert_eq!(bytes(TextureFormat::Depth32Float, [8, 8, 1, 1, 4], false), 4 * 64 * 4);
-    }
 }

@@ -143,7 +143,7 @@ fn create_texture(creation: &mut Creation<'_>, texture: &PhysicalTexture) -> wgp
         size: wgpu::Extent3d {
             width: texture.size.width,
             height: texture.size.height,
-            depth_or_array_layers: texture.size.layers,
+            depth_or_array_layers: texture.size.layers + u32::from(texture.spare_layer),
         },
         mip_level_count: texture.size.mips,
         sample_count: texture.size.samples,
@@ -159,7 +159,8 @@ fn texture_pieces(plan: &Plan) -> Vec<Piece<'_, TextureKey>> {
     let keepers = keepers(plan);
     let pieces = plan.textures.iter().enumerate().map(|(at, texture)| {
         let size = texture.size;
-        let size = [size.width, size.height, size.layers, size.mips, size.samples];
+        let layers = size.layers + u32::from(texture.spare_layer);
+        let size = [size.width, size.height, layers, size.mips, size.samples];
         let descriptor = (texture.format, texture.view_format, size, texture.volume, texture.usages);
         Piece { descriptor, keeps: keepers.get(&Physical::Texture(at)).copied(), label: &texture.label }
     });
