@@ -49,7 +49,8 @@ pub(crate) fn run(arguments: &AdaptersArguments) -> bool {
         }
     };
     let mut session = Session::new(&Default::default());
-    let described: Vec<Described> = adapters.iter().map(|adapter| describe(&mut session, adapter)).collect();
+    let described: Vec<Described> =
+        adapters.iter().map(|(name, adapter)| describe(&mut session, name, adapter)).collect();
     match arguments.format {
         AnswerFormat::Human => print(&described.iter().map(Described::text).collect::<String>()),
         AnswerFormat::Json => {
@@ -60,13 +61,13 @@ pub(crate) fn run(arguments: &AdaptersArguments) -> bool {
     true
 }
 
-fn describe(session: &mut Session, adapter: &wgpu::Adapter) -> Described {
+fn describe(session: &mut Session, name: &str, adapter: &wgpu::Adapter) -> Described {
     let info = adapter.get_info();
     let profile =
         TargetProfile::webgpu().on_device(&adapter.limits(), adapter.get_downlevel_capabilities().flags);
     let words = [info.driver, info.driver_info].into_iter().filter(|word| !word.is_empty());
     Described {
-        name: device::name(adapter),
+        name: name.to_owned(),
         kind: format!("{:?}", info.device_type),
         driver: words.collect::<Vec<_>>().join(" "),
         lacking: profile.lacking(),

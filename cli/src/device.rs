@@ -33,8 +33,9 @@ pub(crate) fn open(named: Option<&str>) -> Result<Graphics, Diagnostic> {
         adapters = found(Backends::all(), &wanted);
     }
     let adapters = named_as(adapters, &wanted)?;
-    let Some(adapter) = adapters.first() else { return Err(nothing(&wanted)) };
-    let name = name(adapter);
+    let Some((name, adapter)) = adapters.first() else { return Err(nothing(&wanted)) };
+    unambiguous(&adapters, &wanted)?;
+    let name = name.clone();
     let wanted = wgpu::Features::all_webgpu_mask() | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
     let descriptor = wgpu::DeviceDescriptor {
         label: Some("umbragraph"),
@@ -51,29 +52,53 @@ pub(crate) fn open(named: Option<&str>) -> Result<Graphics, Diagnostic> {
     }
 }
 
-/// The adapters that the environment variables allow: the best first, OpenGL last.
+/// The adapters that the environment variables allow, with their names: the best first, OpenGL last.
 ///
 /// # Errors
 /// None, or a variable that says nonsense.
-pub(crate) fn all() -> Result<Vec<Adapter>, Diagnostic> {
+pub(crate) fn all() -> Result<Vec<(String, Adapter)>, Diagnostic> {
     let wanted = Wanted::new(None)?;
     named_as(found(wanted.backends.unwrap_or(Backends::all()), &wanted), &wanted)
 }
 
-/// The adapters whose name or backend contains what is wanted.
-fn named_as(mut adapters: Vec<Adapter>, wanted: &Wanted) -> Result<Vec<Adapter>, Diagnostic> {
+/// The adapters whose name or backend contains what is wanted, with their names.
+fn named_as(adapters: Vec<Adapter>, wanted: &Wanted) -> Result<Vec<(String, Adapter)>, Diagnostic> {
     if adapters.is_empty() {
         return Err(nothing(wanted));
     }
+    let names = numbered(adapters.iter().map(name).collect());
+    let mut adapters: Vec<(String, Adapter)> = names.iter().cloned().zip(adapters).collect();
     let Some((part, by)) = &wanted.name else { return Ok(adapters) };
-    let names: Vec<String> = adapters.iter().map(name).collect();
-    adapters.retain(|adapter| name(adapter).to_lowercase().contains(&part.to_lowercase()));
+    adapters.retain(|(name, _)| name.to_lowercase().contains(&part.to_lowercase()));
     if adapters.is_empty() {
         let message = format!("no graphics adapter is called \"{part}\", as {by} asks for");
         return Err(Diagnostic::error(crate::codes::NO_ADAPTER, Place::Nowhere, message)
             .help(format!("there are {}", list_of(names))));
     }
     Ok(adapters)
+}
+
+/// Names of which each is another: equal ones have a number behind them.
+fn numbered(names: Vec<String>) -> Vec<String> {
+    let number = |at: usize, name: &String| {
+        let like = |names: &[String]| names.iter().filter(|other| *other == name).count();
+        if like(&names) > 1 { format!("{name} #{}", like(&names[..=at])) } else { name.clone() }
+    };
+    names.iter().enumerate().map(|(at, name)| number(at, name)).collect()
+}
+
+/// Rejects a wish that fits the best adapter and another one of the same name.
+fn unambiguous(adapters: &[(String, Adapter)], wanted: &Wanted) -> Result<(), Diagnostic> {
+    let (Some((part, by)), Some((_, best))) = (&wanted.name, adapters.first()) else { return Ok(()) };
+    let alike = adapters.iter().filter(|(_, adapter)| name(adapter) == name(best));
+    let names: Vec<&str> = alike.map(|(name, _)| name.as_str()).collect();
+    if names.len() < 2 {
+        return Ok(());
+    }
+    let count = names.len();
+    let message = format!("{count} graphics adapters are called \"{part}\", as {by} asks for");
+    Err(Diagnostic::error(crate::codes::NO_ADAPTER, Place::Nowhere, message)
+        .help(format!("name one with its number: {}", list_of(names))))
 }
 
 fn found(backends: Backends, wanted: &Wanted) -> Vec<Adapter> {
