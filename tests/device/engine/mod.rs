@@ -8,6 +8,7 @@ mod devices;
 mod exposed;
 mod kinds;
 mod meshes;
+mod misbehaving;
 mod parts;
 mod renderer;
 mod steps;

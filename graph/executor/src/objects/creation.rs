@@ -264,7 +264,8 @@ fn diagnostic(error: &wgpu::Error, Site(site): &Site) -> Diagnostic {
             format!("the device has not enough memory for \"{name}\"")
         }
         (wgpu::Error::OutOfMemory { .. }, None) => "the device has not enough memory".to_owned(),
-        _ => format!("the device rejected: {}", causes(error)),
+        (_, Some((.., name))) => format!("the device rejected what \"{name}\" needs: {}", causes(error)),
+        (_, None) => format!("the device rejected: {}", causes(error)),
     };
     let diagnostic = Diagnostic::error(codes::DEVICE, place, message);
     let diagnostic = match site {

@@ -55,9 +55,18 @@ impl Gpu {
     /// If the adapter has less.
     #[must_use]
     pub fn with_limits(&self, limits: wgpu::Limits) -> Self {
+        self.with(limits, self.device.features())
+    }
+
+    /// Another device of the same adapter, with other limits and features.
+    ///
+    /// # Panics
+    /// If the adapter has less.
+    #[must_use]
+    pub fn with(&self, limits: wgpu::Limits, features: wgpu::Features) -> Self {
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("umbragraph tests, other limits"),
-            required_features: self.device.features(),
+            required_features: features,
             required_limits: limits,
             ..Default::default()
         };
