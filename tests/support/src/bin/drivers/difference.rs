@@ -1,32 +1,32 @@
 //! The pixels in which two pictures differ, by cause.
 //!
-//! A pixel of a picture that differs by more than a level counts as one of:
+//! A pixel of a picture that differs by more than 8 levels counts as one of:
 //!
-//! * **edge**: within a pixel of a place where the reference's depth or shadow term jumps; which side of an edge the middle
-//!   of a pixel is on is the rounding of a driver;
-//! * **filtering**: the shadow terms of both agree there, so that only textures, which drivers filter with other
-//!   precision, or what else is shaded, differ; or the value lies between those of the reference's neighbours;
+//! * **edge**: within a pixel of a discontinuity of the reference: its depth or normal ([`creases`]), its shadow term, or,
+//!   in debug views and lessons, what they show themselves; which side of an edge the middle of a pixel is on is the
+//!   rounding of a driver;
+//! * **filtering**: the difference is gone where both draw the scene with textures that are sampled at the nearest texel;
 //! * **unexplained**: what is left.
 
 use umbragraph_test_support::image::Picture;
 
-/// A jump of the shadow term, in levels of 255.
+/// A jump of the shadow term, or of what a debug view shows, in levels of 255.
 const JUMP: i32 = 24;
-/// A jump of depth, as a part of the depth itself; pictures of depth are scaled to their own range.
-const DEPTH_JUMP: i32 = 3;
+/// A change of slope, as a share of the slope itself.
+const CREASE: f32 = 0.3;
+/// The rounding of depth, as a share of depth.
+const ROUNDING: f32 = 1e-6;
 
 /// A case as one driver and as the reference drew it.
 pub(crate) struct Pair<'a> {
-    /// The picture of the reference, and its shadow term and depth.
     pub(crate) reference: &'a Picture,
-    /// The shadow term of the reference.
-    pub(crate) shadow: &'a Picture,
-    /// The depth of the reference.
-    pub(crate) depth: Option<&'a Picture>,
-    /// The picture that is compared.
     pub(crate) picture: &'a Picture,
-    /// Its shadow term.
-    pub(crate) own_shadow: &'a Picture,
+    /// Pictures of the reference whose jumps are edges.
+    pub(crate) jumps: Vec<&'a Picture>,
+    /// The creases of the scene, if they are known: row by row.
+    pub(crate) creases: Option<&'a [bool]>,
+    /// Reference and picture with textures that are sampled at the nearest texel.
+    pub(crate) nearest: Option<[&'a Picture; 2]>,
 }
 
 /// Numbers of pixels.
@@ -47,17 +47,18 @@ pub(crate) struct Difference {
 impl Difference {
     /// The difference of a pair; pictures of other sizes differ everywhere.
     pub(crate) fn of(pair: &Pair<'_>) -> Self {
-        let (width, height) = (pair.reference.width() as usize, pair.reference.height() as usize);
         let size = |picture: &Picture| (picture.width() as usize, picture.height() as usize);
+        let (width, height) = size(pair.reference);
         let mut difference = Self { pixels: width * height, ..Self::default() };
-        if [pair.shadow, pair.picture, pair.own_shadow].iter().any(|one| size(one) != (width, height)) {
+        let is_whole = |picture: &&Picture| size(picture) == (width, height);
+        if !is_whole(&pair.picture) {
             (difference.beyond_2, difference.unexplained) = (width * height, width * height);
             return difference;
         }
-        let texels = |picture: &Picture| picture.rgba_pixels().collect::<Vec<_>>();
-        let [reference, shadow, picture, own] =
-            [pair.reference, pair.shadow, pair.picture, pair.own_shadow].map(texels);
-        let depth = pair.depth.filter(|depth| size(depth) == (width, height)).map(texels);
+        let [reference, picture] = [pair.reference, pair.picture].map(texels);
+        let shown: Vec<_> = pair.jumps.iter().copied().filter(is_whole).map(texels).collect();
+        let creases = pair.creases.filter(|creases| creases.len() == width * height);
+        let nearest = pair.nearest.filter(|both| both.iter().all(is_whole)).map(|both| both.map(texels));
         for at in 0..width * height {
             let by = apart(reference[at], picture[at]);
             difference.beyond_2 += usize::from(by > 2);
@@ -65,17 +66,11 @@ impl Difference {
                 continue;
             }
             let around = neighbours(at, width, height);
-            let jumps = |texels: &[[u8; 4]], by: i32| spread(around.iter().map(|at| texels[*at])) > by;
-            let is_edge =
-                jumps(&shadow, JUMP) || depth.as_ref().is_some_and(|depth| jumps(depth, DEPTH_JUMP));
-            let lies_between = (0..3).all(|channel| {
-                let values = around.iter().map(|at| i32::from(reference[*at][channel]));
-                let (min, max) = values.fold((255, 0), |(min, max), value| (min.min(value), max.max(value)));
-                (min - 2..=max + 2).contains(&i32::from(picture[at][channel]))
-            });
-            if is_edge {
+            let is_crease = creases.is_some_and(|creases| around.iter().any(|at| creases[*at]));
+            let jumps = |texels: &Vec<[u8; 4]>| spread(around.iter().map(|at| texels[*at])) > JUMP;
+            if is_crease || shown.iter().any(jumps) {
                 difference.edge += 1;
-            } else if lies_between || apart(shadow[at], own[at]) <= 8 {
+            } else if nearest.as_ref().is_some_and(|[one, other]| apart(one[at], other[at]) <= 8) {
                 difference.filtering += 1;
             } else {
                 difference.unexplained += 1;
@@ -100,6 +95,34 @@ impl Difference {
     pub(crate) fn percent(&self, count: usize) -> f64 {
         count as f64 * 100.0 / self.pixels.max(1) as f64
     }
+}
+
+/// The texels at which depth jumps or its slope changes: silhouettes and creases. Depth after projection is flat along a
+/// flat surface, so that its second difference is none there.
+pub(crate) fn creases(depth: &[f32], width: usize) -> Vec<bool> {
+    let height = depth.len() / width.max(1);
+    let mut creases = vec![false; depth.len()];
+    let mut mark = |[before, at, after]: [usize; 3]| {
+        let slopes = [depth[at] - depth[before], depth[after] - depth[at]];
+        let slope = slopes[0].abs().max(slopes[1].abs());
+        creases[at] |= (slopes[1] - slopes[0]).abs() > CREASE * slope + ROUNDING * depth[at].abs();
+    };
+    for y in 0..height {
+        for x in 0..width {
+            let at = y * width + x;
+            if x > 0 && x + 1 < width {
+                mark([at - 1, at, at + 1]);
+            }
+            if y > 0 && y + 1 < height {
+                mark([at - width, at, at + width]);
+            }
+        }
+    }
+    creases
+}
+
+fn texels(picture: &Picture) -> Vec<[u8; 4]> {
+    picture.rgba_pixels().collect()
 }
 
 /// The largest difference of a color channel.
@@ -144,34 +167,31 @@ mod tests {
         picture
     }
 
-    fn causes(shadow: &Picture, own_shadow: &Picture) -> [usize; 3] {
-        let (reference, other) = (picture(&[]), picture(&[(4, 4, 200)]));
-        let pair = Pair { reference: &reference, shadow, depth: None, picture: &other, own_shadow };
-        let found = Difference::of(&pair);
-        assert_eq!((found.pixels, found.beyond_2), (64, 1));
-        [found.edge, found.filtering, found.unexplained]
-    }
-
     #[test]
     fn a_pixel_has_one_cause() {
-        let (plain, edge) = (picture(&[]), picture(&[(5, 5, 0)]));
-        assert_eq!(causes(&edge, &edge), [1, 0, 0]);
-        assert_eq!(causes(&plain, &plain), [0, 1, 0]);
-        assert_eq!(causes(&plain, &picture(&[(4, 4, 0)])), [0, 0, 1]);
+        let (plain, other) = (picture(&[]), picture(&[(4, 4, 200)]));
+        let shadow = picture(&[(5, 5, 0)]);
+        let causes = |jumps: Vec<&Picture>, creases: Option<&[bool]>, nearest: Option<[&Picture; 2]>| {
+            let pair = Pair { reference: &plain, picture: &other, jumps, creases, nearest };
+            let found = Difference::of(&pair);
+            assert_eq!((found.pixels, found.beyond_2), (64, 1));
+            [found.edge, found.filtering, found.unexplained]
+        };
+        let mut crease = vec![false; 64];
+        crease[3 * 8 + 3] = true;
+        assert_eq!(causes(vec![&shadow], None, None), [1, 0, 0]);
+        assert_eq!(causes(vec![&plain], Some(&crease), None), [1, 0, 0]);
+        assert_eq!(causes(vec![&plain], None, Some([&plain, &plain])), [0, 1, 0]);
+        assert_eq!(causes(vec![&plain], None, Some([&plain, &other])), [0, 0, 1]);
+        assert_eq!(causes(Vec::new(), None, None), [0, 0, 1]);
     }
 
     #[test]
-    fn values_between_neighbours_are_filtering() {
-        let reference = picture(&[(3, 4, 250)]);
-        let other = picture(&[(3, 4, 250), (4, 4, 200)]);
-        let (shadow, own_shadow) = (picture(&[]), picture(&[(4, 4, 0)]));
-        let pair = Pair {
-            reference: &reference,
-            shadow: &shadow,
-            depth: None,
-            picture: &other,
-            own_shadow: &own_shadow,
-        };
-        assert_eq!(Difference::of(&pair).filtering, 1);
+    fn silhouettes_and_edges_are_creases_and_flat_surfaces_are_not() {
+        let row = |depth: &[f32]| depth.iter().copied().cycle().take(depth.len() * 3).collect::<Vec<_>>();
+        let found = |depth: &[f32]| creases(&row(depth), depth.len())[depth.len()..2 * depth.len()].to_vec();
+        assert_eq!(found(&[0.1, 0.11, 0.12, 0.13]), [false; 4]);
+        assert_eq!(found(&[0.1, 0.11, 0.12, 0.5]), [false, false, true, false]);
+        assert_eq!(found(&[0.12, 0.11, 0.12, 0.13]), [false, true, false, false]);
     }
 }

@@ -5,8 +5,8 @@ use std::process::Command;
 
 /// A driver, and the variables that choose it.
 pub(crate) struct Driver {
-    /// The name of its column.
-    pub(crate) name: &'static str,
+    /// The name of its section.
+    pub(crate) name: String,
     variables: Vec<(&'static str, String)>,
 }
 
@@ -29,7 +29,7 @@ const CHOOSING: [&str; 9] = [
 
 impl Driver {
     /// All drivers that are known, the reference first; without the ones whose files are not there.
-    pub(crate) fn all() -> Vec<Self> {
+    pub(crate) fn all(program: &Path) -> Vec<Self> {
         let vulkan = |manifest: PathBuf| {
             vec![("WGPU_BACKEND", "vulkan".to_owned()), ("VK_DRIVER_FILES", manifest.display().to_string())]
         };
@@ -38,17 +38,32 @@ impl Driver {
             let versions = versions.into_iter().filter_map(|(name, value)| Some((name, value?.to_owned())));
             std::iter::once(("WGPU_BACKEND", "gl".to_owned())).chain(versions).collect()
         };
+        let new = |name: &str, variables| Self { name: name.to_owned(), variables };
         let mut all = Vec::new();
         let lavapipe = manifest(Path::new("/usr/share/vulkan/icd.d"), "lvp_icd");
-        all.extend(lavapipe.map(|file| Self { name: "lavapipe", variables: vulkan(file) }));
+        all.extend(lavapipe.map(|file| new("lavapipe", vulkan(file))));
         let mut swiftshader =
             SWIFTSHADER.iter().filter_map(|folder| manifest(Path::new(folder), "vk_swiftshader_icd"));
-        all.extend(swiftshader.next().map(|file| Self { name: "SwiftShader", variables: vulkan(file) }));
-        all.push(Self { name: "OpenGL", variables: opengl(None, None) });
+        all.extend(swiftshader.next().map(|file| new("SwiftShader", vulkan(file))));
+        all.push(new("OpenGL", opengl(None, None)));
         // Mesa gives an older version where it is told to.
-        all.push(Self { name: "OpenGL ES 3.1", variables: opengl(Some("3.1"), Some("3.1")) });
-        all.push(Self { name: "OpenGL ES 3.0", variables: opengl(Some("2.1"), Some("3.0")) });
+        all.push(new("OpenGL ES 3.1", opengl(Some("3.1"), Some("3.1"))));
+        all.push(new("OpenGL ES 3.0", opengl(Some("2.1"), Some("3.0"))));
+        all.extend(Self::gpus(program));
         all
+    }
+
+    /// The adapters that are no software, by their names.
+    fn gpus(program: &Path) -> Vec<Self> {
+        let usual = Self { name: String::new(), variables: Vec::new() };
+        let gpus = usual.adapters(program).into_iter().filter(|adapter| adapter.kind.ends_with("Gpu"));
+        gpus.filter_map(|Adapter { name, .. }| {
+            let (adapter, backend) = name.strip_suffix(')')?.rsplit_once(" (")?;
+            let variables =
+                vec![("WGPU_ADAPTER_NAME", adapter.to_owned()), ("WGPU_BACKEND", backend.to_owned())];
+            Some(Self { variables, name })
+        })
+        .collect()
     }
 
     /// The command, told to draw with this driver.
@@ -61,14 +76,35 @@ impl Driver {
         command
     }
 
-    /// The name of its adapter, and the driver's own words; `None` where it gives no adapter.
-    pub(crate) fn adapter(&self, program: &Path) -> Option<(String, String)> {
-        let output = self.command(program).args(["adapters", "--format", "json"]).output().ok()?;
-        let list: serde_json::Value = serde_json::from_slice(&output.stdout).ok()?;
-        let first = list.get("adapters")?.get(0)?;
-        let text = |key: &str| first.get(key).and_then(|value| value.as_str()).map(str::to_owned);
-        Some((text("name")?, text("driver").unwrap_or_default()))
+    /// The adapter that it gives.
+    pub(crate) fn adapter(&self, program: &Path) -> Option<Adapter> {
+        self.adapters(program).into_iter().next()
     }
+
+    fn adapters(&self, program: &Path) -> Vec<Adapter> {
+        let output = self.command(program).args(["adapters", "--format", "json"]).output();
+        let list: Option<serde_json::Value> =
+            output.ok().and_then(|output| serde_json::from_slice(&output.stdout).ok());
+        let adapters = list.as_ref().and_then(|list| list.get("adapters")?.as_array());
+        let described = |one: &serde_json::Value| {
+            let text =
+                |key: &str| one.get(key).and_then(|value| value.as_str()).unwrap_or_default().to_owned();
+            let lacking = one.get("lacking").and_then(|list| list.as_array()).into_iter().flatten();
+            let lacking = lacking.filter_map(|part| part.as_str().map(str::to_owned)).collect();
+            Adapter { name: text("name"), kind: text("kind"), driver: text("driver"), lacking }
+        };
+        adapters.into_iter().flatten().map(described).collect()
+    }
+}
+
+/// An adapter in the words of `umbragraph adapters`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Adapter {
+    pub(crate) name: String,
+    kind: String,
+    pub(crate) driver: String,
+    /// The parts of WebGPU's core mode that it lacks.
+    pub(crate) lacking: Vec<String>,
 }
 
 /// The first manifest of a folder whose name begins so.

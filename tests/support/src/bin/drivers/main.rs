@@ -1,77 +1,120 @@
 //! A table of all that each driver of the machine draws: `cargo xtask drivers`.
 //!
-//! Every pipeline is rendered on scenes of the project with each driver, as the picture and as its shadow term; what
-//! differs from lavapipe is counted by cause ([`difference`]), and the shadows of the sun are scored against rays. The
-//! table is written to a file. The status is 1 if a driver draws something else, has shadows of another score, or more
-//! than a share of pixels that nothing explains.
+//! Every pipeline is rendered with each preset, debug view and scene of the project ([`case`]), and so is every lesson, with
+//! each driver ([`driver`]). A picture that differs from lavapipe's is taken apart by cause ([`difference`]); shadows are
+//! scored against rays. The table is written to a file, from the pictures that there are: they are kept, and a run goes on
+//! where the one before ended. The status is 1 if a driver fails, has shadows of another score, or pictures that differ in
+//! more than a share of pixels that nothing explains.
 //!
-//! usage: drivers COMMAND FOLDER TABLE [--quick]
+//! usage: drivers COMMAND FOLDER TABLE [--quick] [--only PIPELINE] [--minutes N]
 
+mod case;
 mod difference;
+mod drawing;
 mod driver;
+mod nearest;
 mod table;
 
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::path::Path;
 use std::process::ExitCode;
+use std::time::{Duration, Instant};
 
+use case::{Case, LESSONS, PIPELINES, SCENES};
 use difference::{Difference, Pair};
-use driver::Driver;
-use umbragraph_test_support::image::Picture;
-
-/// The pipelines, and the scenes that they are drawn on.
-pub(crate) const PIPELINES: [&str; 6] = ["mantis", "nebula", "caracal", "lore", "awsm", "umbra"];
-const SCENES: [&str; 4] = ["courtyard", "figure", "foliage", "interior"];
-const SIZE: &str = "320x180";
+use drawing::{Drawings, Drawn, Job};
+use driver::{Adapter, Driver};
 
 /// The most percent of pixels that nothing explains.
 pub(crate) const MAX_UNEXPLAINED: f64 = 0.05;
 /// The most by which a score of shadows changes.
 pub(crate) const MAX_SCORE_CHANGE: f64 = 0.001;
 
-/// A pipeline on one driver.
+/// Diagnostics about what a driver lacks: of plans, limits, sizes and required features.
+const LACKING: [&str; 4] = ["error[UG0219]", "error[UG0321]", "error[UG0406]", "error[UG0409]"];
+/// Features without which the picture is the same.
+const WITHOUT_TRACE: [&str; 1] = ["storage_descriptors"];
+
+/// A row of the table: a pipeline on one driver, or all lessons.
 #[derive(Default)]
-pub(crate) struct Drawn {
-    /// The difference over all scenes.
+pub(crate) struct Row {
+    pub(crate) name: &'static str,
+    /// The number of pictures, and of those that are drawn.
+    pub(crate) pictures: usize,
+    pub(crate) drawn: usize,
+    /// The difference over all pictures that are whole.
     pub(crate) difference: Difference,
-    /// The intersection over union of the sun's shadows, between 2 and 128 m and all in all.
+    /// The picture with the most unexplained pixels, and their percentage.
+    pub(crate) worst: Option<(String, f64)>,
+    /// The score of the sun's shadows on the courtyard.
     pub(crate) score: Option<f64>,
-    /// Failures, in words.
+    /// The largest change of a score from the reference, over all lights and scenes, and where.
+    pub(crate) change: Option<(String, f64)>,
+    /// Pictures that a diagnostic keeps from being drawn, since the driver lacks what they need.
+    pub(crate) rejected: Vec<String>,
+    /// Other failures, in words.
     pub(crate) failures: Vec<String>,
-    /// Features that the command said are off.
-    pub(crate) off: Vec<String>,
+    /// Features that the command said are off, with the number of pictures.
+    pub(crate) off: BTreeMap<String, usize>,
 }
 
-/// A driver with all pipelines.
-pub(crate) struct Column {
-    pub(crate) name: &'static str,
-    pub(crate) adapter: String,
-    pub(crate) driver: String,
-    /// In the order of [`PIPELINES`].
-    pub(crate) drawn: Vec<Drawn>,
+/// A driver with all rows.
+pub(crate) struct Section {
+    pub(crate) name: String,
+    pub(crate) adapter: Adapter,
+    pub(crate) rows: Vec<Row>,
+}
+
+/// Whether nothing is off but what changes no picture.
+fn is_whole<'a>(off: impl IntoIterator<Item = &'a String>) -> bool {
+    off.into_iter().all(|feature| WITHOUT_TRACE.contains(&feature.as_str()))
+}
+
+struct Arguments {
+    is_quick: bool,
+    only: Option<String>,
+    minutes: Option<u64>,
+}
+
+impl Arguments {
+    fn parse(options: &[String]) -> Option<Self> {
+        let mut arguments = Self { is_quick: false, only: None, minutes: None };
+        let mut options = options.iter();
+        while let Some(option) = options.next() {
+            match option.as_str() {
+                "--quick" => arguments.is_quick = true,
+                "--only" => arguments.only = Some(options.next()?.clone()),
+                "--minutes" => arguments.minutes = Some(options.next()?.parse().ok()?),
+                _ => return None,
+            }
+        }
+        Some(arguments)
+    }
 }
 
 struct Run {
-    program: PathBuf,
-    folder: PathBuf,
-    scenes: Vec<&'static str>,
-}
-
-/// The pictures of a pipeline on a scene.
-struct Pictures {
-    picture: Picture,
-    shadow: Picture,
+    drawings: Drawings,
+    drivers: Vec<(Driver, Adapter)>,
+    /// The cases that are drawn now, and all of the table.
+    drawn: Vec<Case>,
+    all: Vec<Case>,
+    scenes: &'static [&'static str],
+    creases: BTreeMap<&'static str, Vec<bool>>,
 }
 
 fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [program, folder, file, options @ ..] = arguments.as_slice() else {
-        eprintln!("usage: drivers COMMAND FOLDER TABLE [--quick]");
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let parsed = match words.as_slice() {
+        [program, folder, file, options @ ..] => {
+            Arguments::parse(options).map(|arguments| (program, folder, file, arguments))
+        }
+        _ => None,
+    };
+    let Some((program, folder, file, arguments)) = parsed else {
+        eprintln!("usage: drivers COMMAND FOLDER TABLE [--quick] [--only PIPELINE] [--minutes N]");
         return ExitCode::from(2);
     };
-    let is_quick = options.iter().any(|option| option == "--quick");
-    let scenes = if is_quick { SCENES[..1].to_vec() } else { SCENES.to_vec() };
-    let run = Run { program: program.into(), folder: folder.into(), scenes };
-    match run.all().and_then(|columns| finish(&columns, Path::new(file), is_quick)) {
+    match run(Path::new(program), Path::new(folder), Path::new(file), &arguments) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(reason) => {
@@ -81,12 +124,21 @@ fn main() -> ExitCode {
     }
 }
 
-/// Writes the table; whether all is as it should be.
-fn finish(columns: &[Column], file: &Path, is_quick: bool) -> Result<bool, String> {
-    let text = table::markdown(columns, is_quick);
+/// Draws, and writes the table; whether all is as it should be.
+fn run(program: &Path, folder: &Path, file: &Path, arguments: &Arguments) -> Result<bool, String> {
+    let mut run = Run::new(program, folder, arguments)?;
+    let until = || arguments.minutes.map(|minutes| Instant::now() + Duration::from_secs(60 * minutes));
+    run.drawings.draw(run.jobs(), until());
+    for scene in run.scenes {
+        let depth = run.drawings.depth(&run.drivers[0].0, scene);
+        run.creases.extend(depth.map(|depth| (*scene, difference::creases(&depth, 320))));
+    }
+    run.drawings.draw(run.nearest_jobs(), until());
+    let sections = run.sections();
+    let text = table::markdown(&sections, arguments.is_quick);
     print!("{text}");
     std::fs::write(file, &text).map_err(|error| format!("{}: {error}", file.display()))?;
-    let complaints = table::complaints(columns);
+    let complaints = table::complaints(&sections);
     for complaint in &complaints {
         eprintln!("{complaint}");
     }
@@ -94,109 +146,151 @@ fn finish(columns: &[Column], file: &Path, is_quick: bool) -> Result<bool, Strin
 }
 
 impl Run {
-    fn all(&self) -> Result<Vec<Column>, String> {
-        std::fs::create_dir_all(&self.folder)
-            .map_err(|error| format!("{}: {error}", self.folder.display()))?;
-        let mut columns: Vec<Column> = Vec::new();
-        for driver in Driver::all() {
-            let Some((adapter, words)) = driver.adapter(&self.program) else {
-                eprintln!("{}: no adapter", driver.name);
-                continue;
-            };
-            eprintln!("{}: {adapter}", driver.name);
-            let drawn = PIPELINES.iter().map(|pipeline| self.pipeline(&driver, pipeline));
-            columns.push(Column { name: driver.name, adapter, driver: words, drawn: drawn.collect() });
-        }
-        match columns.first() {
-            Some(first) if first.name == "lavapipe" => Ok(columns),
-            _ => Err("lavapipe, which all others are compared with, gives no adapter: install \
-                      mesa-vulkan-drivers"
-                .to_owned()),
-        }
-    }
-
-    fn pipeline(&self, driver: &Driver, pipeline: &str) -> Drawn {
-        let mut drawn = Drawn::default();
-        for scene in &self.scenes {
-            let own = self.pictures(driver, pipeline, scene, &mut drawn);
-            let reference = self.reference(pipeline, scene);
-            match (own, reference) {
-                (Ok(own), Ok((reference, depth))) => {
-                    drawn.difference = drawn.difference.and(Difference::of(&Pair {
-                        reference: &reference.picture,
-                        shadow: &reference.shadow,
-                        depth: depth.as_ref(),
-                        picture: &own.picture,
-                        own_shadow: &own.shadow,
-                    }));
-                }
-                (Err(reason), _) | (_, Err(reason)) => drawn.failures.push(format!("{scene}: {reason}")),
+    fn new(program: &Path, folder: &Path, arguments: &Arguments) -> Result<Self, String> {
+        let drawings = Drawings::open(program, folder)?;
+        let mut drivers = Vec::new();
+        for driver in Driver::all(program) {
+            match driver.adapter(program) {
+                Some(adapter) => drivers.push((driver, adapter)),
+                None => eprintln!("{}: no adapter", driver.name),
             }
         }
-        match self.score(driver, pipeline) {
-            Ok(score) => drawn.score = Some(score),
-            Err(reason) => drawn.failures.push(format!("score: {reason}")),
+        if drivers.first().is_none_or(|(first, _)| first.name != "lavapipe") {
+            let help = "install mesa-vulkan-drivers";
+            return Err(format!("lavapipe, which all others are compared with, gives no adapter: {help}"));
         }
-        drawn
+        let quick = arguments.is_quick;
+        let drawn = case::all(program, arguments.only.as_deref(), quick);
+        if drawn.is_empty() {
+            let names = PIPELINES.join(", ");
+            return Err(format!("there is nothing of that name to draw: {names}, {LESSONS}"));
+        }
+        let all = case::all(program, None, quick);
+        let scenes = if quick { &SCENES[..1] } else { &SCENES[..] };
+        Ok(Self { drawings, drivers, drawn, all, scenes, creases: BTreeMap::new() })
     }
 
-    fn file(&self, driver: &str, pipeline: &str, scene: &str, what: &str) -> PathBuf {
-        self.folder.join(format!("{}_{pipeline}_{scene}_{what}.png", driver.replace(' ', "_")))
-    }
-
-    /// Draws the picture and the shadow term.
-    fn pictures(
-        &self,
-        driver: &Driver,
-        pipeline: &str,
-        scene: &str,
-        drawn: &mut Drawn,
-    ) -> Result<Pictures, String> {
-        let mut draw = |what: &str, more: &[String]| {
-            let out = self.file(driver.name, pipeline, scene, what);
-            let mut command = driver.command(&self.program);
-            command.args(["render", &format!("pipelines/{pipeline}.json"), "--size", SIZE, "--scene"]);
-            command.arg(format!("examples/scenes/{scene}.glb")).arg("--out").arg(&out).args(more);
-            let said = output(command)?;
-            let off = said.lines().filter_map(|line| line.split_once(" is off: ")?.0.split('"').nth(1));
-            let off: Vec<String> = off.map(str::to_owned).collect();
-            drawn.off.extend(off.into_iter().filter(|name| !drawn.off.contains(name)).collect::<Vec<_>>());
-            Picture::load(&out).map_err(|error| error.to_string())
+    /// The pictures with the defaults, the scores on the first scene, all other pictures, and the other scores.
+    fn jobs(&self) -> Vec<Job<'_>> {
+        let drivers = || self.drivers.iter().map(|(driver, _)| driver);
+        let pictures = |case: &Case| {
+            let case = case.clone();
+            drivers().map(move |driver| Job::Picture { driver, case: case.clone(), nearest: false })
         };
-        let depth = self.file(driver.name, pipeline, scene, "depth");
-        let depth = ["--capture".to_owned(), format!("depth={}", depth.display())];
-        let with_depth = if driver.name == "lavapipe" { &depth[..] } else { &[] };
-        let shadow = ["--set".to_owned(), "debug_view=shadow_term".to_owned()];
-        Ok(Pictures { picture: draw("picture", with_depth)?, shadow: draw("shadow", &shadow)? })
+        let drawn: Vec<&'static str> =
+            PIPELINES.into_iter().filter(|name| self.drawn.iter().any(|case| case.row == *name)).collect();
+        let scores = |scene: &'static str| {
+            drawn
+                .iter()
+                .flat_map(move |pipeline| drivers().map(move |driver| Job::Score { driver, pipeline, scene }))
+        };
+        let (first, others) = self.scenes.split_at(1);
+        let defaults = self.drawn.iter().take_while(|case| case.is_default()).count();
+        let (defaults, rest) = self.drawn.split_at(defaults);
+        let mut jobs: Vec<Job<'_>> = defaults.iter().flat_map(pictures).collect();
+        jobs.extend(first.iter().flat_map(|scene| scores(scene)));
+        jobs.extend(rest.iter().flat_map(pictures));
+        jobs.extend(others.iter().flat_map(|scene| scores(scene)));
+        jobs
     }
 
-    /// The pictures of lavapipe, and the depth.
-    fn reference(&self, pipeline: &str, scene: &str) -> Result<(Pictures, Option<Picture>), String> {
-        let load = |what| Picture::load(&self.file("lavapipe", pipeline, scene, what));
-        let whole = |what| load(what).map_err(|error| error.to_string());
-        Ok((Pictures { picture: whole("picture")?, shadow: whole("shadow")? }, load("depth").ok()))
+    /// The pictures with textures at the nearest texel that explain differences.
+    fn nearest_jobs(&self) -> Vec<Job<'_>> {
+        let (lavapipe, _) = &self.drivers[0];
+        let mut jobs = Vec::new();
+        for case in &self.drawn {
+            let others = self.drivers[1..].iter().map(|(driver, _)| driver);
+            let unexplained = |driver: &&Driver| {
+                self.difference(driver, case).is_some_and(|difference| difference.unexplained > 0)
+            };
+            let others: Vec<&Driver> = others.filter(unexplained).collect();
+            let first = (!others.is_empty()).then_some(lavapipe);
+            let job = |driver| Job::Picture { driver, case: case.clone(), nearest: true };
+            jobs.extend(first.into_iter().chain(others).map(job));
+        }
+        jobs
     }
 
-    /// The score of the sun's shadows on the courtyard, between 2 and 128 m.
-    fn score(&self, driver: &Driver, pipeline: &str) -> Result<f64, String> {
-        let mut command = driver.command(&self.program);
-        command.args(["score", &format!("pipelines/{pipeline}.json"), "--size", SIZE, "--format", "json"]);
-        command.args(["--scene", "examples/scenes/courtyard.glb"]);
-        let said = output(command)?;
-        let scores: serde_json::Value = serde_json::from_str(&said).map_err(|error| error.to_string())?;
-        let iou = scores.pointer("/lights/0/scores/bands/2/iou").and_then(serde_json::Value::as_f64);
-        iou.ok_or_else(|| "there is no score".to_owned())
+    /// The difference of a picture from the reference's, if both are there.
+    fn difference(&self, driver: &Driver, case: &Case) -> Option<Difference> {
+        let (lavapipe, _) = &self.drivers[0];
+        let load = |driver, case: &Case, nearest| self.drawings.picture(driver, case, nearest);
+        let [reference, picture] = [load(lavapipe, case, false)?, load(driver, case, false)?];
+        let shadow = case.shadow_term().and_then(|case| load(lavapipe, &case, false));
+        let nearest = [load(lavapipe, case, true), load(driver, case, true)];
+        let nearest = match &nearest {
+            [Some(one), Some(other)] => Some([one, other]),
+            _ => None,
+        };
+        let shows_itself = case.view.is_some() || case.row == LESSONS;
+        let jumps = shadow.iter().chain(shows_itself.then_some(&reference)).collect();
+        let creases = self.creases.get(case.scene).map(Vec::as_slice);
+        Some(Difference::of(&Pair { reference: &reference, picture: &picture, jumps, creases, nearest }))
     }
-}
 
-/// The output of a command, or why it fails.
-fn output(mut command: std::process::Command) -> Result<String, String> {
-    let output = command.output().map_err(|error| format!("{command:?}: {error}"))?;
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let (said, printed) = (text(&output.stderr), text(&output.stdout));
-    if !output.status.success() {
-        let first = said.lines().find(|line| line.starts_with("error") || line.contains("panicked"));
-        return Err(first.unwrap_or("it fails without a word").to_owned());
+    fn sections(&self) -> Vec<Section> {
+        let rows: Vec<&'static str> = PIPELINES
+            .into_iter()
+            .chain([LESSONS])
+            .filter(|row| self.all.iter().any(|case| case.row == *row))
+            .collect();
+        let section = |(driver, adapter): &(Driver, Adapter)| Section {
+            name: driver.name.clone(),
+            adapter: adapter.clone(),
+            rows: rows.iter().map(|row| self.row(driver, row)).collect(),
+        };
+        self.drivers.iter().map(section).collect()
     }
-    Ok(if printed.starts_with('{') { printed } else { said + &printed })
+
+    fn row(&self, driver: &Driver, name: &'static str) -> Row {
+        let mut row = Row { name, ..Row::default() };
+        for case in self.all.iter().filter(|case| case.row == name) {
+            row.pictures += 1;
+            let off = match self.drawings.drawn(driver, case, false) {
+                Drawn::Not => continue,
+                Drawn::Failed(reason) => {
+                    let is_said = LACKING.iter().any(|code| reason.starts_with(code));
+                    let list = if is_said { &mut row.rejected } else { &mut row.failures };
+                    list.push(format!("{}: {reason}", case.name()));
+                    continue;
+                }
+                Drawn::Picture(_, off) => off,
+            };
+            row.drawn += 1;
+            for feature in &off {
+                *row.off.entry(feature.clone()).or_default() += 1;
+            }
+            // A picture without a feature is another one.
+            if !is_whole(&off) {
+                continue;
+            }
+            let Some(found) = self.difference(driver, case) else { continue };
+            row.difference = row.difference.and(found);
+            let percent = found.percent(found.unexplained);
+            if row.worst.as_ref().map_or(percent > 0.0, |(_, most)| percent > *most) {
+                row.worst = Some((case.name(), percent));
+            }
+        }
+        if name != LESSONS {
+            self.scores(driver, &mut row);
+        }
+        row
+    }
+
+    fn scores(&self, driver: &Driver, row: &mut Row) {
+        let (lavapipe, _) = &self.drivers[0];
+        for scene in self.scenes {
+            let of = |driver| self.drawings.scores(driver, row.name, scene);
+            let (Some(own), Some(reference)) = (of(driver), of(lavapipe)) else { continue };
+            if *scene == SCENES[0] {
+                row.score = own.first().map(|(_, score)| *score);
+            }
+            for ((light, own), (_, reference)) in own.iter().zip(&reference) {
+                let change = own - reference;
+                if row.change.as_ref().is_none_or(|(_, most)| change.abs() > most.abs()) {
+                    row.change = Some((format!("{light} of the {scene}"), change));
+                }
+            }
+        }
+    }
 }

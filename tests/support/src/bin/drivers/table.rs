@@ -2,73 +2,108 @@
 
 use std::fmt::Write as _;
 
-use crate::{Column, Drawn, MAX_SCORE_CHANGE, MAX_UNEXPLAINED, PIPELINES};
+use crate::case::LESSONS;
+use crate::{MAX_SCORE_CHANGE, MAX_UNEXPLAINED, Row, Section, is_whole};
+
+const HEAD: &str = "| | drawn | >2 | >8 | edge | filtering | rest | worst | IoU | change |\n|---|---|---|---|---|---|---|---|---|---|\n";
 
 /// The page.
-pub(crate) fn markdown(columns: &[Column], is_quick: bool) -> String {
+pub(crate) fn markdown(sections: &[Section], is_quick: bool) -> String {
     let mut text = String::from("# Drivers\n\n");
-    let command = if is_quick { "cargo xtask drivers --quick" } else { "cargo xtask drivers" };
-    let scenes = if is_quick { "the courtyard" } else { "the four scenes of `examples/scenes`" };
+    let (command, what) = match is_quick {
+        true => ("cargo xtask drivers --quick", "the six systems with their defaults on the courtyard"),
+        false => (
+            "cargo xtask drivers",
+            "the six systems with every preset and debug view on the four scenes of `examples/scenes`, and the lessons of \
+             `pipelines/learn`",
+        ),
+    };
     let _ = write!(
         text,
-        "Written by `{command}`: the six systems with their defaults on {scenes}, 320 × 180, on every driver of the \
-         machine.\n\n\
-         Pixels are compared with those of lavapipe. Lower is better. **>2**, **>8**: percent of pixels that differ by more \
-         than 2 or 8 levels of 255. Those beyond 8 by cause: **edge**, within a pixel of a jump of depth or shadow term; \
-         **filtering**, the shadow terms agree, or the value lies between those of neighbouring pixels; **rest**, neither, at \
-         most {MAX_UNEXPLAINED} %. **IoU**: shadows of the sun on the courtyard against rays (`umbragraph score`, texels \
-         beyond two pixels from an edge; higher is better), within {MAX_SCORE_CHANGE} of lavapipe's.\n\n"
+        "`{command}` writes this page. It draws {what}, 320 × 180, on every driver of the machine.\n\n\
+         Pixels are compared with those of lavapipe. Lower is better; all are percentages of the pixels of all pictures of a \
+         row.\n\n\
+         * **drawn**: pictures that are drawn, of those that there are. A run that was ended early has fewer; the next one goes \
+         on.\n\
+         * **>2**, **>8**: pixels that differ by more than 2 or 8 levels of 255. Those beyond 8 have a cause:\n\
+         \x20 * **edge**: within a pixel of a discontinuity of lavapipe's depth, normal or shadow term, or of what a debug view or \
+         lesson shows;\n\
+         \x20 * **filtering**: equal within 8 levels once textures are sampled at the nearest texel of the largest level;\n\
+         \x20 * **rest**: neither, at most {MAX_UNEXPLAINED} %. **worst**: the largest rest of one picture.\n\
+         * **IoU**: shadows of the sun on the courtyard against rays (`umbragraph score`, texels beyond two pixels from an edge; \
+         higher is better). **change**: the largest difference of such a score from lavapipe's, over all lights and scenes; at \
+         most {MAX_SCORE_CHANGE}.\n\n\
+         A picture that lacks a feature is drawn, and not compared unless the feature (`storage_descriptors`) leaves no trace in it. \
+         One that needs what a driver lacks is not drawn, for which there is a diagnostic.\n\n"
     );
-    text.push_str("| driver | adapter | version |\n|---|---|---|\n");
-    for Column { name, adapter, driver, .. } in columns {
-        let _ = writeln!(text, "| {name} | {adapter} | {driver} |");
+    text.push_str("| driver | adapter | version | lacks of WebGPU's core mode |\n|---|---|---|---|\n");
+    for Section { name, adapter, .. } in sections {
+        let lacking =
+            if adapter.lacking.is_empty() { "nothing".to_owned() } else { adapter.lacking.join(", ") };
+        let _ = writeln!(text, "| {name} | {} | {} | {lacking} |", adapter.name, adapter.driver);
     }
-    for column in columns {
-        let _ = write!(
-            text,
-            "\n## {}\n\n| system | drawn | >2 | >8 | edge | filtering | rest | IoU |\n|---|---|---|---|---|---|---|---|\n",
-            column.name
-        );
-        for (pipeline, drawn) in PIPELINES.iter().zip(&column.drawn) {
-            let _ = writeln!(text, "| {pipeline} | {} |", cells(drawn).join(" | "));
+    for section in sections {
+        let _ = write!(text, "\n## {}\n\n{HEAD}", section.name);
+        for row in &section.rows {
+            let _ = writeln!(text, "| {} | {} |", row.name, cells(row).join(" | "));
+        }
+        let notes: Vec<String> = section.rows.iter().flat_map(notes).collect();
+        if !notes.is_empty() {
+            let _ = writeln!(text, "\n{}", notes.join("\n"));
         }
     }
     text
 }
 
-fn cells(drawn: &Drawn) -> Vec<String> {
-    let state = match (drawn.failures.first(), drawn.off.is_empty()) {
-        (Some(reason), _) => format!("no: {reason}"),
-        (None, true) => "whole".to_owned(),
-        (None, false) => format!("without {}", drawn.off.join(", ")),
-    };
-    let found = &drawn.difference;
-    let beyond_8 = found.edge + found.filtering + found.unexplained;
-    let counts = [found.beyond_2, beyond_8, found.edge, found.filtering, found.unexplained];
-    let percent = counts.into_iter().map(|count| format!("{:.2}", found.percent(count)));
-    let score = drawn.score.map_or_else(|| "–".to_owned(), |score| format!("{score:.4}"));
-    std::iter::once(state).chain(percent).chain([score]).collect()
+/// What is off, and what is not drawn.
+fn notes(row: &Row) -> impl Iterator<Item = String> {
+    let off = row.off.iter().map(|(feature, count)| {
+        let pictures = if *count == 1 { "picture" } else { "pictures" };
+        format!("* {}: `{feature}` is off in {count} {pictures}.", row.name)
+    });
+    let not_drawn = row.rejected.iter().chain(&row.failures).map(|reason| format!("* not drawn: {reason}"));
+    let change = row.change.iter().filter(|(_, change)| change.abs() > MAX_SCORE_CHANGE);
+    let change = change
+        .map(|(of, change)| format!("* {}: shadows of {of} score {change:+.4} beside lavapipe's.", row.name));
+    off.chain(not_drawn).chain(change)
 }
 
-/// Complaints about a table. A pipeline without one of its features may differ, and its shadows too.
-pub(crate) fn complaints(columns: &[Column]) -> Vec<String> {
+fn cells(row: &Row) -> Vec<String> {
+    let found = &row.difference;
+    let beyond_8 = found.edge + found.filtering + found.unexplained;
+    let counts = [found.beyond_2, beyond_8, found.edge, found.filtering, found.unexplained];
+    let percent = counts.into_iter().map(|count| format!("{:.3}", found.percent(count)));
+    let none = || "–".to_owned();
+    let worst = row.worst.as_ref().map_or_else(none, |(name, percent)| format!("{percent:.3} ({name})"));
+    let score = row.score.map_or_else(none, |score| format!("{score:.4}"));
+    let change = row.change.as_ref().map_or_else(none, |(_, change)| format!("{change:+.4}"));
+    let drawn = format!("{} of {}", row.drawn, row.pictures);
+    std::iter::once(drawn).chain(percent).chain([worst, score, change]).collect()
+}
+
+/// Complaints about a table.
+pub(crate) fn complaints(sections: &[Section]) -> Vec<String> {
     let mut complaints = Vec::new();
-    let Some(first) = columns.first() else { return complaints };
-    for column in columns {
-        for ((pipeline, drawn), reference) in PIPELINES.iter().zip(&column.drawn).zip(&first.drawn) {
-            let what = format!("{pipeline} on {}", column.name);
-            complaints.extend(drawn.failures.iter().map(|reason| format!("{what}: {reason}")));
-            if !drawn.off.is_empty() {
-                continue;
-            }
-            let unexplained = drawn.difference.percent(drawn.difference.unexplained);
+    for section in sections {
+        for row in &section.rows {
+            let what = format!("{} on {}", row.name, section.name);
+            complaints.extend(row.failures.iter().map(|reason| format!("{what}: {reason}")));
+            let unexplained = row.difference.percent(row.difference.unexplained);
             if unexplained > MAX_UNEXPLAINED {
-                complaints.push(format!("{what}: {unexplained:.3} % of the pixels are unexplained"));
+                let worst = row.worst.as_ref().map(|(name, _)| name.as_str()).unwrap_or_default();
+                complaints.push(format!(
+                    "{what}: {unexplained:.3} % of the pixels are unexplained, most in {worst}"
+                ));
             }
-            if let (Some(own), Some(reference)) = (drawn.score, reference.score)
-                && (own - reference).abs() > MAX_SCORE_CHANGE
+            // A system without a feature has other shadows.
+            if let Some((of, change)) = &row.change
+                && change.abs() > MAX_SCORE_CHANGE
+                && is_whole(row.off.keys())
             {
-                complaints.push(format!("{what}: shadows score {own:.4}, those of lavapipe {reference:.4}"));
+                complaints.push(format!("{what}: shadows of {of} score {change:+.4} beside lavapipe's"));
+            }
+            if row.name != LESSONS && row.drawn > 0 && row.score.is_none() {
+                complaints.push(format!("{what}: there is no score"));
             }
         }
     }

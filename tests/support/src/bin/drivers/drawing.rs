@@ -1,0 +1,227 @@
+//! Pictures and scores of the command, kept in files so that a run goes on where an earlier one ended.
+//!
+//! A picture is drawn by a process of its own. Beside it lies a text with what the command said: its first line is `drawn`
+//! or a failure, the others are features that were off. All of it belongs to one state of the command, of the pipelines
+//! and of the scenes: their hash is in a file, and where it is another one, everything is drawn again.
+
+use std::collections::VecDeque;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use umbragraph_test_support::image::Picture;
+
+use crate::case::Case;
+use crate::driver::Driver;
+
+/// The size of all pictures.
+pub(crate) const SIZE: &str = "320x180";
+
+/// Something to be drawn.
+pub(crate) enum Job<'a> {
+    /// A picture, of the scene itself or of the one whose textures are sampled at the nearest texel.
+    Picture { driver: &'a Driver, case: Case, nearest: bool },
+    /// The scores of a pipeline on a scene.
+    Score { driver: &'a Driver, pipeline: &'static str, scene: &'static str },
+}
+
+/// What is known of a picture.
+pub(crate) enum Drawn {
+    Not,
+    Failed(String),
+    /// The file, and the features that were off.
+    Picture(PathBuf, Vec<String>),
+}
+
+/// The files of a run.
+pub(crate) struct Drawings {
+    pub(crate) program: PathBuf,
+    folder: PathBuf,
+}
+
+impl Drawings {
+    /// The files below a folder, which is emptied if they are of another state.
+    ///
+    /// # Errors
+    /// A folder that cannot be written.
+    pub(crate) fn open(program: &Path, folder: &Path) -> Result<Self, String> {
+        let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+        let folder_of_pictures = folder.join("pictures");
+        let state = state(program).to_string();
+        let key = folder_of_pictures.join("state");
+        if std::fs::read_to_string(&key).ok().as_ref() != Some(&state) {
+            if folder_of_pictures.exists() {
+                std::fs::remove_dir_all(&folder_of_pictures).map_err(failed)?;
+            }
+            std::fs::create_dir_all(&folder_of_pictures).map_err(failed)?;
+            std::fs::write(&key, state).map_err(failed)?;
+        }
+        Ok(Self { program: program.to_owned(), folder: folder_of_pictures })
+    }
+
+    fn file(&self, driver: &Driver, name: &str, ending: &str) -> PathBuf {
+        let name = format!("{} {name}", driver.name).replace([' ', '/', '(', ')', ','], "_");
+        self.folder.join(format!("{name}.{ending}"))
+    }
+
+    fn picture_file(&self, driver: &Driver, case: &Case, nearest: bool, ending: &str) -> PathBuf {
+        let nearest = if nearest { " nearest" } else { "" };
+        self.file(driver, &format!("{}{nearest}", case.name()), ending)
+    }
+
+    /// What is known of a picture.
+    pub(crate) fn drawn(&self, driver: &Driver, case: &Case, nearest: bool) -> Drawn {
+        let Ok(said) = std::fs::read_to_string(self.picture_file(driver, case, nearest, "txt")) else {
+            return Drawn::Not;
+        };
+        let mut lines = said.lines();
+        match lines.next() {
+            Some("drawn") => {
+                let off = lines.map(str::to_owned).collect();
+                Drawn::Picture(self.picture_file(driver, case, nearest, "png"), off)
+            }
+            reason => Drawn::Failed(reason.unwrap_or("it fails without a word").to_owned()),
+        }
+    }
+
+    /// A picture that is there.
+    pub(crate) fn picture(&self, driver: &Driver, case: &Case, nearest: bool) -> Option<Picture> {
+        match self.drawn(driver, case, nearest) {
+            Drawn::Picture(file, _) => Picture::load(&file).ok(),
+            _ => None,
+        }
+    }
+
+    /// The shares of shadow that agree with rays, for each light, in texels beyond two pixels from an edge.
+    pub(crate) fn scores(&self, driver: &Driver, pipeline: &str, scene: &str) -> Option<Vec<(String, f64)>> {
+        let file = self.file(driver, &format!("{pipeline} {scene} score"), "json");
+        let scores: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(file).ok()?).ok()?;
+        let lights = scores.get("lights")?.as_array()?.iter();
+        let score = |light: &serde_json::Value| {
+            let name = light.get("light")?.as_str()?.to_owned();
+            Some((name, light.pointer("/scores/bands/2/iou")?.as_f64()?))
+        };
+        Some(lights.filter_map(score).collect())
+    }
+
+    /// The depth of a scene as lavapipe draws it with `umbra`: row by row, near 1 and far 0.
+    pub(crate) fn depth(&self, lavapipe: &Driver, scene: &'static str) -> Option<Vec<f32>> {
+        let file = self.file(lavapipe, &format!("{scene} depth"), "exr");
+        if !file.exists() {
+            let mut command = lavapipe.command(&self.program);
+            command.args(["render", "pipelines/umbra.json", "--size", SIZE, "--scene"]).arg(path_of(scene));
+            command.arg("--out").arg(self.file(lavapipe, &format!("{scene} depth"), "png"));
+            output(command.arg("--capture").arg(format!("depth={}", file.display()))).ok()?;
+        }
+        let read = exr::prelude::read_first_flat_layer_from_file(&file).ok()?;
+        let channel = read.layer_data.channel_data.list.first()?;
+        Some(channel.sample_data.values_as_f32().collect())
+    }
+
+    /// Does all jobs that are not done, two at a time, until an instant; how many are left.
+    pub(crate) fn draw(&self, jobs: Vec<Job<'_>>, until: Option<Instant>) -> usize {
+        let todo: VecDeque<Job<'_>> = jobs.into_iter().filter(|job| !self.is_done(job)).collect();
+        let (count, todo) = (todo.len(), Mutex::new(todo));
+        std::thread::scope(|scope| {
+            for _ in 0..2 {
+                scope.spawn(|| {
+                    while until.is_none_or(|until| Instant::now() < until) {
+                        let (job, left) = {
+                            let mut todo = todo.lock().unwrap_or_else(PoisonError::into_inner);
+                            (todo.pop_front(), todo.len())
+                        };
+                        let Some(job) = job else { break };
+                        self.run(&job);
+                        if left % 50 == 0 {
+                            eprintln!("{left} of {count} are left");
+                        }
+                    }
+                });
+            }
+        });
+        todo.into_inner().unwrap_or_else(PoisonError::into_inner).len()
+    }
+
+    fn is_done(&self, job: &Job<'_>) -> bool {
+        match job {
+            Job::Picture { driver, case, nearest } => {
+                !matches!(self.drawn(driver, case, *nearest), Drawn::Not)
+            }
+            Job::Score { driver, pipeline, scene } => {
+                self.file(driver, &format!("{pipeline} {scene} score"), "json").exists()
+            }
+        }
+    }
+
+    fn run(&self, job: &Job<'_>) {
+        match job {
+            Job::Picture { driver, case, nearest } => {
+                let scene = match nearest {
+                    true => crate::nearest::scene(&path_of(case.scene), &self.folder),
+                    false => Ok(path_of(case.scene)),
+                };
+                let picture = self.picture_file(driver, case, *nearest, "png");
+                let drawn = scene.and_then(|scene| {
+                    let mut command = driver.command(&self.program);
+                    command.arg("render").args(case.arguments()).args(["--size", SIZE, "--fast"]);
+                    output(command.arg("--scene").arg(scene).arg("--out").arg(picture))
+                });
+                let said = match drawn {
+                    Ok(said) => {
+                        std::iter::once("drawn".to_owned()).chain(off(&said)).collect::<Vec<_>>().join("\n")
+                    }
+                    Err(reason) => reason,
+                };
+                let _ = std::fs::write(self.picture_file(driver, case, *nearest, "txt"), said);
+            }
+            Job::Score { driver, pipeline, scene } => {
+                let mut command = driver.command(&self.program);
+                command.args(["score", &format!("pipelines/{pipeline}.json"), "--size", SIZE]);
+                let scores = output(command.args(["--format", "json", "--scene"]).arg(path_of(scene)));
+                let file = self.file(driver, &format!("{pipeline} {scene} score"), "json");
+                let _ = std::fs::write(file, scores.unwrap_or_else(|reason| reason));
+            }
+        }
+    }
+}
+
+fn path_of(scene: &str) -> PathBuf {
+    Path::new("examples/scenes").join(format!("{scene}.glb"))
+}
+
+/// The features that the command says are off for want of something.
+fn off(said: &str) -> Vec<String> {
+    let off = said.lines().filter_map(|line| line.split_once(" is off: ")?.0.split('"').nth(1));
+    off.map(str::to_owned).collect()
+}
+
+/// The output of a command, or the first line that says why it fails.
+fn output(command: &mut Command) -> Result<String, String> {
+    let output = command.output().map_err(|error| format!("{command:?}: {error}"))?;
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let (said, printed) = (text(&output.stderr), text(&output.stdout));
+    if !output.status.success() {
+        let first = said.lines().find(|line| line.starts_with("error") || line.contains("panicked"));
+        return Err(first.unwrap_or("it fails without a word").to_owned());
+    }
+    Ok(if printed.starts_with('{') { printed } else { said + &printed })
+}
+
+/// A number that is another one where the command, a pipeline or a scene is.
+fn state(program: &Path) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    let mut folders = vec![PathBuf::from("pipelines"), PathBuf::from("examples/scenes")];
+    let mut files = vec![program.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for path in std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+            if path.is_dir() { folders.push(path) } else { files.push(path) }
+        }
+    }
+    files.sort();
+    for file in files {
+        std::fs::read(&file).unwrap_or_default().hash(&mut hasher);
+    }
+    hasher.finish()
+}
