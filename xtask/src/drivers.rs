@@ -9,20 +9,20 @@ use std::path::PathBuf;
 
 use crate::{adapter, process};
 
+/// The manifests of SwiftShader, which comes with Chromium and Chrome.
+const SWIFTSHADER: [&str; 3] = [
+    "/usr/lib/chromium/vk_swiftshader_icd.json",
+    "/usr/lib/chromium-browser/vk_swiftshader_icd.json",
+    "/opt/google/chrome/vk_swiftshader_icd.json",
+];
+
 /// Packages with a library or manifest that tells whether they are there: OpenGL without a display, SwiftShader.
 const PACKAGES: [(&[&str], &[&str]); 2] = [
     (
         &["libegl1", "libgl1-mesa-dri"],
         &["/usr/lib/x86_64-linux-gnu/libEGL.so.1", "/usr/lib/aarch64-linux-gnu/libEGL.so.1"],
     ),
-    (
-        &["chromium"],
-        &[
-            "/usr/lib/chromium/vk_swiftshader_icd.json",
-            "/usr/lib/chromium-browser/vk_swiftshader_icd.json",
-            "/opt/google/chrome/vk_swiftshader_icd.json",
-        ],
-    ),
+    (&["chromium"], &SWIFTSHADER),
 ];
 
 /// The table.
@@ -31,8 +31,22 @@ const TABLE: &str = "docs/drivers.md";
 /// The pipelines that are drawn under validation: one with CPU fitted cascades alone, one with everything.
 const VALIDATED: [&str; 2] = ["nebula", "umbra"];
 
+/// The scenes of the project.
+const SCENES: [&str; 4] = ["courtyard", "figure", "foliage", "interior"];
+
+/// The part of the table that is drawn.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Options {
+    /// One scene, without presets and debug views.
+    pub(crate) quick: bool,
+    /// One pipeline, or the lessons.
+    pub(crate) only: Option<String>,
+    /// Draws no longer than this.
+    pub(crate) minutes: Option<u64>,
+}
+
 /// Runs the command: writes the table; whether drivers agree.
-pub(crate) fn run(quick: bool) -> Result<bool, String> {
+pub(crate) fn run(options: &Options) -> Result<bool, String> {
     adapter::ensure_if_possible();
     for (packages, files) in PACKAGES {
         if !files.iter().any(|file| std::path::Path::new(file).exists())
@@ -43,26 +57,32 @@ pub(crate) fn run(quick: bool) -> Result<bool, String> {
     }
     let program = build()?;
     let folder = process::target_folder().join("drivers");
-    // The page in the tree is of a whole run.
-    let table = if quick { folder.join("drivers.md") } else { process::workspace_root().join(TABLE) };
+    // The page in the tree is of whole runs.
+    let table = if options.quick { folder.join("drivers.md") } else { process::workspace_root().join(TABLE) };
     let mut command = process::program("cargo");
-    command.args("run --quiet --package umbragraph-test-support --bin drivers --".split_whitespace());
-    command.arg(program).arg(&folder).arg(&table).args(quick.then_some("--quick"));
+    let program_of_table =
+        "run --quiet --package umbragraph-test-support --no-default-features --bin drivers --";
+    command.args(program_of_table.split_whitespace());
+    command.arg(program).arg(&folder).arg(&table).args(options.quick.then_some("--quick"));
+    command.args(options.only.iter().flat_map(|only| ["--only", only]));
+    command.args(options.minutes.iter().flat_map(|minutes| ["--minutes".to_owned(), minutes.to_string()]));
     let fine = process::cargo(&mut command)?;
     println!("the table is {}", table.display());
     Ok(fine)
 }
 
-/// Draws under the validation layers; whether they said nothing.
-pub(crate) fn validate() -> Result<bool, String> {
+/// Draws under the validation layers, two pipelines or `all`; whether the layers said nothing.
+pub(crate) fn validate(all: bool) -> Result<bool, String> {
     adapter::ensure_if_possible();
     let program = build()?;
     let out = process::target_folder().join("drivers-validated.png");
     let mut fine = true;
-    for pipeline in VALIDATED {
+    for (pipeline, scene) in
+        if all { everything() } else { VALIDATED.map(|name| (name.to_owned(), SCENES[0])).to_vec() }
+    {
         let mut command = process::program(&program.display().to_string());
         command.args(["render", &format!("pipelines/{pipeline}.json"), "--size", "320x180", "--frames", "1"]);
-        command.args(["--scene", "examples/scenes/courtyard.glb", "--out"]).arg(&out);
+        command.args(["--scene", &format!("examples/scenes/{scene}.glb"), "--out"]).arg(&out);
         // With debug information naga names WGSL as the language of a shader, which layers of before 2023 do not know.
         command.env("WGPU_BACKEND", "vulkan").env("WGPU_VALIDATION", "1").env("WGPU_DEBUG", "0");
         let output = command.output().map_err(|error| format!("{}: {error}", program.display()))?;
@@ -74,7 +94,7 @@ pub(crate) fn validate() -> Result<bool, String> {
         for message in &messages {
             println!("{message}");
         }
-        println!("{pipeline}: {} messages of the validation layer", messages.len());
+        println!("{pipeline} on {scene}: {} messages of the validation layer", messages.len());
         if !output.status.success() {
             println!("{said}");
         }
@@ -83,9 +103,30 @@ pub(crate) fn validate() -> Result<bool, String> {
     Ok(fine)
 }
 
+/// Every pipeline and every lesson: the systems on each scene, the others on the first.
+fn everything() -> Vec<(String, &'static str)> {
+    let names = |folder: &str| {
+        let path = process::workspace_root().join("pipelines").join(folder);
+        let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
+        let name =
+            |entry: std::fs::DirEntry| Some(entry.file_name().to_str()?.strip_suffix(".json")?.to_owned());
+        let mut names: Vec<String> = entries.filter_map(name).collect();
+        names.sort();
+        names.into_iter().map(|name| format!("{folder}{name}")).collect::<Vec<_>>()
+    };
+    let systems = names("").into_iter().flat_map(|name| SCENES.map(|scene| (name.clone(), scene)));
+    let others = ["learn/", "extended/"].into_iter().flat_map(names).map(|name| (name, SCENES[0]));
+    systems.chain(others).collect()
+}
+
 /// Whether a line is a message of the layer: of validation, or of synchronisation.
 fn is_of_layer(line: &str) -> bool {
     ["VUID-", "SYNC-HAZARD", "UNASSIGNED-"].iter().any(|mark| line.contains(mark))
+}
+
+/// The manifest of SwiftShader, where it is installed.
+pub(crate) fn swiftshader() -> Option<&'static str> {
+    SWIFTSHADER.into_iter().find(|file| std::path::Path::new(file).exists())
 }
 
 /// Builds the command.

@@ -40,11 +40,14 @@ usage: cargo xtask COMMAND
          render examples/gallery/ again: what each pipeline makes of each scene that suits it, in labelled sheets
   cameras [--seed N]
          print the worst errors and scores of each system and the flagship over 20 random cameras, scene by scene
-  drivers [--quick]
-         render the six systems on every driver of the machine (lavapipe, SwiftShader, OpenGL), installing those that are
-         missing, and write docs/drivers.md: what each draws, and how its pixels and shadows differ; --quick takes one scene
-  validate
-         draw two pipelines under Vulkan's validation layer, synchronisation included, and count its messages
+  drivers [--quick] [--only PIPELINE] [--minutes N]
+         render the six systems with every preset, debug view and scene, and the lessons, on every driver of the machine
+         (lavapipe, SwiftShader, OpenGL, GPUs), installing those that are missing, and write docs/drivers.md: what each draws,
+         and how its pixels and shadows differ. Pictures are kept in target/drivers: a run goes on where the last one ended.
+         --only takes one pipeline or `lessons`, --minutes ends early, --quick takes the defaults on one scene
+  validate [--all]
+         draw two pipelines, or all on all scenes, under Vulkan's validation layer, synchronisation included, and count its
+         messages
   integrations [NAME]
          build and test the packages of examples/ that adopt the module in an engine (bevy) or a window (egui), all or
          one; an engine takes half an hour to build on two cores, and wants a newer Rust, which rustup installs
@@ -83,8 +86,8 @@ enum Command {
     Scenes { check: bool },
     Gallery,
     Cameras { seed: u64 },
-    Drivers { quick: bool },
-    Validate,
+    Drivers(drivers::Options),
+    Validate { all: bool },
     Integrations { only: Option<String> },
     Soak(soak::Options),
     Mutants(mutants::Options),
@@ -119,8 +122,8 @@ fn run(command: Command) -> Result<bool, String> {
         Command::Scenes { check } => scenes::run(check),
         Command::Gallery => gallery::run(),
         Command::Cameras { seed } => cameras::run(seed),
-        Command::Drivers { quick } => drivers::run(quick),
-        Command::Validate => drivers::validate(),
+        Command::Drivers(options) => drivers::run(&options),
+        Command::Validate { all } => drivers::validate(all),
         Command::Integrations { only } => integrations::run(only.as_deref()),
         Command::Soak(options) => soak::run(&options),
         Command::Mutants(options) => mutants::run(&options),
@@ -140,8 +143,8 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
         "scenes" => Command::Scenes { check: false },
         "gallery" => Command::Gallery,
         "cameras" => Command::Cameras { seed: 1 },
-        "drivers" => Command::Drivers { quick: false },
-        "validate" => Command::Validate,
+        "drivers" => return drivers_options(rest),
+        "validate" => Command::Validate { all: false },
         "integrations" => Command::Integrations { only: None },
         "soak" => return soak_options(rest),
         "mutants" => return mutants_options(rest),
@@ -151,17 +154,32 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
     };
     match rest {
         [] => Ok(command),
+        [all] if name == "validate" && all == "--all" => Ok(Command::Validate { all: true }),
         [check] if name == "scenes" && check == "--check" => Ok(Command::Scenes { check: true }),
         [seed, value] if name == "cameras" && seed == "--seed" => {
             Ok(Command::Cameras { seed: number(seed, Some(value))? })
         }
-        [quick] if name == "drivers" && quick == "--quick" => Ok(Command::Drivers { quick: true }),
         [only] if name == "integrations" && integrations::names().any(|known| known == only) => {
             Ok(Command::Integrations { only: Some(only.clone()) })
         }
         [help] if help == "--help" || help == "-h" => Ok(Command::Help),
         [extra, ..] => Err(format!("`{name}` takes no argument `{extra}`")),
     }
+}
+
+fn drivers_options(rest: &[String]) -> Result<Command, String> {
+    let mut options = drivers::Options::default();
+    let mut rest = rest.iter();
+    while let Some(name) = rest.next() {
+        match name.as_str() {
+            "--quick" => options.quick = true,
+            "--only" => options.only = Some(rest.next().ok_or("`--only` needs a pipeline")?.clone()),
+            "--minutes" => options.minutes = Some(number(name, rest.next())?),
+            "--help" | "-h" => return Ok(Command::Help),
+            extra => return Err(format!("`drivers` takes no argument `{extra}`")),
+        }
+    }
+    Ok(Command::Drivers(options))
 }
 
 fn soak_options(rest: &[String]) -> Result<Command, String> {
@@ -228,9 +246,13 @@ mod tests {
         assert_eq!(parsed("test"), Ok(Command::Test));
         assert_eq!(parsed("scenes"), Ok(Command::Scenes { check: false }));
         assert_eq!(parsed("scenes --check"), Ok(Command::Scenes { check: true }));
+        assert_eq!(parsed("validate --all"), Ok(Command::Validate { all: true }));
         assert_eq!(parsed("gallery"), Ok(Command::Gallery));
         assert_eq!(parsed("cameras --seed 7"), Ok(Command::Cameras { seed: 7 }));
         assert_eq!(parsed("integrations"), Ok(Command::Integrations { only: None }));
+        let only = Some("umbra".to_owned());
+        let drivers = drivers::Options { only, minutes: Some(20), ..drivers::Options::default() };
+        assert_eq!(parsed("drivers --only umbra --minutes 20"), Ok(Command::Drivers(drivers)));
         let only = Some("bevy".to_owned());
         assert_eq!(parsed("integrations bevy"), Ok(Command::Integrations { only }));
         assert!(parsed("integrations bvey").is_err());
@@ -250,6 +272,7 @@ mod tests {
         assert!(parsed("tset").unwrap_err().contains("`tset`"));
         assert!(parsed("test --fast").unwrap_err().contains("`--fast`"));
         assert!(parsed("test --check").unwrap_err().contains("`--check`"));
+        assert!(parsed("drivers --only").unwrap_err().contains("`--only`"));
         assert!(parsed("soak --cases many").unwrap_err().contains("`many`"));
         assert!(parsed("web --tset").unwrap_err().contains("`--tset`"));
         assert!(parsed("mutants --sample").unwrap_err().contains("`--sample`"));

@@ -33,8 +33,11 @@ impl Step {
     }
 }
 
-/// All steps, the quickest verdicts first.
-pub(crate) fn steps(nextest: bool, wasm: bool) -> Vec<Step> {
+/// Tests that a second driver of Vulkan runs: a driver that misbehaves, narrowed devices, and reference pictures of one system.
+const ON_SECOND_DRIVER: &str = "misbehaving narrowed golden::nebula::courtyard golden::umbra::figure";
+
+/// All steps, the quickest verdicts first; `second` is the manifest of a second driver of Vulkan.
+pub(crate) fn steps(nextest: bool, wasm: bool, second: Option<&'static str>) -> Vec<Step> {
     use Component::{Clippy, Rustdoc, Rustfmt};
     let tests = if nextest {
         "nextest run --workspace --features umbragraph/watch --no-fail-fast"
@@ -46,6 +49,14 @@ pub(crate) fn steps(nextest: bool, wasm: bool) -> Vec<Step> {
         "clippy --target wasm32-unknown-unknown --package umbragraph-web --keep-going -- -D warnings",
     )
     .needs(Clippy);
+    let second = second.map(|manifest| {
+        let run = if nextest { "nextest run" } else { "test" };
+        let mut step = Step::cargo("second driver", run).with("VK_DRIVER_FILES", manifest);
+        step.arguments
+            .extend("--package umbragraph --test device --test pictures --no-fail-fast --".split(' '));
+        step.arguments.extend(ON_SECOND_DRIVER.split(' '));
+        step
+    });
     let steps = vec![
         Step::cargo("formatting", "fmt --all --check").needs(Rustfmt),
         // The packages of their own build with `--locked` only where their lock file knows the crates of this workspace.
@@ -66,7 +77,7 @@ pub(crate) fn steps(nextest: bool, wasm: bool) -> Vec<Step> {
             .with("RUSTDOCFLAGS", "-D warnings")
             .needs(Rustdoc),
     ];
-    steps.into_iter().chain(wasm.then_some(browser)).collect()
+    steps.into_iter().chain(second).chain(wasm.then_some(browser)).collect()
 }
 
 #[cfg(test)]
@@ -79,7 +90,7 @@ mod tests {
 
     #[test]
     fn every_step_fails_on_a_warning_or_a_difference() {
-        let steps = steps(true, true);
+        let steps = steps(true, true, None);
         assert!(line(&steps, "formatting").contains("--check"));
         assert!(line(&steps, "lints").ends_with("-- -D warnings"));
         assert!(line(&steps, "lints without a GPU").ends_with("-- -D warnings"));
@@ -89,13 +100,13 @@ mod tests {
     #[test]
     fn lock_files_of_packages_apart_are_checked_and_not_written() {
         for name in ["lock of egui", "lock of bevy", "lock of peers"] {
-            assert!(line(&steps(true, true), name).contains("--locked"), "{name}");
+            assert!(line(&steps(true, true, None), name).contains("--locked"), "{name}");
         }
     }
 
     #[test]
     fn facade_and_command_are_linted_without_default_features() {
-        let line = line(&steps(true, true), "lints without a GPU");
+        let line = line(&steps(true, true, None), "lints without a GPU");
         for part in ["--package umbragraph ", "--package umbragraph-cli ", "--no-default-features"] {
             assert!(line.contains(part), "{part}");
         }
@@ -103,25 +114,39 @@ mod tests {
 
     #[test]
     fn without_nextest_the_same_tests_run_with_cargo() {
-        assert!(line(&steps(true, true), "tests").starts_with("cargo nextest run --workspace"));
-        assert!(line(&steps(false, true), "tests").starts_with("cargo test --workspace"));
+        assert!(line(&steps(true, true, None), "tests").starts_with("cargo nextest run --workspace"));
+        assert!(line(&steps(false, true, None), "tests").starts_with("cargo test --workspace"));
         for nextest in [true, false] {
-            assert!(line(&steps(nextest, true), "tests").contains("--no-fail-fast"));
-            assert!(line(&steps(nextest, true), "doc tests").contains("--doc"));
+            assert!(line(&steps(nextest, true, None), "tests").contains("--no-fail-fast"));
+            assert!(line(&steps(nextest, true, None), "doc tests").contains("--doc"));
         }
     }
 
     #[test]
     fn what_browsers_run_is_checked_where_their_target_is_installed() {
-        assert!(line(&steps(true, true), "browser").contains("--target wasm32-unknown-unknown"));
-        assert!(steps(true, false).iter().all(|step| step.name != "browser"));
+        assert!(line(&steps(true, true, None), "browser").contains("--target wasm32-unknown-unknown"));
+        assert!(steps(true, false, None).iter().all(|step| step.name != "browser"));
+    }
+
+    #[test]
+    fn a_second_driver_draws_where_it_is_installed() {
+        let steps = steps(true, true, Some("/driver.json"));
+        let line = line(&steps, "second driver");
+        assert!(
+            line.starts_with("VK_DRIVER_FILES=\"/driver.json\" cargo nextest run --package umbragraph "),
+            "{line}"
+        );
+        assert!(
+            line.ends_with("-- misbehaving narrowed golden::nebula::courtyard golden::umbra::figure"),
+            "{line}"
+        );
     }
 
     #[test]
     fn step_names_are_unique() {
-        let mut names: Vec<_> = steps(true, true).iter().map(|step| step.name).collect();
+        let mut names: Vec<_> = steps(true, true, None).iter().map(|step| step.name).collect();
         names.sort_unstable();
         names.dedup();
-        assert_eq!(names.len(), steps(true, true).len());
+        assert_eq!(names.len(), steps(true, true, None).len());
     }
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use crate::steps::{Step, steps};
 use crate::summary::{Outcome, all_passed, summary};
-use crate::{adapter, process, skips, toolchain};
+use crate::{adapter, drivers, process, skips, toolchain};
 
 /// Runs the command.
 pub(crate) fn run() -> Result<bool, String> {
@@ -22,8 +22,13 @@ pub(crate) fn run() -> Result<bool, String> {
     if !wasm {
         println!("what browsers run is not checked: rustup target add wasm32-unknown-unknown");
     }
+    let second = drivers::swiftshader();
+    if second.is_none() {
+        println!("nothing is drawn on a second driver of Vulkan: install chromium, which brings SwiftShader");
+    }
     let log = skips::new_log(&process::target_folder());
-    let outcomes: Vec<Outcome> = steps(nextest, wasm).iter().map(|step| run_step(step, &log)).collect();
+    let outcomes: Vec<Outcome> =
+        steps(nextest, wasm, second).iter().map(|step| run_step(step, &log)).collect();
     println!("\n{}", summary(&outcomes, &skips::report(&log)).trim_end());
     Ok(all_passed(&outcomes))
 }
