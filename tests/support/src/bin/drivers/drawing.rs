@@ -38,7 +38,7 @@ pub(crate) enum Drawn {
 /// The files of a run.
 pub(crate) struct Drawings {
     pub(crate) program: PathBuf,
-    folder: PathBuf,
+    pub(crate) folder: PathBuf,
 }
 
 impl Drawings {

@@ -29,7 +29,7 @@ const CHOOSING: [&str; 9] = [
 
 impl Driver {
     /// All drivers that are known, the reference first; without the ones whose files are not there.
-    pub(crate) fn all(program: &Path) -> Vec<Self> {
+    pub(crate) fn all(program: &Path, folder: &Path) -> Vec<Self> {
         let vulkan = |manifest: PathBuf| {
             vec![("WGPU_BACKEND", "vulkan".to_owned()), ("VK_DRIVER_FILES", manifest.display().to_string())]
         };
@@ -49,14 +49,15 @@ impl Driver {
         // Mesa gives an older version where it is told to.
         all.push(new("OpenGL ES 3.1", opengl(Some("3.1"), Some("3.1"))));
         all.push(new("OpenGL ES 3.0", opengl(Some("2.1"), Some("3.0"))));
-        all.extend(Self::gpus(program));
+        all.extend(Self::gpus(program, folder));
         all
     }
 
     /// The adapters that are no software, by their names.
-    fn gpus(program: &Path) -> Vec<Self> {
-        let usual = Self { name: String::new(), variables: Vec::new() };
-        let gpus = usual.adapters(program).into_iter().filter(|adapter| adapter.kind.ends_with("Gpu"));
+    fn gpus(program: &Path, folder: &Path) -> Vec<Self> {
+        let usual = Self { name: "all".to_owned(), variables: Vec::new() };
+        let gpus =
+            usual.adapters(program, folder).into_iter().filter(|adapter| adapter.kind.ends_with("Gpu"));
         gpus.filter_map(|Adapter { name, .. }| {
             let (adapter, backend) = name.strip_suffix(')')?.rsplit_once(" (")?;
             let variables =
@@ -77,14 +78,19 @@ impl Driver {
     }
 
     /// The adapter that it gives.
-    pub(crate) fn adapter(&self, program: &Path) -> Option<Adapter> {
-        self.adapters(program).into_iter().next()
+    pub(crate) fn adapter(&self, program: &Path, folder: &Path) -> Option<Adapter> {
+        self.adapters(program, folder).into_iter().next()
     }
 
-    fn adapters(&self, program: &Path) -> Vec<Adapter> {
-        let output = self.command(program).args(["adapters", "--format", "json"]).output();
-        let list: Option<serde_json::Value> =
-            output.ok().and_then(|output| serde_json::from_slice(&output.stdout).ok());
+    /// The adapters, which are kept in a folder: to list them takes seconds.
+    fn adapters(&self, program: &Path, folder: &Path) -> Vec<Adapter> {
+        let file = folder.join(format!("{}_adapters.json", self.name.replace(' ', "_")));
+        let bytes = std::fs::read(&file).ok().or_else(|| {
+            let output = self.command(program).args(["adapters", "--format", "json"]).output().ok()?;
+            let _ = std::fs::write(&file, &output.stdout);
+            Some(output.stdout)
+        });
+        let list: Option<serde_json::Value> = bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok());
         let adapters = list.as_ref().and_then(|list| list.get("adapters")?.as_array());
         let described = |one: &serde_json::Value| {
             let text =

@@ -149,8 +149,8 @@ impl Run {
     fn new(program: &Path, folder: &Path, arguments: &Arguments) -> Result<Self, String> {
         let drawings = Drawings::open(program, folder)?;
         let mut drivers = Vec::new();
-        for driver in Driver::all(program) {
-            match driver.adapter(program) {
+        for driver in Driver::all(program, &drawings.folder) {
+            match driver.adapter(program, &drawings.folder) {
                 Some(adapter) => drivers.push((driver, adapter)),
                 None => eprintln!("{}: no adapter", driver.name),
             }
