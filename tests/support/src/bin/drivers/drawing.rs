@@ -57,8 +57,16 @@ impl Drawings {
             }
             std::fs::create_dir_all(&folder_of_pictures).map_err(failed)?;
             std::fs::write(&key, state).map_err(failed)?;
+            let commit =
+                output(Command::new("git").args(["rev-parse", "--short", "HEAD"])).unwrap_or_default();
+            std::fs::write(folder_of_pictures.join("commit"), commit.trim()).map_err(failed)?;
         }
         Ok(Self { program: program.to_owned(), folder: folder_of_pictures })
+    }
+
+    /// The commit that was checked out when the first picture was drawn.
+    pub(crate) fn commit(&self) -> String {
+        std::fs::read_to_string(self.folder.join("commit")).unwrap_or_default()
     }
 
     fn file(&self, driver: &Driver, name: &str, ending: &str) -> PathBuf {

@@ -135,7 +135,7 @@ fn run(program: &Path, folder: &Path, file: &Path, arguments: &Arguments) -> Res
     }
     run.drawings.draw(run.nearest_jobs(), until());
     let sections = run.sections();
-    let text = table::markdown(&sections, arguments.is_quick);
+    let text = table::markdown(&sections, arguments.is_quick, &run.drawings.commit());
     print!("{text}");
     std::fs::write(file, &text).map_err(|error| format!("{}: {error}", file.display()))?;
     let complaints = table::complaints(&sections);

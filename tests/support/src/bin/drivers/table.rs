@@ -8,7 +8,7 @@ use crate::{MAX_SCORE_CHANGE, MAX_UNEXPLAINED, Row, Section, is_whole};
 const HEAD: &str = "| | drawn | >2 | >8 | edge | filtering | rest | worst | IoU | change |\n|---|---|---|---|---|---|---|---|---|---|\n";
 
 /// The page.
-pub(crate) fn markdown(sections: &[Section], is_quick: bool) -> String {
+pub(crate) fn markdown(sections: &[Section], is_quick: bool, commit: &str) -> String {
     let mut text = String::from("# Drivers\n\n");
     let (command, what) = match is_quick {
         true => ("cargo xtask drivers --quick", "the six systems with their defaults on the courtyard"),
@@ -18,12 +18,14 @@ pub(crate) fn markdown(sections: &[Section], is_quick: bool) -> String {
              `pipelines/learn`",
         ),
     };
+    let of = if commit.is_empty() { String::new() } else { format!(" Its pictures are of commit {commit}.") };
     let _ = write!(
         text,
-        "`{command}` writes this page. It draws {what}, 320 × 180, on every driver of the machine.\n\n\
+        "`{command}` writes this page. It draws {what}, 320 × 180, on every driver of the machine.{of}\n\n\
          Pixels are compared with those of lavapipe. Lower is better; all are percentages of the pixels of all pictures of a \
          row.\n\n\
-         * **drawn**: pictures that are drawn, of those that there are. A run that was ended early has fewer; the next one goes \
+         * **drawn**: pictures that are drawn, of those that there are. A run that was ended early has fewer: of each scene the \
+         picture and the shadow term with the defaults, then those of presets, then other debug views. The next run goes \
          on.\n\
          * **>2**, **>8**: pixels that differ by more than 2 or 8 levels of 255. Those beyond 8 have a cause:\n\
          \x20 * **edge**: within a pixel of a discontinuity of lavapipe's depth, normal or shadow term, or of what a debug view or \
