@@ -7,7 +7,7 @@ const PICTURE: &str = "target/demo/courtyard.png";
 
 /// The arguments of cargo: the command without `score` and `tune`, which a picture does not need.
 const ARGUMENTS: &str = "run --release --package umbragraph-cli --no-default-features --features gpu --bin umbragraph \
-                         -- render pipelines/nebula.json --scene examples/scenes/courtyard.glb --size 1280x720 --out";
+                         -- render pipelines/umbra.json --scene examples/scenes/courtyard.glb --size 1280x720 --out";
 
 /// Runs the command.
 pub(crate) fn run() -> Result<bool, String> {

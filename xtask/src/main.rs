@@ -32,7 +32,7 @@ The project's own commands.
 
 usage: cargo xtask COMMAND
 
-  demo   render the pipeline `nebula` on the project's own scene to target/demo/courtyard.png
+  demo   render the pipeline `umbra` on the project's own scene to target/demo/courtyard.png
   test   check formatting and lints, run all tests and doc tests, build the documentation
   scenes [--check]
          write the scenes in examples/scenes again, or compare them with what their programs write
