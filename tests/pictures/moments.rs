@@ -18,7 +18,7 @@ const FORMATS: [(&str, &str, u32, f64); 5] = [
 
 /// Writes moments of depths that run from -1 to 1 along each row.
 const RAMP: &str = r#"{% include "lib/texels.wgsl.jinja" %}
-{% include "lib/moments.wgsl.jinja" %}
+{% include "lib/shadow/moments.wgsl.jinja" %}
 struct Settings { exponent: f32 }
 @group(1) @binding(0) var<uniform> settings: Settings;
 @group(1) @binding(1) var image: texture_storage_2d_array<{{ texel_storage }}, write>;
@@ -39,7 +39,7 @@ const UNPACK: &str = r#"{% include "lib/texels.wgsl.jinja" %}
 "#;
 
 /// Half of a distribution at one depth and half at another: what its moments let through to depths from -1 to 1.
-const BOUND: &str = r#"{% include "lib/moments_lit.wgsl.jinja" %}
+const BOUND: &str = r#"{% include "lib/shadow/moments_bound.wgsl.jinja" %}
 struct Settings { exponent: f32, deviation: f32, bias: f32 }
 @group(1) @binding(0) var<uniform> settings: Settings;
 @group(1) @binding(2) var plain: texture_storage_2d_array<rgba32float, write>;
@@ -48,7 +48,7 @@ struct Settings { exponent: f32, deviation: f32, bias: f32 }
     let near = f32(id.y) / 8.0 - 1.0;
     let far = near + 0.75;
     let stored = mix(moments_of(near, settings.exponent), moments_of(far, settings.exponent), 0.25);
-    let lit = moments_lit(stored, z, settings.exponent, settings.deviation, settings.bias);
+    let lit = moments_bound(stored, z, settings.exponent, settings.deviation, settings.bias);
     textureStore(plain, id.xy, 0, vec4<f32>(lit, near, far, 0.0));
 }
 "#;
@@ -86,11 +86,14 @@ struct Settings { constant: f32, radius: f32 }
 
 const OWN: [(&str, &str); 10] = [
     ("ramp.wgsl.jinja", RAMP),
-    ("ramp.axes.json", r#"{ "inherits": ["lib/texels.wgsl.jinja", "lib/moments.wgsl.jinja"], "axes": {} }"#),
+    (
+        "ramp.axes.json",
+        r#"{ "inherits": ["lib/texels.wgsl.jinja", "lib/shadow/moments.wgsl.jinja"], "axes": {} }"#,
+    ),
     ("unpack.wgsl.jinja", UNPACK),
     ("unpack.axes.json", r#"{ "inherits": ["lib/texels.wgsl.jinja"], "axes": {} }"#),
     ("bound.wgsl.jinja", BOUND),
-    ("bound.axes.json", r#"{ "inherits": ["lib/moments_lit.wgsl.jinja"], "axes": {} }"#),
+    ("bound.axes.json", r#"{ "inherits": ["lib/shadow/moments_bound.wgsl.jinja"], "axes": {} }"#),
     ("noise.wgsl.jinja", NOISE),
     ("noise.axes.json", r#"{ "inherits": ["lib/texels.wgsl.jinja"], "axes": {} }"#),
     ("images.wgsl.jinja", IMAGES),
