@@ -28,6 +28,7 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("base/fitted_cascades.json", include_str!("base/fitted_cascades.json")),
     ("base/forward.json", include_str!("base/forward.json")),
     ("base/hemisphere.json", include_str!("base/hemisphere.json")),
+    ("base/scene_geometry.json", include_str!("base/scene_geometry.json")),
     ("base/tiled_cascades.json", include_str!("base/tiled_cascades.json")),
     ("caracal.json", include_str!("caracal.json")),
     ("effects/auto_exposure.json", include_str!("effects/auto_exposure.json")),

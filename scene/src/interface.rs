@@ -38,7 +38,7 @@ pub(crate) const STREAMS: [(&str, VertexFormat, u64); 3] = [
 ];
 
 /// The attributes of [`VertexDetail`]: name, format, and offset.
-const DETAILS: [(&str, VertexFormat, u64); 3] = [
+pub(crate) const DETAILS: [(&str, VertexFormat, u64); 3] = [
     ("texcoords", VertexFormat::Float32x4, std::mem::offset_of!(VertexDetail, texcoords) as u64),
     ("tangent", VertexFormat::Float32x4, std::mem::offset_of!(VertexDetail, tangent) as u64),
     ("color", VertexFormat::Float32x4, std::mem::offset_of!(VertexDetail, color) as u64),
@@ -60,12 +60,19 @@ pub(crate) fn maps(material: &Material) -> [(Option<Map>, bool); MAPS.len()] {
 
 /// Declares a block: a struct in memory order, and the list of its members for the interface.
 macro_rules! block {
-    ($(#[$meta:meta])* $block:ident { $($(#[$member_meta:meta])* $member:ident: $type:ty = $value:expr,)* }) => {
+    ($(#[$meta:meta])* $block:ident { $(#[doc = $doc:literal] $member:ident: $type:ty = $value:expr,)* }) => {
         $(#[$meta])*
         #[repr(C)]
         #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
         pub struct $block {
-            $($(#[$member_meta])* pub $member: $type,)*
+            $(#[doc = $doc] pub $member: $type,)*
+        }
+
+        #[cfg(test)]
+        impl $block {
+            /// The members in memory order, each with its type in shaders and its description.
+            pub(crate) const MEMBERS: &[(&str, ValueType, &str)] =
+                &[$((stringify!($member), $value, $doc)),*];
         }
 
         impl $block {
@@ -96,21 +103,22 @@ block! {
 }
 
 block! {
-    /// The block of the rest of a material in shaders: how its maps are sampled, and how it reflects.
+    /// The block of the rest of a material in shaders: how its maps are sampled, and how it reflects. A map has the two
+    /// rows of its matrix of texture coordinates, and in the last place of the first row the set.
     MaterialDetailBlock {
-        /// Rows of the matrix of texture coordinates, and in the last place of the first the set.
+        /// Texture coordinates of the metallic and roughness map: a row of a matrix, and in w the set.
         metallic_roughness_u: [f32; 4] = ValueType::VEC4,
         /// The second row.
         metallic_roughness_v: [f32; 4] = ValueType::VEC4,
-        /// The same of normals.
+        /// The same of the normal map.
         normal_u: [f32; 4] = ValueType::VEC4,
         /// The second row.
         normal_v: [f32; 4] = ValueType::VEC4,
-        /// The same of occlusion.
+        /// The same of the occlusion map.
         occlusion_u: [f32; 4] = ValueType::VEC4,
         /// The second row.
         occlusion_v: [f32; 4] = ValueType::VEC4,
-        /// The same of emission.
+        /// The same of the emissive map.
         emissive_u: [f32; 4] = ValueType::VEC4,
         /// The second row.
         emissive_v: [f32; 4] = ValueType::VEC4,

@@ -31,6 +31,8 @@
 
 pub mod animation;
 pub mod codes;
+#[cfg(test)]
+mod contract;
 pub mod default_view;
 pub mod filter;
 #[cfg(feature = "gpu")]
