@@ -2,7 +2,7 @@
 
 use umbragraph::low_level::expression::FUNCTIONS;
 
-use super::{Entry, Page};
+use super::page::{Entry, Page};
 
 pub(super) fn page() -> Page {
     let entries = FUNCTIONS.iter().map(|function| Entry {

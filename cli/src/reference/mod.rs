@@ -6,6 +6,8 @@
 
 mod functions;
 mod markdown;
+mod materials;
+mod page;
 mod settings;
 mod templates;
 
@@ -15,41 +17,10 @@ use umbragraph::diagnostic::render::human_all;
 use umbragraph::diagnostic::suggested_name;
 use umbragraph::low_level::source::Sources;
 
+use self::page::{Entry, Page};
 use crate::arguments::ReferenceArguments;
 use crate::replace::replace;
 use crate::streams::{complain, print};
-
-/// One thing of the reference.
-struct Entry {
-    /// The name by which it is asked for.
-    name: String,
-    /// A description in one line.
-    summary: String,
-    /// All that there is to say, as Markdown.
-    text: String,
-}
-
-/// A file of the reference.
-struct Page {
-    /// The name of the file, without its ending.
-    name: &'static str,
-    title: &'static str,
-    introduction: &'static str,
-    entries: Vec<Entry>,
-}
-
-impl Page {
-    fn markdown(&self) -> String {
-        let mut text = format!(
-            "# {}\n\n<!-- Written by `umbragraph reference --write docs/reference`. -->\n\n{}\n",
-            self.title, self.introduction
-        );
-        for entry in &self.entries {
-            text.push_str(&format!("\n## {}\n\n{}\n", entry.name, entry.text.trim_end()));
-        }
-        text
-    }
-}
 
 /// Prints an entry, or the list of all, or writes the pages; whether that could be done.
 pub(crate) fn run(arguments: &ReferenceArguments) -> bool {
@@ -97,6 +68,7 @@ fn pages() -> Vec<Page> {
         settings.types(),
         functions::page(),
         templates::page(),
+        materials::page(),
         codes(),
     ]
 }

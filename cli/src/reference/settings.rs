@@ -8,7 +8,7 @@ use umbragraph::low_level::pipeline::{FileKind, schema_of_composed};
 use umbragraph::node::Registry;
 
 use super::markdown::{sentence, table};
-use super::{Entry, Page};
+use super::page::{Entry, Page};
 
 /// The definition of what every pass can have.
 const PASS: &str = "Pass";

@@ -5,13 +5,13 @@ use umbragraph::low_level::shader::{Axes, AxisMode};
 use umbragraph::low_level::source::Sources;
 
 use super::markdown::table;
-use super::{Entry, Page};
+use super::page::{Entry, Page};
 
 pub(super) fn page() -> Page {
     let mut sources = Sources::new();
     let templates = umbragraph::templates(&mut sources, &mut Diagnostics::new());
     let entries = templates.names().filter_map(|name| {
-        let text = sources.get(templates.file(name)?)?.text().clone();
+        let text = without_tags(sources.get(templates.file(name)?)?.text());
         let about = about(&text);
         let axes: Vec<[String; 4]> = templates
             .axes(name)
@@ -35,17 +35,21 @@ pub(super) fn page() -> Page {
                 [format!("`{place}`"), format!("`{declared}`"), members(&text, declared).unwrap_or_default()]
             })
             .collect();
-        let includes: Vec<String> = quoted_after(&text, "{% include ")
-            .map(|other| format!("[{other}](#{})", anchor(other)))
-            .collect();
+        let mut includes: Vec<String> = Vec::new();
+        for other in quoted_after(&text, "{% include ") {
+            let link = format!("[{other}](#{})", anchor(other));
+            if !includes.contains(&link) {
+                includes.push(link);
+            }
+        }
         let mut whole = format!("{about}\n");
         if !includes.is_empty() {
             whole.push_str(&format!("\nIncludes, with their bindings: {}.\n", includes.join(", ")));
         }
         for part in [
-            table(["declares", "what"], &declarations(&text, name.starts_with("lib/"))),
+            table(["declares", "meaning"], &declarations(&text, name.starts_with("lib/"))),
             table(["binding", "declared as", "members of the block"], &bindings),
-            table(["axis", "values", "default", "what"], &axes),
+            table(["axis", "values", "default", "meaning"], &axes),
         ] {
             if !part.is_empty() {
                 whole.push_str(&format!("\n{part}"));
@@ -64,6 +68,26 @@ pub(super) fn page() -> Page {
             it does not.",
         entries: entries.collect(),
     }
+}
+
+/// A template whose expressions are words: the name of a value, or the texts between which an axis chooses.
+fn without_tags(text: &str) -> String {
+    let mut parts = text.split("{{ ");
+    let mut out = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let (expression, rest) = part.split_once(" }}").unwrap_or((part, ""));
+        match expression.split_once(" if ") {
+            Some((first, other)) => {
+                out.push_str(first.trim_matches('"'));
+                if let Some((_, other)) = other.split_once(" else ") {
+                    out.push_str(&format!(" or {}", other.trim_matches('"')));
+                }
+            }
+            None => out.push_str(expression),
+        }
+        out.push_str(rest);
+    }
+    out
 }
 
 /// The comment with which a template begins, on one line for each paragraph; without one, what is said of its first
@@ -95,7 +119,7 @@ fn first_sentence(text: &str) -> &str {
 
 /// The structs and functions that a template gives to those that include it, each with the comment above it. What a block
 /// is made of is said at its binding, and what exists in several variants once.
-fn declarations(text: &str, included: bool) -> Vec<[String; 2]> {
+pub(super) fn declarations(text: &str, included: bool) -> Vec<[String; 2]> {
     let mut rows: Vec<[String; 2]> = Vec::new();
     let (mut comment, mut entry_point) = (Vec::new(), false);
     let mut lines = text.lines();
@@ -152,7 +176,13 @@ fn bindings(text: &str) -> impl Iterator<Item = (&str, &str)> {
 fn members(text: &str, declared: &str) -> Option<String> {
     let (_, of) = declared.rsplit_once(": ")?;
     let (_, body) = text.split_once(&format!("struct {of} {{"))?;
-    let lines = body.lines().take_while(|line| !line.starts_with('}')).map(str::trim);
+    let (first, rest) = body.split_once('\n')?;
+    let (first, rest) = match first.split_once('}') {
+        Some((only, _)) => (only, ""),
+        None => (first, rest),
+    };
+    let lines =
+        [first].into_iter().chain(rest.lines()).take_while(|line| !line.starts_with('}')).map(str::trim);
     let members = lines.filter(|line| !line.starts_with(['{', '/']) && line.contains(": "));
     let members: Vec<String> = members
         .map(|line| format!("`{}`", line.split("//").next().unwrap_or(line).trim().trim_end_matches(',')))
@@ -166,7 +196,7 @@ fn quoted_after<'a>(text: &'a str, words: &'a str) -> impl Iterator<Item = &'a s
 }
 
 /// The name of a heading in links.
-fn anchor(heading: &str) -> String {
+pub(super) fn anchor(heading: &str) -> String {
     let letters =
         heading.chars().filter(|letter| letter.is_alphanumeric() || matches!(letter, '_' | '-' | ' '));
     letters.collect::<String>().to_lowercase().replace(' ', "-")

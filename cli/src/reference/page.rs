@@ -1,0 +1,34 @@
+//! Pages of the reference, and the entries on them.
+
+/// One thing of the reference.
+pub(super) struct Entry {
+    /// The name by which it is asked for.
+    pub(super) name: String,
+    /// A description in one line.
+    pub(super) summary: String,
+    /// All that there is to say, as Markdown.
+    pub(super) text: String,
+}
+
+/// A file of the reference.
+pub(super) struct Page {
+    /// The name of the file, without its ending.
+    pub(super) name: &'static str,
+    pub(super) title: &'static str,
+    pub(super) introduction: &'static str,
+    pub(super) entries: Vec<Entry>,
+}
+
+impl Page {
+    /// The page as Markdown.
+    pub(super) fn markdown(&self) -> String {
+        let mut text = format!(
+            "# {}\n\n<!-- Written by `umbragraph reference --write docs/reference`. -->\n\n{}\n",
+            self.title, self.introduction
+        );
+        for entry in &self.entries {
+            text.push_str(&format!("\n## {}\n\n{}\n", entry.name, entry.text.trim_end()));
+        }
+        text
+    }
+}
