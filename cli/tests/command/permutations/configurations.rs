@@ -57,7 +57,7 @@ fn settings_that_no_pass_mixes_factor_out() {
 fn cascades_by(section: &str) -> Output {
     let folder = ScratchFolder::new(&format!("permutations-rejected-{section}"));
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../pipelines").canonicalize().unwrap();
-    let base = ["forward", "hemisphere", "cascades", "fitted_cascades", "tiled_cascades"]
+    let base = ["scene_geometry", "forward", "hemisphere", "cascades", "fitted_cascades", "tiled_cascades"]
         .map(|name| format!("base/{name}.json"));
     for name in base.into_iter().chain(["mantis.json".to_owned()]) {
         let path = folder.join(&name);

@@ -88,7 +88,7 @@ fn every_pipeline_of_the_tree_holds_in_all_its_configurations() {
     let said = text(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{said}{}", text(&output.stderr));
     assert!(said.contains("(depth.wgsl.jinja): 4 combinations, 3 distinct texts"), "{said}");
-    assert!(said.contains("for webgpu, vulkan, metal, dx12"), "{said}");
+    assert!(said.contains("for webgpu, webgpu-compat, vulkan, metal, dx12"), "{said}");
     assert!(said.lines().last().unwrap().contains("combinations covered by"), "{said}");
 }
 
@@ -340,11 +340,12 @@ fn axes_are_listed_with_values_defaults_and_constraints() {
 fn scene_data_is_compared_with_shaders_without_a_device() {
     let folder = ScratchFolder::new("permutations-host");
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
-    let geometry = std::fs::read_to_string(root.join("shaders-templates/lib/meshes.wgsl.jinja")).unwrap();
+    let geometry =
+        std::fs::read_to_string(root.join("shaders-templates/lib/scene_blocks.wgsl.jinja")).unwrap();
     std::fs::create_dir_all(folder.join("lib")).unwrap();
     let moved = geometry.replace("    emissive: vec3<f32>,", "    @size(32) emissive: vec3<f32>,");
     assert_ne!(moved, geometry);
-    std::fs::write(folder.join("lib/meshes.wgsl.jinja"), moved).unwrap();
+    std::fs::write(folder.join("lib/scene_blocks.wgsl.jinja"), moved).unwrap();
     for command in ["check", "permutations"] {
         let output = umbragraph(&[command, "pipelines/nebula.json", "--templates", folder.to_str().unwrap()]);
         let errors = text(&output.stderr);

@@ -99,7 +99,7 @@ fn random_corruptions_are_found_in_the_right_file() {
     let mut random = Random(0x9E37_79B9_7F4A_7C15 ^ property::seed());
     let sound = Fixture::sound(umbragraph_shaders_templates::FILES);
     let profiles = [TargetProfile::webgpu()];
-    let roots: Vec<&str> = sound.set.names().filter(|name| !name.starts_with("lib/")).collect();
+    let roots = super::roots(&sound.set);
     assert!(!roots.is_empty());
     let mut misplaced = Vec::new();
     for root in property::part(roots, 4) {

@@ -161,7 +161,7 @@ fn mutations_that_chrome_s_compiler_rejects_are_rejected() {
         return;
     }
     let sound = Fixture::sound(umbragraph_shaders_templates::FILES);
-    let roots: Vec<&str> = sound.set.names().filter(|name| !name.starts_with("lib/")).collect();
+    let roots = super::roots(&sound.set);
     let folder = ScratchFolder::new("second-compiler-templates");
     let mut random = Random(0x9E37_79B9_7F4A_7C15 ^ property::seed());
     let (mut tally, mut mutations) = (Tally::default(), Tally::default());
