@@ -219,7 +219,8 @@ impl Library {
         self.with_session(|session| {
             session.set_templates(with_templates(own));
             session.refresh();
-            let mut found: Diagnostics = unreadable.into_iter().collect();
+            let mut found: Diagnostics = unreadable.iter().cloned().collect();
+            session.report_always(unreadable);
             let mut files = Vec::new();
             for path in parameters {
                 match session.document(path) {

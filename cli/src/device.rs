@@ -69,7 +69,12 @@ fn named_as(adapters: Vec<Adapter>, wanted: &Wanted) -> Result<Vec<(String, Adap
     let names = numbered(adapters.iter().map(name).collect());
     let mut adapters: Vec<(String, Adapter)> = names.iter().cloned().zip(adapters).collect();
     let Some((part, by)) = &wanted.name else { return Ok(adapters) };
-    adapters.retain(|(name, _)| name.to_lowercase().contains(&part.to_lowercase()));
+    // "NAME #1" is also a part of "NAME #10".
+    let is_whole = adapters.iter().any(|(name, _)| name == part);
+    adapters.retain(|(name, _)| match is_whole {
+        true => name == part,
+        false => name.to_lowercase().contains(&part.to_lowercase()),
+    });
     if adapters.is_empty() {
         let message = format!("no graphics adapter is called \"{part}\", as {by} asks for");
         return Err(Diagnostic::error(crate::codes::NO_ADAPTER, Place::Nowhere, message)
@@ -78,7 +83,7 @@ fn named_as(adapters: Vec<Adapter>, wanted: &Wanted) -> Result<Vec<(String, Adap
     Ok(adapters)
 }
 
-/// Names of which each is another: equal ones have a number behind them.
+/// Names that all differ: equal ones get a number.
 fn numbered(names: Vec<String>) -> Vec<String> {
     let number = |at: usize, name: &String| {
         let like = |names: &[String]| names.iter().filter(|other| *other == name).count();

@@ -4,12 +4,12 @@
 //! templates can express. Each pipeline's configurations are loaded in full besides, so its bindings, and what scenes
 //! upload for a geometry named `scene`, are compared with every variant.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::BTreeSet;
 use std::io::IsTerminal as _;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place};
+use umbragraph::diagnostic::{Diagnostics, Place};
 use umbragraph::low_level::compiler::PlanOptions;
 use umbragraph::low_level::document::Document;
 use umbragraph::low_level::pipeline::{self, Configurations, Overrides};
@@ -83,8 +83,7 @@ fn requests(
                 session.sources(),
                 &mut diagnostics,
             );
-            let known: HashSet<_> = session.diagnostics.iter().map(Diagnostic::key).collect();
-            session.diagnostics.extend(diagnostics.into_iter().filter(|one| !known.contains(&one.key())));
+            session.add_new(diagnostics);
             // The counts are those of the first profile.
             if at == 0 {
                 counts.push(ReachedConfigurations {

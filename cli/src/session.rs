@@ -63,11 +63,6 @@ impl Session {
     pub(crate) fn new(files: &Files) -> Self {
         let roots = &files.root;
         let mut diagnostics = Diagnostics::new();
-        diagnostics.extend(roots.iter().filter(|root| !root.is_dir()).map(|root| {
-            let name = root.display().to_string();
-            let message = format!("there is no folder \"{name}\"");
-            Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message).help("--root names a folder")
-        }));
         let own = own_templates(files, &mut diagnostics);
         // The built-in node kinds, and glTF scenes as the host of the geometry that is theirs.
         let mut registry = umbragraph::registry();
@@ -302,7 +297,7 @@ impl Session {
     }
 
     /// Adds diagnostics; what holds for several profiles is said once.
-    fn add_new(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
+    pub(crate) fn add_new(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
         let known: HashSet<_> = self.diagnostics.iter().map(Diagnostic::key).collect();
         self.diagnostics.extend(diagnostics.into_iter().filter(|new| !known.contains(&new.key())));
     }

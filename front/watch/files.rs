@@ -44,15 +44,12 @@ impl FileEvents {
     }
 
     /// Watches the folders of files, and whole trees of folders; other folders no longer. Whether there are new ones, in
-    /// which something may have changed unseen.
-    ///
-    /// # Errors
-    /// The folders that cannot be watched, each with the reason. The others are watched.
+    /// which something may have changed unseen; and the folders that cannot be watched, each with the reason.
     pub(super) fn watch(
         &mut self,
         files: impl IntoIterator<Item = PathBuf>,
         trees: &[PathBuf],
-    ) -> Result<bool, Vec<(PathBuf, String)>> {
+    ) -> (bool, Vec<(PathBuf, String)>) {
         let folders = files.into_iter().filter_map(|file| Some((existing(folder_of(&file))?, false)));
         let trees = trees.iter().filter_map(|tree| {
             let found = existing(tree.clone())?;
@@ -62,7 +59,7 @@ impl FileEvents {
         let mut wanted: BTreeSet<(PathBuf, bool)> = folders.chain(trees).collect();
         let whole: BTreeSet<PathBuf> =
             wanted.iter().filter(|(_, is_tree)| *is_tree).map(|(path, _)| path.clone()).collect();
-        wanted.retain(|(path, is_tree)| *is_tree || !whole.contains(path));
+        wanted.retain(|(path, is_tree)| *is_tree || !whole.iter().any(|tree| path.starts_with(tree)));
         // A folder that was removed and made again is another one, although it has the same name.
         let is_lost = |path: &Path| !path.is_dir();
         let old: Vec<_> =
@@ -80,7 +77,7 @@ impl FileEvents {
                 Err(error) => failed.push((path, error.to_string())),
             }
         }
-        if failed.is_empty() { Ok(has_new) } else { Err(failed) }
+        (has_new, failed)
     }
 }
 

@@ -31,10 +31,13 @@ impl Renderer {
         {
             self.install(plan, frame)?;
         }
-        if std::mem::take(&mut self.has_new_source)
-            && let Some(plan) = self.executor().map(|executor| executor.plan().clone())
-        {
-            self.install(plan, frame)?;
+        if self.has_new_source {
+            if let Some(plan) = self.executor().map(|executor| executor.plan().clone()) {
+                self.install(plan, frame)?;
+                // Plans from here on are prepared for the new meshes.
+                watcher.told = None;
+            }
+            self.has_new_source = false;
         }
         match self.executor() {
             Some(executor) => executor.record(encoder, frame).map(|()| true),

@@ -99,6 +99,8 @@ impl Worker {
             let mut changed = None;
             let mut is_new = false;
             let mut next = Some(order);
+            // Orders may come with every frame; they do not put off the work.
+            let end = Instant::now() + SETTLE;
             loop {
                 match next.take() {
                     Some(Order::Changed(at)) => changed = changed.or(Some(at)),
@@ -118,7 +120,7 @@ impl Worker {
                     Some(Order::Stop) => return,
                     None => {}
                 }
-                match self.orders.recv_timeout(SETTLE) {
+                match self.orders.recv_timeout(end.saturating_duration_since(Instant::now())) {
                     Ok(order) => next = Some(order),
                     Err(RecvTimeoutError::Timeout) => break,
                     Err(RecvTimeoutError::Disconnected) => return,
@@ -145,10 +147,10 @@ impl Worker {
         files.extend(self.library.paths_of(&self.target));
         #[cfg(feature = "gltf")]
         files.extend(self.scene.iter().flat_map(super::scene::WatchedScene::files));
-        let failed = match self.events.watch(files, self.library.folders()) {
-            Ok(has_new) => return has_new,
-            Err(failed) => failed,
-        };
+        let (has_new, failed) = self.events.watch(files, self.library.folders());
+        if failed.is_empty() {
+            return has_new;
+        }
         let unwatched = failed.into_iter().map(|(folder, reason)| {
             let name = folder.display().to_string();
             let message = format!("changes in the folder \"{name}\" cannot be watched: {reason}");
@@ -157,7 +159,7 @@ impl Worker {
             Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message).help(help)
         });
         self.tell(Outcome::Broken(Error::new(unwatched.collect(), &Sources::new())));
-        false
+        has_new
     }
 
     fn tell(&self, outcome: Outcome) {

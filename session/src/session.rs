@@ -83,9 +83,10 @@ impl Session {
         self.list = templates;
     }
 
-    /// Adds diagnostics to those of every pipeline: that a folder is not there, for one.
+    /// Adds these diagnostics, in place of those before, to the ones of every pipeline: that a folder is not there, for
+    /// one.
     pub fn report_always(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
-        self.always.extend(diagnostics);
+        self.always = diagnostics.into_iter().collect();
     }
 
     /// Lays an unsaved text over a path, whether or not a file is there.

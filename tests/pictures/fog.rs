@@ -37,10 +37,19 @@ fn wall(strength: f64) -> Scene {
 }
 
 /// The linear red of the middle column, from the top, of the wall in fog.
-fn column(strength: f64, fog: &[(&str, &str)]) -> Option<Vec<f64>> {
+fn column(strength: f64, (density, base, thickness): (f64, f64, f64), white: u32) -> Option<Vec<f64>> {
     let gpu = gpu::device()?;
+    let [density, base, thickness] = [density, base, thickness].map(|value| value.to_string());
+    let color = format!("[{white}, {white}, {white}]");
+    let fog = [
+        ("fog_density", &density),
+        ("fog_base", &base),
+        ("fog_thickness", &thickness),
+        ("fog_color", &color),
+    ];
+    let fog = fog.map(|(name, value)| (name, value.as_str()));
     let plain = [("tone_map", "\"none\""), ("ambient_sky", "[1, 1, 1]"), ("ambient_ground", "[1, 1, 1]")];
-    let parameters: Vec<_> = SMALL_MAPS.iter().chain(&plain).chain(fog).copied().collect();
+    let parameters: Vec<_> = SMALL_MAPS.iter().chain(&plain).chain(&fog).copied().collect();
     let features = [("fog", "true"), ("bloom", "false"), ("fxaa", "false"), ("sky_light", "false")];
     let with =
         With { parameters: &parameters, features: &features, size: Some([SIDE; 2]), ..With::default() };
@@ -48,7 +57,7 @@ fn column(strength: f64, fog: &[(&str, &str)]) -> Option<Vec<f64>> {
     let scene = wall(strength);
     let mut input = scene.frame_input(1.0, 0.0);
     input.camera = Camera::look_at([0.0, HEIGHT, DISTANCE], [0.0, HEIGHT, 0.0], FOV, 1.0);
-    // A scene without lights gets one.
+    // The loader gives a scene without lights a sun.
     input.lights.clear();
     let picture = Host::new(&gpu, &outcome, &scene).picture(&input);
     let pixels: Vec<[u8; 4]> = picture.rgba_pixels().collect();
@@ -59,7 +68,7 @@ fn column(strength: f64, fog: &[(&str, &str)]) -> Option<Vec<f64>> {
     Some((0..SIDE).map(|row| linear(pixels[(row * SIDE + SIDE / 2) as usize][0])).collect())
 }
 
-/// What arrives along the ray of a row, by quadrature.
+/// The light that arrives along the ray of a row, by quadrature.
 fn arrives(row: usize, density: f64, base: f64, thickness: f64) -> f64 {
     let across = (1.0 - (row as f64 + 0.5) / f64::from(SIDE) * 2.0) * (FOV / 2.0).tan();
     let (length, rise) = (DISTANCE * 1.0_f64.hypot(across), DISTANCE * across);
@@ -79,14 +88,7 @@ const CASES: [(f64, f64, f64); 4] = [(0.05, 0.0, 1e6), (0.3, 0.0, 1.5), (0.1, 5.
 #[test]
 fn light_arrives_through_fog_as_its_integral_says() {
     for (density, base, thickness) in CASES {
-        let values = [density, base, thickness].map(|value| value.to_string());
-        let fog = [
-            ("fog_density", values[0].as_str()),
-            ("fog_base", &values[1]),
-            ("fog_thickness", &values[2]),
-            ("fog_color", "[0, 0, 0]"),
-        ];
-        let Some(column) = column(1.0, &fog) else { return };
+        let Some(column) = column(1.0, (density, base, thickness), 0) else { return };
         for (row, value) in column.into_iter().enumerate() {
             let wanted = arrives(row, density, base, thickness);
             assert!(
@@ -101,16 +103,9 @@ fn light_arrives_through_fog_as_its_integral_says() {
 #[test]
 fn even_light_is_scattered_as_much_as_is_taken_away() {
     // What the wall itself reflects of it.
-    let Some(clear) = column(0.0, &[("fog_density", "0")]) else { return };
+    let Some(clear) = column(0.0, (0.0, 0.0, 8.0), 1) else { return };
     for (density, base, thickness) in CASES {
-        let values = [density, base, thickness].map(|value| value.to_string());
-        let fog = [
-            ("fog_density", values[0].as_str()),
-            ("fog_base", &values[1]),
-            ("fog_thickness", &values[2]),
-            ("fog_color", "[1, 1, 1]"),
-        ];
-        let Some(column) = column(0.0, &fog) else { return };
+        let Some(column) = column(0.0, (density, base, thickness), 1) else { return };
         for (row, value) in column.into_iter().enumerate() {
             let arrives = arrives(row, density, base, thickness);
             let wanted = clear[row] * arrives + (1.0 - arrives) / std::f64::consts::PI;

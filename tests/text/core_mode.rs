@@ -93,7 +93,7 @@ fn a_layer_seen_as_a_texture_of_its_own_is_a_part() {
     );
 }
 
-/// What wgpu takes for cubes or for a single texture has a layer more on OpenGL, and is an array there.
+/// On OpenGL an array that wgpu takes for cubes, or for a single texture, gets one more layer.
 #[test]
 fn arrays_that_look_like_something_else_have_a_spare_layer() {
     let show = r#""shader": "array.wgsl.jinja", "bind": { "maps": "&maps" }"#;

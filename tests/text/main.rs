@@ -18,6 +18,7 @@ mod front_door;
 mod graph;
 mod graph_orders;
 mod graph_page;
+mod graph_parts;
 mod graph_toggles;
 mod hopeless;
 mod instances;

@@ -11,10 +11,10 @@ pub(crate) struct WatchArguments {
     /// The pipelines.
     #[arg(required = true)]
     pub(crate) pipelines: Vec<PathBuf>,
-    /// Checks one configuration, that of the given settings or the defaults, instead of every one.
+    /// Checks one configuration, not all: the defaults, or the settings that are given.
     #[arg(long)]
     pub(crate) config: bool,
-    /// Writes the picture of the first pipeline after each change that leaves no error, to a .png.
+    /// Writes the picture of the first pipeline after each change, if its configuration has no error, to a .png.
     #[cfg(feature = "gpu")]
     #[arg(long, value_name = "FILE", requires = "scene")]
     pub(crate) render: Option<PathBuf>,

@@ -1,7 +1,7 @@
 //! `umbragraph new`: a folder with a pipeline that renders, and what an author needs around it.
 //!
-//! The files are those of `cli/src/new/`, with the name of the pipeline in place of `NAME`; the schema is that of this
-//! version. Nothing that is there already is written over.
+//! The files come from `cli/src/new/`, where `NAME` stands for the name of the pipeline, and from the schema of this
+//! version. A file that exists stays as it is.
 
 use std::path::{Path, PathBuf};
 

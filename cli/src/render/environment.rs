@@ -13,7 +13,7 @@ use umbragraph::low_level::language::Lifetime;
 
 use super::radiance::{self, Colors};
 
-/// The name of the import, and that of the toggle with which passes read it.
+/// The name of the imported texture, and of the toggle that makes passes read it.
 const IMPORT: &str = "environment";
 const TOGGLE: &str = "environment_changed";
 
@@ -21,7 +21,7 @@ const TOGGLE: &str = "environment_changed";
 const MAX: f32 = 65504.0;
 
 /// A picture of the surroundings, and what has become of it.
-pub(super) struct Environment {
+pub(crate) struct Environment {
     colors: Colors,
     /// The texture that has it.
     written: Option<wgpu::Texture>,
@@ -107,6 +107,13 @@ impl Environment {
 /// The first layer with red, green and blue of an OpenEXR file.
 fn open_exr(bytes: &[u8]) -> Result<Colors, String> {
     use exr::prelude::*;
+    // Memory is taken for the size that the header states.
+    let header = exr::meta::MetaData::read_from_buffered(std::io::Cursor::new(bytes), false);
+    let header = header.map_err(|error| error.to_string())?;
+    let sizes = header.headers.iter().map(|header| header.layer_size);
+    if let Some(Vec2(width, height)) = sizes.into_iter().find(|Vec2(x, y)| *x.max(y) > radiance::MAX_SIDE) {
+        return Err(format!("its size is {width} × {height}, at most {} each", radiance::MAX_SIDE));
+    }
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -175,5 +182,14 @@ mod tests {
         let bytes = file.into_inner();
         assert_eq!(open_exr(&bytes).expect("a picture").texels, [[0.0, 0.5, 4.0], [1.0, 0.5, 4.0]]);
         assert!(open_exr(&bytes[..bytes.len() / 2]).is_err());
+        // A header of a few bytes that states terabytes.
+        let mut huge = bytes;
+        for window in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
+            let at = huge.windows(window.len()).position(|part| part == window).expect("a window");
+            let ends = at + window.len() + 4 + 8;
+            huge[ends..ends + 8].copy_from_slice(&[0xff, 0xff, 0xff, 0x1f, 0xff, 0xff, 0xff, 0x1f]);
+        }
+        let Err(error) = open_exr(&huge) else { panic!("it is too large") };
+        assert!(error.contains("536870912") && error.contains("16384"), "{error}");
     }
 }

@@ -101,9 +101,9 @@ fn render(
     let checked = session.check_on(&graphics, checked, &arguments.pipeline, choices);
     session.ensure_fine(&checked)?;
     let options = Session::options(&arguments.choices);
-    let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, document.imports.clone())?;
+    let given = Given { captures: document.imports.clone(), environment };
+    let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, given)?;
     drawing.toggles = &arguments.toggles;
-    drawing.environment = environment;
     if arguments.timings || arguments.trace.is_some() || report.is_some() {
         drawing.timings = Some(Timings::begin(&mut drawing.executor, &graphics.name));
     }
@@ -211,6 +211,15 @@ pub(crate) struct Drawing<'a> {
     unread_lights: Option<Vec<String>>,
 }
 
+/// Textures that a drawing has besides its picture.
+#[derive(Default)]
+pub(crate) struct Given {
+    /// The names of those that captures are copied to.
+    captures: Vec<String>,
+    /// The picture of the surroundings.
+    environment: Option<Environment>,
+}
+
 impl<'a> Drawing<'a> {
     pub(crate) fn new(
         graphics: &'a Graphics,
@@ -218,9 +227,11 @@ impl<'a> Drawing<'a> {
         checked: CheckReport,
         options: PlanOptions,
         session: &Session,
-        captures: Vec<String>,
+        Given { captures, environment }: Given,
     ) -> Result<Self, Diagnostics> {
         let Some(plan) = checked.plan.clone() else { return Err(Diagnostics::new()) };
+        // A plan that needs a picture of the surroundings is rejected without one.
+        let environment = environment.map_or_else(|| Environment::of(None, &plan), |one| Ok(Some(one)))?;
         let pose = scene.rest_pose();
         let draws = SceneResources::new(&graphics.device, &graphics.queue, scene, &pose)?;
         let picture = target::picture_of(&plan, &captures)?;
@@ -240,7 +251,7 @@ impl<'a> Drawing<'a> {
             surroundings: None,
             executor,
             imports,
-            environment: None,
+            environment,
             timings: None,
             unread_lights: None,
         })

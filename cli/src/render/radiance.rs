@@ -12,7 +12,7 @@ pub(super) struct Colors {
 }
 
 /// The greatest side that is read; 16k by 8k texels take 1.5 GiB.
-const MAX_SIDE: usize = 16384;
+pub(super) const MAX_SIDE: usize = 16384;
 
 /// Decodes a file.
 ///

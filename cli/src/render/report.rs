@@ -30,7 +30,7 @@ const SIDE: u32 = 360;
 
 const STYLE: &str = include_str!("report.css");
 
-/// What a page is made of besides what is known at the end of the run.
+/// The parts of a page that are taken while the run goes on.
 pub(super) struct RunReport {
     report: Report,
     pictures: BTreeMap<String, String>,

@@ -23,9 +23,9 @@ use crate::arguments::ScoreArguments;
 use crate::codes;
 use crate::device;
 use crate::progress::Progress;
-use crate::render::Drawing;
 use crate::render::camera::CameraPath;
 use crate::render::files::{self, Compression, Format};
+use crate::render::{Drawing, Given};
 use crate::session::Session;
 use crate::shadow_term;
 
@@ -68,7 +68,7 @@ fn score(
     let checked = session.check_on(&graphics, checked, &arguments.pipeline, &choices);
     session.ensure_fine(&checked)?;
     let options = Session::options(&choices);
-    let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, Vec::new())?;
+    let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, Given::default())?;
     let mut lights: Vec<(String, Scores)> = Vec::new();
     let mut frames: Vec<(u32, Scores)> = Vec::new();
     let mut differences = Vec::new();

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use umbragraph::diagnostic::Diagnostics;
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph::low_level::compose::{Roots, files_below};
 use umbragraph::low_level::session::{Target, Template, TemplateText};
 use umbragraph::low_level::shader::TEMPLATE_ENDS;
@@ -30,8 +30,13 @@ impl Session {
     }
 }
 
-/// The templates of the folder of the command line, if one is given.
+/// The templates of the folder of the command line, if one is given; with the folders that are not there.
 pub(super) fn own_templates(files: &Files, diagnostics: &mut Diagnostics) -> Option<Vec<Template>> {
+    diagnostics.extend(files.root.iter().filter(|root| !root.is_dir()).map(|root| {
+        let name = root.display().to_string();
+        let message = format!("there is no folder \"{name}\"");
+        Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message).help("--root names a folder")
+    }));
     let folder = files.templates.as_deref()?;
     let found = files_below(folder, &TEMPLATE_ENDS).unwrap_or_else(|diagnostic| {
         diagnostics.push(diagnostic);

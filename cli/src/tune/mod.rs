@@ -37,9 +37,9 @@ use crate::arguments::TuneArguments;
 use crate::codes;
 use crate::device;
 use crate::progress::Progress;
-use crate::render::Drawing;
 use crate::render::camera::CameraPath;
 use crate::render::files;
+use crate::render::{Drawing, Given};
 use crate::replace::replace;
 use crate::score::nothing;
 use crate::score::view::View;
@@ -91,7 +91,8 @@ fn tune(
     let mut shots = Vec::new();
     for (at, scene) in scenes.iter().enumerate() {
         let options = Session::options(&choices);
-        let mut drawing = Drawing::new(&graphics, scene, checked.clone(), options, session, Vec::new())?;
+        let mut drawing =
+            Drawing::new(&graphics, scene, checked.clone(), options, session, Given::default())?;
         for shot in arguments.shots.all() {
             let input = drawing.input(&path, shot);
             shots.push((at, input, drawing.pose().clone()));

@@ -12,10 +12,10 @@ type Stamp = Option<(u64, Option<SystemTime>)>;
 
 /// Files, and how they stand. A folder stands for the templates below it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Stamps(BTreeMap<PathBuf, Vec<Stamp>>);
+pub(super) struct Stamps(BTreeMap<PathBuf, Vec<(PathBuf, Stamp)>>);
 
 impl Stamps {
-    /// How files and folders stand now.
+    /// The stamps of files and folders now.
     pub(super) fn of<'p>(paths: impl IntoIterator<Item = &'p Path>) -> Self {
         Self(paths.into_iter().map(|path| (path.to_owned(), stamps(path))).collect())
     }
@@ -34,12 +34,13 @@ impl Stamps {
     }
 }
 
-fn stamps(path: &Path) -> Vec<Stamp> {
+fn stamps(path: &Path) -> Vec<(PathBuf, Stamp)> {
+    let stamped = |path: &Path| (path.to_owned(), stamp(path));
     if !path.is_dir() {
-        return vec![stamp(path)];
+        return vec![stamped(path)];
     }
     let files = files_below(path, &TEMPLATE_ENDS).unwrap_or_default();
-    files.iter().map(|(_, path)| stamp(path)).collect()
+    files.iter().map(|(_, path)| stamped(path)).collect()
 }
 
 fn stamp(path: &Path) -> Stamp {

@@ -55,6 +55,12 @@ pub(crate) fn run(arguments: &WatchArguments) -> bool {
             if !is_first {
                 session.again(&arguments.choices.files);
             }
+            // Before the check, so that what changes meanwhile is seen.
+            known = now.with(session.paths(&arguments.pipelines, &arguments.choices.files.extension));
+            #[cfg(feature = "gpu")]
+            {
+                known = known.with(painter.iter().flat_map(Painter::files));
+            }
             #[cfg(feature = "gpu")]
             if let (Some(painter), Some(first)) = (&mut painter, arguments.pipelines.first()) {
                 let painted = painter.paint(first, &arguments.choices, &mut session);
@@ -67,11 +73,6 @@ pub(crate) fn run(arguments: &WatchArguments) -> bool {
             }
             session.arrange();
             problems.print(&session, start, is_first);
-            known = now.with(session.paths(&arguments.pipelines, &arguments.choices.files.extension));
-            #[cfg(feature = "gpu")]
-            {
-                known = known.with(painter.iter().flat_map(Painter::files));
-            }
             is_first = false;
         }
         if streams::is_closed() || streams::is_lost() {

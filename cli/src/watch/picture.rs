@@ -8,9 +8,9 @@ use umbragraph::scene::Scene;
 use super::files::Stamps;
 use crate::arguments::{Choices, Shot};
 use crate::device::{self, Graphics};
-use crate::render::Drawing;
 use crate::render::camera::CameraPath;
 use crate::render::files::{Compression, write_png};
+use crate::render::{Drawing, Given};
 use crate::session::Session;
 
 /// The device, the scene and the file of the picture.
@@ -45,8 +45,9 @@ impl Painter {
         let checked = session.check(pipeline, choices);
         session.ensure_fine(&checked)?;
         let stamps = Stamps::of([self.path.as_path()]);
-        if self.scene.as_ref().is_none_or(|(known, _)| *known != stamps) {
-            self.scene = Some((stamps, session.scene(&self.path)?));
+        match &self.scene {
+            Some((known, scene)) if *known == stamps => session.diagnostics.extend(scene.warnings.clone()),
+            _ => self.scene = Some((stamps, session.scene(&self.path)?)),
         }
         if self.graphics.is_none() {
             self.graphics = Some(device::open(None)?);
@@ -55,7 +56,7 @@ impl Painter {
         let checked = session.check_on(graphics, checked, pipeline, choices);
         session.ensure_fine(&checked)?;
         let options = Session::options(choices);
-        let mut drawing = Drawing::new(graphics, scene, checked, options, session, Vec::new())?;
+        let mut drawing = Drawing::new(graphics, scene, checked, options, session, Given::default())?;
         let input = drawing.input(&CameraPath::of(None)?, Shot { index: 0, time: 0.0, part: 0.0 });
         drawing.frame(&input)?;
         write_png(&self.out, choices.size, &drawing.picture()?, Compression { fast: true })?;

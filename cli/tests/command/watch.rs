@@ -70,10 +70,14 @@ fn watch_prints_only_files_with_other_diagnostics() {
     assert_eq!(broken[0], "watch: frame.json");
     assert!(broken[1].starts_with("frame.json:8:82: error[UG"), "{broken:?}");
     assert!(broken[1].contains("tagret") && broken[1].contains("did you mean"), "{broken:?}");
-    // A comment moves the error, so that its file is printed again; one in another place says nothing new.
+    // A comment moves the error, so that its file is printed again; one behind it says nothing new.
     std::fs::write(&file, format!("// moved\n{}", PIPELINE.replace("&target", "&tagret"))).unwrap();
     let moved = watch.said();
     assert!(moved[1].starts_with("frame.json:9:82: error[UG"), "{moved:?}");
+    std::fs::write(&file, format!("// moved\n{}\n// behind\n", PIPELINE.replace("&target", "&tagret")))
+        .unwrap();
+    let same = watch.lines.recv_timeout(Duration::from_secs(2));
+    assert!(same.is_err(), "{same:?}");
     let other = folder.join("frame.tmp");
     std::fs::write(&other, PIPELINE).unwrap();
     std::fs::rename(other, &file).unwrap();

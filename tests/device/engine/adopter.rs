@@ -9,22 +9,9 @@ use glam::{Mat4, Vec3, Vec4};
 use umbragraph::executor::{Texels, read_back};
 use umbragraph::frame::{Bounds, Camera, FrameInput, Light};
 use umbragraph::{Frame, Options, Renderer};
-use umbragraph_test_support::gpu::{self, Gpu};
+use umbragraph_test_support::gpu;
 
 use city::City;
-
-fn target(gpu: &Gpu, [width, height]: [u32; 2], format: wgpu::TextureFormat) -> wgpu::Texture {
-    gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("target"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    })
-}
 
 /// Whether the straight way from a point towards the sun meets a box of the city.
 fn is_shadowed(from: Vec3, to_sun: Vec3) -> bool {
@@ -53,12 +40,12 @@ fn an_adopter_s_meshes_have_the_shadows_that_rays_have() {
         let picture = pollster::block_on(read_back(&gpu.device, &gpu.queue, target)).unwrap();
         (color, picture, executor.notices().count())
     };
-    record(&target(&gpu, [64, 36], wgpu::TextureFormat::Rgba8Unorm), 0.0);
+    record(&gpu.target([64, 36], wgpu::TextureFormat::Rgba8Unorm), 0.0);
     // Another size and format, and another value of the pass of its own.
     let size = [320, 180];
-    let (color, picture, notices) = record(&target(&gpu, size, wgpu::TextureFormat::Rgba8Unorm), 0.0);
-    let (_, encoded, _) = record(&target(&gpu, size, wgpu::TextureFormat::Rgba8UnormSrgb), 0.0);
-    let (dark, _, _) = record(&target(&gpu, size, wgpu::TextureFormat::Rgba8Unorm), 1.0);
+    let (color, picture, notices) = record(&gpu.target(size, wgpu::TextureFormat::Rgba8Unorm), 0.0);
+    let (_, encoded, _) = record(&gpu.target(size, wgpu::TextureFormat::Rgba8UnormSrgb), 0.0);
+    let (dark, _, _) = record(&gpu.target(size, wgpu::TextureFormat::Rgba8Unorm), 1.0);
     assert_eq!(notices, 0);
     assert!(dark.values[0][0] < 0.2 * color.values[0][0], "{:?} {:?}", dark.values[0], color.values[0]);
 
@@ -110,7 +97,7 @@ fn a_frame_without_bounds_or_casting_lights_says_so() {
     let Some(gpu) = gpu::device() else { return };
     let pipeline = shadows::pipeline().unwrap_or_else(|error| panic!("{error}"));
     let city = City::new(&gpu.device, &gpu.queue);
-    let target = target(&gpu, [160, 90], wgpu::TextureFormat::Rgba8Unorm);
+    let target = gpu.target([160, 90], wgpu::TextureFormat::Rgba8Unorm);
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue);
     let [world_from_view, clip_from_view] = city::camera(0.8, 16.0 / 9.0);
     let sun = Light::directional("sun", [-0.6, -0.7, -0.35], [1.0; 3], 4.0);

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use umbragraph::draw::{DrawPass, DrawSource, HostInterface};
+use umbragraph::draw::{DrawPass, DrawSource};
 use umbragraph::frame::{Camera, FrameInput, Light};
 use umbragraph::{Error, Executor, Frame, Library, Options, Plan};
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::image::Picture;
 
-use super::meshes::{Meshes, frame, plan};
+use super::meshes::{DrawnBy, Meshes, frame, plan};
 
 const SIZE: [u32; 2] = [64, 36];
 
@@ -108,57 +108,34 @@ fn record_finds_textures_of_another_device_and_unknown_ones() {
     record(&gpu, &mut executor, None, &[("target", &own)]).unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// Meshes whose draws fail.
-struct Failing<'a> {
-    meshes: &'a Meshes,
-    /// 0: draws as it should, 1: says that it failed, 2: panics.
-    how: AtomicU8,
-}
-
-impl DrawSource for Failing<'_> {
-    fn interface(&self, geometry: &str) -> Option<&HostInterface> {
-        self.meshes.interface(geometry)
-    }
-    fn material_count(&self) -> u32 {
-        self.meshes.material_count()
-    }
-    fn material(&self, material: u32, binding: &str) -> Option<wgpu::BindingResource<'_>> {
-        self.meshes.material(material, binding)
-    }
-    fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>> {
-        self.meshes.object(binding)
-    }
-    fn revision(&self, _: &str) -> Option<u64> {
-        Some(0)
-    }
-    fn draw(&self, pass: &mut dyn DrawPass) {
-        match self.how.load(Ordering::Relaxed) {
-            1 => pass.fail("the vertex buffer is gone".to_owned()),
-            2 => panic!("no such mesh"),
-            _ => self.meshes.draw(pass),
-        }
-    }
-}
-
 #[test]
 fn draws_that_fail_or_panic_name_their_pass_and_recover() {
     let Some(gpu) = gpu::device() else { return };
     let options = Options::new(SIZE[0], SIZE[1]).set("cascade_side", 256).feature("cached", true);
     let plan = plan(false, &options);
     let meshes = Meshes::new(&gpu, false);
-    let failing = Failing { meshes: &meshes, how: AtomicU8::new(0) };
+    // 0: draws as it should, 1: says that it failed, 2: panics.
+    let fails = AtomicU8::new(0);
+    let failing = DrawnBy {
+        meshes: &meshes,
+        draw: |meshes: &Meshes, pass: &mut dyn DrawPass| match fails.load(Ordering::Relaxed) {
+            1 => pass.fail("the vertex buffer is gone".to_owned()),
+            2 => panic!("no such mesh"),
+            _ => meshes.draw(pass),
+        },
+    };
     let target = crate::common::gpu::import(&gpu, &plan, "target");
     let mut wanted = None;
     for how in [1, 2] {
         let mut executor = Executor::new(&gpu.device, &gpu.queue, plan.clone(), Some(&failing)).unwrap();
-        failing.how.store(how, Ordering::Relaxed);
+        fails.store(how, Ordering::Relaxed);
         let error =
             record(&gpu, &mut executor, Some(&failing), &[("target", &target)]).expect_err("a failure");
         assert!(codes(&error).iter().all(|code| *code == "UG0821"), "{error}");
         let said = if how == 1 { "the vertex buffer is gone" } else { "it panicked: no such mesh" };
         let text = error.to_string();
         assert!(text.contains("the host's draws of \"shade\" failed") && text.contains(said), "{text}");
-        failing.how.store(0, Ordering::Relaxed);
+        fails.store(0, Ordering::Relaxed);
         record(&gpu, &mut executor, Some(&failing), &[("target", &target)])
             .unwrap_or_else(|error| panic!("{error}"));
         let picture = crate::common::gpu::read(&gpu, &target);

@@ -377,3 +377,30 @@ fn face(vertices: &mut Vec<Vertex>, indices: &mut Vec<u16>, corners: [Vec3; 4], 
     let fan: &[u16] = if count == 4 { &[0, 1, 2, 0, 2, 3] } else { &[0, 1, 2] };
     indices.extend(fan.iter().map(|index| first + index));
 }
+
+/// Meshes that a function draws.
+pub(crate) struct DrawnBy<'a, F> {
+    pub(crate) meshes: &'a Meshes,
+    pub(crate) draw: F,
+}
+
+impl<F: Fn(&Meshes, &mut dyn DrawPass) + Send + Sync> DrawSource for DrawnBy<'_, F> {
+    fn interface(&self, geometry: &str) -> Option<&HostInterface> {
+        self.meshes.interface(geometry)
+    }
+    fn material_count(&self) -> u32 {
+        self.meshes.material_count()
+    }
+    fn material(&self, material: u32, binding: &str) -> Option<wgpu::BindingResource<'_>> {
+        self.meshes.material(material, binding)
+    }
+    fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>> {
+        self.meshes.object(binding)
+    }
+    fn revision(&self, _: &str) -> Option<u64> {
+        Some(0)
+    }
+    fn draw(&self, pass: &mut dyn DrawPass) {
+        (self.draw)(self.meshes, pass);
+    }
+}

@@ -5,41 +5,16 @@
 
 use std::sync::Arc;
 
-use umbragraph::draw::{DrawPass, DrawSource, HostInterface};
+use umbragraph::draw::{DrawPass, DrawSource};
 use umbragraph::work::Work;
 use umbragraph::{Error, Executor, Frame, Options, Plan};
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::image::Picture;
 
-use super::meshes::{Meshes, frame, plan};
+use super::meshes::{DrawnBy, Meshes, frame, plan};
 use crate::common::gpu::{import, read};
 
 const SIZE: [u32; 2] = [64, 36];
-
-/// Meshes that lose their device when they are drawn.
-struct Losing<'a> {
-    meshes: &'a Meshes,
-    device: &'a wgpu::Device,
-}
-
-impl DrawSource for Losing<'_> {
-    fn interface(&self, geometry: &str) -> Option<&HostInterface> {
-        self.meshes.interface(geometry)
-    }
-    fn material_count(&self) -> u32 {
-        self.meshes.material_count()
-    }
-    fn material(&self, material: u32, binding: &str) -> Option<wgpu::BindingResource<'_>> {
-        self.meshes.material(material, binding)
-    }
-    fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>> {
-        self.meshes.object(binding)
-    }
-    fn draw(&self, pass: &mut dyn DrawPass) {
-        self.meshes.draw(pass);
-        self.device.destroy();
-    }
-}
 
 fn small_plan() -> Arc<Plan> {
     plan(false, &Options::new(SIZE[0], SIZE[1]).set("cascade_side", 128))
@@ -90,7 +65,13 @@ fn a_device_lost_in_the_middle_of_a_frame_is_an_error() {
         let Some(gpu) = gpu::device() else { return };
         let meshes = Meshes::new(&gpu, false);
         let target = import(&gpu, &plan, "target");
-        let losing = Losing { meshes: &meshes, device: &gpu.device };
+        let losing = DrawnBy {
+            meshes: &meshes,
+            draw: |meshes: &Meshes, pass: &mut dyn DrawPass| {
+                meshes.draw(pass);
+                gpu.device.destroy();
+            },
+        };
         let draws: &dyn DrawSource = if moment == 0 { &losing } else { &meshes };
         let mut executor = Executor::new(&gpu.device, &gpu.queue, plan.clone(), Some(&meshes)).unwrap();
         let between = || {

@@ -23,19 +23,6 @@ fn pipeline(library: &Library, red: f32) -> Pipeline {
     library.load_text("fill.json", &text).unwrap()
 }
 
-fn target(gpu: &Gpu, size: u32, format: wgpu::TextureFormat) -> wgpu::Texture {
-    gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("target"),
-        size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    })
-}
-
 /// The bytes of the first texel after a frame.
 fn drawn(
     gpu: &Gpu,
@@ -60,7 +47,7 @@ fn a_renderer_follows_what_changes_and_makes_nothing_otherwise() {
     let (red, dark) = (pipeline(&library, 1.0), pipeline(&library, 0.0));
     let mut renderer = Renderer::new(&gpu.device, &gpu.queue);
     assert!(renderer.executor().is_none());
-    let small = target(&gpu, 16, wgpu::TextureFormat::Rgba8Unorm);
+    let small = gpu.target([16; 2], wgpu::TextureFormat::Rgba8Unorm);
     let options = Options::new(16, 16);
     assert_eq!(drawn(&gpu, &mut renderer, (&red, &options), &small).unwrap(), [255, 0, 0, 255]);
 
@@ -72,9 +59,9 @@ fn a_renderer_follows_what_changes_and_makes_nothing_otherwise() {
     assert_eq!(renderer.executor().unwrap().statistics(), before);
 
     // Another format and another size of the host's texture, another pipeline, other options.
-    let other = target(&gpu, 16, wgpu::TextureFormat::Bgra8Unorm);
+    let other = gpu.target([16; 2], wgpu::TextureFormat::Bgra8Unorm);
     assert_eq!(drawn(&gpu, &mut renderer, (&red, &options), &other).unwrap(), [0, 0, 255, 255]);
-    let (large, wide) = (target(&gpu, 32, wgpu::TextureFormat::Rgba8Unorm), Options::new(32, 32));
+    let (large, wide) = (gpu.target([32; 2], wgpu::TextureFormat::Rgba8Unorm), Options::new(32, 32));
     assert_eq!(drawn(&gpu, &mut renderer, (&red, &wide), &large).unwrap(), [255, 0, 0, 255]);
     assert_eq!(drawn(&gpu, &mut renderer, (&dark, &wide), &large).unwrap(), [0, 0, 0, 255]);
     let green = wide.clone().set("green", 1);

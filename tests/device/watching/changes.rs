@@ -38,6 +38,25 @@ fn edits_of_every_kind_of_file_are_shown() {
 }
 
 #[test]
+fn folder_of_templates_may_come_later() {
+    let Some(mut stage) = Stage::new("folder_may_come_later", FILES) else { return };
+    let [there, away] = ["shaders", "away"].map(|name| stage.folder.join(name));
+    let fresh = stage.fresh().unwrap();
+    std::fs::rename(&there, &away).unwrap();
+    let library = umbragraph::Library::new().templates(&there);
+    let watcher = umbragraph::Watcher::new(library, stage.folder.join("frame.json")).unwrap();
+    stage.watcher = watcher.parameters([stage.folder.join("look.json")]);
+    let said = (0..2000).find_map(|_| {
+        assert_eq!(stage.frame(), None, "nothing is drawn without templates");
+        std::thread::sleep(std::time::Duration::from_millis(4));
+        stage.watcher.error().map(ToString::to_string)
+    });
+    assert!(said.as_ref().is_some_and(|said| said.contains("shaders")), "{said:?}");
+    std::fs::rename(&away, &there).unwrap();
+    assert_eq!(stage.until("mended", |watcher, _| watcher.error().is_none()), fresh);
+}
+
+#[test]
 fn broken_edit_keeps_the_last_good_frame_and_says_why() {
     let Some(mut stage) = Stage::new("broken_edit_keeps", FILES) else { return };
     let good = stage.until("begun", |_, _| true);

@@ -130,7 +130,7 @@ impl Stage {
         let watcher = Watcher::new(library(&folder), folder.join("frame.json")).unwrap();
         let watcher = watcher.parameters([folder.join("look.json")].into_iter().filter(|path| path.exists()));
         let renderer = Renderer::new(&gpu.device, &gpu.queue);
-        let target = target(&gpu, SIZE);
+        let target = gpu.target(SIZE, wgpu::TextureFormat::Rgba8Unorm);
         Some(Self { gpu, folder, watcher, renderer, target })
     }
 
@@ -171,7 +171,7 @@ impl Stage {
 
     /// Gives the frames to come a target of another size.
     pub(crate) fn resize(&mut self, size: [u32; 2]) {
-        self.target = target(&self.gpu, size);
+        self.target = self.gpu.target(size, wgpu::TextureFormat::Rgba8Unorm);
     }
 
     /// Draws frames until one is as it should be; that one.
@@ -195,7 +195,7 @@ impl Stage {
         let mut watcher = Watcher::new(library(&self.folder), self.folder.join("frame.json")).unwrap();
         watcher =
             watcher.parameters([self.folder.join("look.json")].into_iter().filter(|path| path.exists()));
-        let target = target(&self.gpu, SIZE);
+        let target = self.gpu.target(SIZE, wgpu::TextureFormat::Rgba8Unorm);
         let mut renderer = Renderer::new(&self.gpu.device, &self.gpu.queue);
         let input = empty_frame();
         let imports = [("target", &target)];
@@ -228,17 +228,4 @@ fn library(folder: &ScratchFolder) -> Library {
     let shaders: PathBuf = folder.join("shaders");
     let library = Library::new();
     if shaders.is_dir() { library.templates(shaders) } else { library }
-}
-
-fn target(gpu: &Gpu, [width, height]: [u32; 2]) -> wgpu::Texture {
-    gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("target"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8Unorm,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    })
 }

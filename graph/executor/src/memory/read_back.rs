@@ -56,15 +56,17 @@ pub async fn read_bytes(
     texture: &wgpu::Texture,
 ) -> Result<Vec<u8>, Diagnostic> {
     let layout = Layout::of_texture(texture)?;
-    let read = if layout.copied { copied(device, queue, texture, &layout).await } else { Err(String::new()) };
+    let mut read = rows(device, queue, texture, &layout, !layout.copied).await;
     // A device does not say whether it copies depth; its error does.
     let is_depth = texture.format().is_depth_stencil_format() && layout.bytes == 4;
-    let is_read = is_depth && texture.usage().contains(wgpu::TextureUsages::TEXTURE_BINDING);
-    match read {
-        Err(_) if is_read => by_shader(device, queue, texture, &layout).await,
-        read => read,
+    if read.is_err()
+        && layout.copied
+        && is_depth
+        && texture.usage().contains(wgpu::TextureUsages::TEXTURE_BINDING)
+    {
+        read = rows(device, queue, texture, &layout, true).await;
     }
-    .map_err(|reason| {
+    read.map_err(|reason| {
         let format = format_name(texture.format());
         let message = format!("a texture in {format} cannot be read back: {reason}");
         Diagnostic::error(codes::DEVICE, Place::Nowhere, message)
@@ -72,43 +74,13 @@ pub async fn read_bytes(
     })
 }
 
-/// The bytes of a texture by a copy.
-async fn copied(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    texture: &wgpu::Texture,
-    layout: &Layout,
-) -> Result<Vec<u8>, String> {
-    rows(device, queue, texture, layout, |encoder, buffer, row| {
-        let source = wgpu::TexelCopyTextureInfo { aspect: layout.aspect, ..texture.as_image_copy() };
-        let rows_per_image = Some(texture.height());
-        let rows = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image };
-        let destination = wgpu::TexelCopyBufferInfo { buffer, layout: rows };
-        encoder.copy_texture_to_buffer(source, destination, texture.size());
-    })
-    .await
-}
-
-/// The bytes of a texture of depth by a compute shader.
-async fn by_shader(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    texture: &wgpu::Texture,
-    layout: &Layout,
-) -> Result<Vec<u8>, String> {
-    rows(device, queue, texture, layout, |encoder, buffer, row| {
-        read_depth(device, encoder, texture, buffer, row / 4);
-    })
-    .await
-}
-
-/// The rows of a texture without gaps, from a buffer that `fill` has the device write; its rows have so many bytes.
+/// The rows of a texture without gaps, copied, or of depth read by a compute shader.
 async fn rows(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
     texture: &wgpu::Texture,
     layout: &Layout,
-    fill: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer, u32),
+    by_shader: bool,
 ) -> Result<Vec<u8>, String> {
     let lines = u64::from(texture.height()) * u64::from(texture.depth_or_array_layers());
     let row = (texture.width() * layout.bytes).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
@@ -122,7 +94,15 @@ async fn rows(
         mapped_at_creation: false,
     });
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
-    fill(&mut encoder, &buffer, row);
+    if by_shader {
+        read_depth(device, &mut encoder, texture, &buffer, row / 4);
+    } else {
+        let source = wgpu::TexelCopyTextureInfo { aspect: layout.aspect, ..texture.as_image_copy() };
+        let rows_per_image = Some(texture.height());
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image };
+        let destination = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+        encoder.copy_texture_to_buffer(source, destination, texture.size());
+    }
     queue.submit([encoder.finish()]);
     let mut error = None;
     for scope in scopes.into_iter().rev() {

@@ -60,7 +60,7 @@ impl Case {
         self.turn() == 0
     }
 
-    /// How early it is drawn: the lower, the earlier.
+    /// The turn in which it is drawn: the lowest first.
     fn turn(&self) -> u8 {
         let is_plain = self.view.as_deref().is_none_or(|view| view == SHADOW_TERM);
         match (self.preset.is_none(), is_plain) {

@@ -27,7 +27,7 @@ pub(crate) enum Job<'a> {
     Score { driver: &'a Driver, pipeline: &'static str, scene: &'static str },
 }
 
-/// What is known of a picture.
+/// The state of a picture.
 pub(crate) enum Drawn {
     Not,
     Failed(String),
@@ -79,11 +79,10 @@ impl Drawings {
         self.file(driver, &format!("{}{nearest}", case.name()), ending)
     }
 
-    /// What is known of a picture.
+    /// The state of a picture on a driver.
     pub(crate) fn drawn(&self, driver: &Driver, case: &Case, nearest: bool) -> Drawn {
-        let Ok(said) = std::fs::read_to_string(self.picture_file(driver, case, nearest, "txt")) else {
-            return Drawn::Not;
-        };
+        let said = std::fs::read_to_string(self.picture_file(driver, case, nearest, "txt"));
+        let Some(said) = said.ok().filter(|said| !said.is_empty()) else { return Drawn::Not };
         let mut lines = said.lines();
         match lines.next() {
             Some("drawn") => {
@@ -182,16 +181,24 @@ impl Drawings {
                     }
                     Err(reason) => reason,
                 };
-                let _ = std::fs::write(self.picture_file(driver, case, *nearest, "txt"), said);
+                write(&self.picture_file(driver, case, *nearest, "txt"), &said);
             }
             Job::Score { driver, pipeline, scene } => {
                 let mut command = driver.command(&self.program);
                 command.args(["score", &format!("pipelines/{pipeline}.json"), "--size", SIZE]);
                 let scores = output(command.args(["--format", "json", "--scene"]).arg(path_of(scene)));
                 let file = self.file(driver, &format!("{pipeline} {scene} score"), "json");
-                let _ = std::fs::write(file, scores.unwrap_or_else(|reason| reason));
+                write(&file, &scores.unwrap_or_else(|reason| reason));
             }
         }
+    }
+}
+
+/// Writes a file whole or not at all, so that a run that is interrupted goes on where it ended.
+fn write(file: &Path, text: &str) {
+    let beside = file.with_extension("part");
+    if let Err(error) = std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, file)) {
+        eprintln!("{}: {error}", file.display());
     }
 }
 

@@ -58,13 +58,8 @@ impl Driver {
         let usual = Self { name: "all".to_owned(), variables: Vec::new() };
         let gpus =
             usual.adapters(program, folder).into_iter().filter(|adapter| adapter.kind.ends_with("Gpu"));
-        gpus.filter_map(|Adapter { name, .. }| {
-            let (adapter, backend) = name.strip_suffix(')')?.rsplit_once(" (")?;
-            let variables =
-                vec![("WGPU_ADAPTER_NAME", adapter.to_owned()), ("WGPU_BACKEND", backend.to_owned())];
-            Some(Self { variables, name })
-        })
-        .collect()
+        gpus.map(|Adapter { name, .. }| Self { variables: vec![("WGPU_ADAPTER_NAME", name.clone())], name })
+            .collect()
     }
 
     /// The command, told to draw with this driver.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
+use umbragraph_test_support::glb::container;
 
 /// `NEAREST` of OpenGL, as glTF has it.
 const NEAREST: u32 = 9728;
@@ -32,16 +33,7 @@ fn with_nearest(bytes: &[u8]) -> Option<Vec<u8>> {
         sampler["magFilter"] = json!(NEAREST);
         sampler["minFilter"] = json!(NEAREST);
     }
-    let mut text = document.to_string().into_bytes();
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let mut whole = b"glTF".to_vec();
-    for word in [2, (20 + text.len() + rest.len()) as u32, text.len() as u32] {
-        whole.extend(word.to_le_bytes());
-    }
-    whole.extend(b"JSON");
-    whole.extend(text);
-    whole.extend(rest);
-    Some(whole)
+    Some(container(&document.to_string(), rest.get(8..)?))
 }
 
 #[cfg(test)]
@@ -51,7 +43,7 @@ mod tests {
     #[test]
     fn samplers_become_nearest_and_the_rest_stays() {
         let document = r#"{"samplers":[{"minFilter":9987}],"textures":[]}"#;
-        let bytes = umbragraph_test_support::glb::container(document, &[1, 2, 3, 4]);
+        let bytes = container(document, &[1, 2, 3, 4]);
         let changed = with_nearest(&bytes).unwrap();
         let text = String::from_utf8_lossy(&changed);
         assert!(text.contains(r#""minFilter":9728"#) && text.contains(r#""magFilter":9728"#), "{text}");

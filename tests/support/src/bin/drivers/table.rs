@@ -57,7 +57,7 @@ pub(crate) fn markdown(sections: &[Section], is_quick: bool, commit: &str) -> St
     text
 }
 
-/// What is off, and what is not drawn.
+/// The features that are off, and the pictures that are not drawn.
 fn notes(row: &Row) -> impl Iterator<Item = String> {
     let off = row.off.iter().map(|(feature, count)| {
         let pictures = if *count == 1 { "picture" } else { "pictures" };
