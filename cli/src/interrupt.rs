@@ -32,5 +32,17 @@ pub(crate) fn end() -> ! {
     for file in unfinished.iter() {
         let _ = std::fs::remove_file(file);
     }
+    exit()
+}
+
+/// Ends the process at once: another thread may be drawing, and what the driver does at the end of a process must not run
+/// meanwhile.
+#[cfg(unix)]
+fn exit() -> ! {
+    signal_hook::low_level::exit(INTERRUPTED)
+}
+
+#[cfg(not(unix))]
+fn exit() -> ! {
     std::process::exit(INTERRUPTED)
 }

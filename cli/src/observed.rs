@@ -10,11 +10,11 @@ use std::path::Path;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use umbragraph::diagnostic::{Diagnostic, codes};
-use umbragraph::low_level::compose::read_bytes;
 use umbragraph::low_level::report::Observed;
 
-/// The largest file that is read.
-const MAX_BYTES: u64 = 1 << 30;
+use crate::read::read_file;
+
+const HELP: &str = "write it with `umbragraph render --capture-all FOLDER`, or `--trace FILE.json`";
 
 /// Reads what was observed.
 ///
@@ -72,17 +72,17 @@ fn times(trace: &Path) -> Result<BTreeMap<String, [f64; 2]>, Diagnostic> {
     Ok(means)
 }
 
-/// The bytes of a regular file: a pipe may never end.
 fn read(path: &Path) -> Result<Vec<u8>, Diagnostic> {
-    match read_bytes(path, MAX_BYTES) {
-        Ok(Some(bytes)) => Ok(bytes),
-        Ok(None) => Err(unreadable(path, "it is larger than 1 GiB")),
-        Err(error) => Err(unreadable(path, &error.to_string())),
-    }
+    read_file(path).map_err(|error| error.help(HELP))
 }
 
 fn unreadable(path: &Path, reason: &str) -> Diagnostic {
     let name = path.display().to_string();
-    Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", format!("\"{name}\" cannot be read: {reason}"))
-        .help("write it with `umbragraph render --capture-all FOLDER`, or `--trace FILE.json`")
+    Diagnostic::in_file(
+        codes::FILE_UNREADABLE,
+        &name,
+        "",
+        format!("the file \"{name}\" cannot be read: {reason}"),
+    )
+    .help(HELP)
 }

@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::SystemTime;
 
+use umbragraph_graph::compose::read_bytes;
+
 use crate::diagnostic::Diagnostics;
 use crate::scene::{self, Folder, ResolveError, Resolver, Scene};
 
@@ -37,7 +39,7 @@ impl WatchedScene {
             return None;
         }
         self.stamps = [(self.path.clone(), stamp(&self.path))].into();
-        let Ok(bytes) = std::fs::read(&self.path) else {
+        let Ok(Some(bytes)) = read_bytes(&self.path, scene::MAX_FILE_BYTES) else {
             // It says why.
             return Some(scene::load(&self.path));
         };

@@ -10,8 +10,10 @@ use lsp_types::{DiagnosticRelatedInformation, DiagnosticSeverity, Location, Numb
 
 use crate::position::{Encoding, path_of, uri_of};
 use umbragraph_graph::compiler::PlanOptions;
+use umbragraph_graph::compose::read_bytes;
 use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place, Severity};
 use umbragraph_graph::document::{Document, Entry, Kind};
+
 use umbragraph_graph::pipeline::{FileKind, claimed_profiles};
 use umbragraph_graph::shader::TargetProfile;
 use umbragraph_graph::source::Span;
@@ -130,8 +132,10 @@ impl Workspace {
                 collect(folder, 0, &mut files);
             }
             // A cheap look first: most files of a workspace are no pipelines.
-            let has_format =
-                |path: &&PathBuf| std::fs::read_to_string(path).is_ok_and(|text| text.contains("\"format\""));
+            let has_format = |path: &&PathBuf| {
+                let bytes = read_bytes(path, MAX_BYTES).ok().flatten().unwrap_or_default();
+                String::from_utf8_lossy(&bytes).contains("\"format\"")
+            };
             files.iter().filter(has_format).for_each(|path| self.compose(path));
         }
         self.readers.as_ref().and_then(|readers| readers.get(path)).cloned().unwrap_or_default()

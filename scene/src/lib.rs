@@ -52,6 +52,6 @@ pub mod texture;
 pub mod view;
 pub mod visibility;
 
-pub use load::{Folder, NoFiles, ResolveError, Resolver, from_slice, load, load_below};
+pub use load::{Folder, MAX_FILE_BYTES, NoFiles, ResolveError, Resolver, from_slice, load, load_below};
 pub use pose::Pose;
 pub use scene::{Draw, Scene};

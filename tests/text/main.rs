@@ -28,6 +28,7 @@ mod mistakes;
 mod ray_traced_truth;
 mod recovery;
 mod resizing;
+mod rust_sources;
 mod scene_writers;
 mod session;
 mod structure;
@@ -36,4 +37,3 @@ mod systems;
 mod tracer;
 #[cfg(feature = "noop")]
 mod webgpu_rules;
-mod words;

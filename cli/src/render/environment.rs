@@ -8,10 +8,11 @@ use std::path::Path;
 
 use exr::prelude::f16;
 use umbragraph::Plan;
-use umbragraph::diagnostic::{Diagnostic, Place, codes};
+use umbragraph::diagnostic::{Diagnostic, Place};
 use umbragraph::low_level::language::Lifetime;
 
 use super::radiance::{self, Colors};
+use crate::read::read_file;
 
 /// The name of the imported texture, and of the toggle that makes passes read it.
 const IMPORT: &str = "environment";
@@ -54,13 +55,8 @@ impl Environment {
             let help = "pipelines/umbra.json has one, with the feature \"environment\"";
             return reject(crate::codes::ENVIRONMENT, message, help);
         }
-        let bytes = match std::fs::read(path) {
-            Ok(bytes) => bytes,
-            Err(error) => {
-                let help = "--environment names an equirectangular picture, .hdr or .exr";
-                return reject(codes::FILE_UNREADABLE, format!("the file cannot be read: {error}"), help);
-            }
-        };
+        let bytes = read_file(path)
+            .map_err(|error| error.help("--environment names an equirectangular picture, .hdr or .exr"))?;
         let is_exr = bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]);
         let decoded = if is_exr { open_exr(&bytes) } else { radiance::decode(&bytes) };
         match decoded {

@@ -40,6 +40,18 @@ fn an_environment_that_cannot_be_used_is_told() {
     assert!(!out.exists());
 }
 
+/// A pipe that nobody writes to would be waited for.
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_no_environment() {
+    let folder = ScratchFolder::new("render-environment-pipe");
+    let pipe = folder.join("sky.hdr");
+    assert!(Command::new("mkfifo").arg(&pipe).status().expect("mkfifo").success());
+    let arguments = ["--environment", pipe.to_str().expect("a path")];
+    let output = render("pipelines/umbra.json", &folder.join("x.png"), &arguments);
+    rejected(&output, 1, &["sky.hdr", "cannot be read: it is no regular file", "--environment names"]);
+}
+
 #[test]
 fn an_environment_is_the_background_of_every_frame() {
     if gpu::device().is_none() {

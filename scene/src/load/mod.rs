@@ -37,6 +37,7 @@ mod report;
 mod resource;
 mod skins;
 
+pub use limits::MAX_FILE_BYTES;
 pub use resource::{Folder, NoFiles, ResolveError, Resolver};
 
 use std::path::{Path, PathBuf};

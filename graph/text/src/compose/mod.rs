@@ -25,7 +25,9 @@ mod roots;
 mod shared_settings;
 mod subgraphs;
 
-pub use disk::{Disk, Named, Unreachable, files_below, find_below, meant_beside, read_bytes, read_source};
+pub use disk::{
+    Disk, Named, Unreachable, files_below, find_below, meant_beside, read_bytes, read_source, unreadable,
+};
 pub use files::{Files, Memory, add_bytes};
 pub use insert::insert;
 pub use merge::SECTIONS;
