@@ -317,6 +317,27 @@ fn a_feature_of_webgpu_is_there_where_the_profile_has_it() {
 }
 
 #[test]
+fn a_preset_leaves_off_what_the_target_lacks() {
+    const TEXT: &str = r#"{ "format": 1, "name": "preset",
+  "features": {
+    "coarse": { "type": "bool", "default": true, "one_of": "size" },
+    "fine": { "type": "bool", "default": false, "one_of": "size", "required_features": ["compute"] },
+    "finest": { "type": "bool", "default": false, "requires": ["fine"] }
+  },
+  "presets": { "high": { "features": { "fine": true, "finest": true } } },
+  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "=fine && finest ? [64, 64] : [32, 32]", "lifetime": "imported" } } },
+  "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&target" }] } } } }"#;
+    let check = |profile, preset, features| {
+        let profile = Some(profile);
+        crate::common::check_with("preset.json", TEXT, &With { profile, preset, features, ..With::default() })
+    };
+    let (whole, lesser) = (TargetProfile::webgpu, || TargetProfile::from_name("webgl2").unwrap());
+    assert_eq!(size(&check(whole(), Some("high"), &[]), "target"), (64, 64));
+    assert_eq!(size(&check(lesser(), Some("high"), &[]), "target"), (32, 32));
+    assert_eq!(check(lesser(), Some("high"), &[("fine", "true")]).codes(), ["UG0219"]);
+}
+
+#[test]
 fn each_pipeline_has_points_for_extensions() {
     let pass = |name: &str, to: &str| {
         format!(

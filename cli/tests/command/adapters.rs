@@ -262,3 +262,25 @@ fn opengl_without_compute_draws_shadows_and_says_what_is_off() {
     let iou = scores["lights"][0]["scores"]["bands"]["2"]["iou"].as_f64().expect("a score");
     assert!(iou > 0.9, "{scores}");
 }
+
+#[test]
+fn opengl_without_compute_draws_each_preset() {
+    if gpu::device().is_none() {
+        return;
+    }
+    let folder = ScratchFolder::new("adapters-presets");
+    let out = folder.join("picture.png");
+    let scene = ["--scene", "examples/scenes/figure.glb", "--size", "64x36", "--out", out.to_str().unwrap()];
+    for preset in ["phone", "console", "desktop", "workstation"] {
+        let output =
+            run(&[&["render", "pipelines/umbra.json", "--preset", preset][..], &scene].concat(), &ES30);
+        let said = text(&output.stderr);
+        if said.contains("UG0801") {
+            skip::skipped("no OpenGL");
+            return;
+        }
+        assert!(output.status.success(), "{preset}: {said}");
+        let is_off = |feature: &str| said.contains(&format!("\"{feature}\" is off: llvmpipe"));
+        assert!(is_off("visible_range") && is_off("denoise") == (preset == "console"), "{preset}: {said}");
+    }
+}

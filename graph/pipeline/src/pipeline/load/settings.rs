@@ -45,6 +45,7 @@ impl Settings {
         let features = setting::features(
             &sound.features,
             section(document, "features"),
+            section(document, "presets"),
             &overrides.features,
             profile,
             diagnostics,

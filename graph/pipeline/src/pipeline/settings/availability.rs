@@ -8,10 +8,11 @@
 //! itself (`webgpu+float32-filterable` has one), but a device may; and for parts of WebGPU's core mode that OpenGL and
 //! compatibility mode lack, such as `"view-formats"` ([`Capability`]). Where the profile has less, the feature is off by
 //! default and cannot be switched on, nor can those that require it; so that one pipeline takes the better way on each
-//! device without anybody switching anything. No configuration with it is gone through there; where the profile has it,
+//! device without anybody switching anything. A preset that switches it on leaves it off there, too. No configuration with it is gone through there; where the profile has it,
 //! both are.
 
 use crate::pipeline::settings::overrides::Override;
+use crate::pipeline::settings::preset;
 use umbragraph_shaders::{Capability, TargetProfile};
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use umbragraph_text::document::{Entry, Kind, Value, pointer_join};
@@ -66,6 +67,21 @@ fn lacking_within(
             lacking_within(other, features, profile, depth.checked_sub(1)?)
         })
     })
+}
+
+/// Settings of features, without those of presets where the profile has less than they require.
+pub(crate) fn without_lacking(
+    settings: &[Override],
+    presets: &[Entry],
+    features: &[Entry],
+    profile: &TargetProfile,
+) -> Vec<Override> {
+    let is_lacking = |setting: &Override| {
+        let entry = features.iter().find(|entry| entry.key == setting.name);
+        entry.is_some_and(|entry| lacking(entry, features, profile).is_some())
+    };
+    let is_left_out = |setting: &Override| preset::sets(presets, setting) && is_lacking(setting);
+    settings.iter().filter(|setting| !is_left_out(setting)).cloned().collect()
 }
 
 /// The value with which a feature is off.

@@ -92,6 +92,12 @@ pub fn of_preset(document: &Document, name: &str, place: Span, diagnostics: &mut
     }
 }
 
+/// Whether a setting of a feature is one of a preset.
+pub(crate) fn sets(presets: &[Entry], setting: &Override) -> bool {
+    let mut features = presets.iter().flat_map(|preset| preset.value.entries_of("features"));
+    features.any(|entry| entry.key_span == setting.place)
+}
+
 /// Checks the values of all presets but those of the chosen one, which are checked as settings.
 pub(crate) fn check(
     presets: &[Entry],

@@ -87,14 +87,17 @@ pub(crate) fn parameters(
     parameters
 }
 
-/// Gives every feature its value, and checks what they require of the profile, and require and exclude of one another.
+/// Gives every feature its value, and checks what they require of the profile, and require and exclude of one another. A
+/// preset is for every target, so what one of `presets` switches on counts only where the profile has what it requires.
 pub(crate) fn features(
     declarations: &BTreeMap<String, FeatureDeclaration>,
     entries: &[Entry],
+    presets: &[Entry],
     overrides: &[Override],
     profile: &TargetProfile,
     diagnostics: &mut Diagnostics,
 ) -> BTreeMap<String, Feature> {
+    let overrides = availability::without_lacking(overrides, presets, entries, profile);
     let mut features = BTreeMap::new();
     let mut unavailable = Vec::new();
     for entry in entries {
@@ -131,7 +134,7 @@ pub(crate) fn features(
         }
         features.insert(entry.key.clone(), feature);
     }
-    groups(declarations, entries, overrides, &unavailable, &mut features, diagnostics);
+    groups(declarations, entries, &overrides, &unavailable, &mut features, diagnostics);
     for (name, feature) in &features {
         let is_on = |other: &String| features.get(other).map(Feature::is_on);
         for (others, wanted, words) in [
