@@ -55,7 +55,7 @@ pub(crate) fn run(options: &Options) -> Result<bool, String> {
             eprintln!("{} is left out: {reason}", packages.join(" and "));
         }
     }
-    let program = build()?;
+    let program = build(!options.quick)?;
     let folder = process::target_folder().join("drivers");
     // The page in the tree is of whole runs.
     let table = if options.quick { folder.join("drivers.md") } else { process::workspace_root().join(TABLE) };
@@ -74,7 +74,7 @@ pub(crate) fn run(options: &Options) -> Result<bool, String> {
 /// Draws under the validation layers, two pipelines or `all`; whether the layers said nothing.
 pub(crate) fn validate(all: bool) -> Result<bool, String> {
     adapter::ensure_if_possible();
-    let program = build()?;
+    let program = build(all)?;
     let out = process::target_folder().join("drivers-validated.png");
     let mut fine = true;
     for (pipeline, scene) in
@@ -129,14 +129,16 @@ pub(crate) fn swiftshader() -> Option<&'static str> {
     SWIFTSHADER.into_iter().find(|file| std::path::Path::new(file).exists())
 }
 
-/// Builds the command.
-fn build() -> Result<PathBuf, String> {
+/// Builds the command: for many pictures optimised, since each is checked and planned by a process of its own.
+fn build(is_optimised: bool) -> Result<PathBuf, String> {
     let mut command = process::program("cargo");
     command.args("build --package umbragraph-cli --bin umbragraph".split_whitespace());
+    command.args(is_optimised.then_some("--release"));
     if !process::cargo(&mut command)? {
         return Err("the command cannot be built".to_owned());
     }
-    Ok(process::target_folder().join("debug").join(format!("umbragraph{}", std::env::consts::EXE_SUFFIX)))
+    let folder = process::target_folder().join(if is_optimised { "release" } else { "debug" });
+    Ok(folder.join(format!("umbragraph{}", std::env::consts::EXE_SUFFIX)))
 }
 
 #[cfg(test)]

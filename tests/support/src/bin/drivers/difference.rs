@@ -6,6 +6,9 @@
 //!   in debug views and lessons, what they show themselves; which side of an edge the middle of a pixel is on is the
 //!   rounding of a driver;
 //! * **filtering**: the difference is gone where both draw the scene with textures that are sampled at the nearest texel;
+//! * **placement**: no further than 8 levels from what the reference itself draws there once its camera is turned by a small
+//!   part of a pixel to each side ([`crate::variant`]): a rasterizer with few bits for parts of a pixel moves surfaces as far,
+//!   and a step at which the picture jumps (a cell of noise, a texel of a shadow map) then lies on another side;
 //! * **unexplained**: what is left.
 
 use umbragraph_test_support::image::Picture;
@@ -27,6 +30,8 @@ pub(crate) struct Pair<'a> {
     pub(crate) creases: Option<&'a [bool]>,
     /// Reference and picture with textures that are sampled at the nearest texel.
     pub(crate) nearest: Option<[&'a Picture; 2]>,
+    /// Pictures of the reference with a turned camera.
+    pub(crate) turned: Vec<&'a Picture>,
 }
 
 /// Numbers of pixels.
@@ -40,6 +45,8 @@ pub(crate) struct Difference {
     pub(crate) edge: usize,
     /// See the module.
     pub(crate) filtering: usize,
+    /// See the module.
+    pub(crate) placement: usize,
     /// See the module.
     pub(crate) unexplained: usize,
 }
@@ -59,6 +66,7 @@ impl Difference {
         let shown: Vec<_> = pair.jumps.iter().copied().filter(is_whole).map(texels).collect();
         let creases = pair.creases.filter(|creases| creases.len() == width * height);
         let nearest = pair.nearest.filter(|both| both.iter().all(is_whole)).map(|both| both.map(texels));
+        let turned: Vec<_> = pair.turned.iter().copied().filter(is_whole).map(texels).collect();
         for at in 0..width * height {
             let by = apart(reference[at], picture[at]);
             difference.beyond_2 += usize::from(by > 2);
@@ -72,6 +80,13 @@ impl Difference {
                 difference.edge += 1;
             } else if nearest.as_ref().is_some_and(|[one, other]| apart(one[at], other[at]) <= 8) {
                 difference.filtering += 1;
+            } else if !turned.is_empty()
+                && lies_among(
+                    picture[at],
+                    std::iter::once(&reference).chain(&turned).map(|texels| texels[at]),
+                )
+            {
+                difference.placement += 1;
             } else {
                 difference.unexplained += 1;
             }
@@ -87,6 +102,7 @@ impl Difference {
             beyond_2: self.beyond_2 + other.beyond_2,
             edge: self.edge + other.edge,
             filtering: self.filtering + other.filtering,
+            placement: self.placement + other.placement,
             unexplained: self.unexplained + other.unexplained,
         }
     }
@@ -130,16 +146,28 @@ fn apart(a: [u8; 4], b: [u8; 4]) -> i32 {
     (0..3).map(|channel| i32::from(a[channel]).abs_diff(i32::from(b[channel])) as i32).max().unwrap_or(0)
 }
 
-/// The largest spread of a channel, alpha included.
-fn spread(texels: impl Iterator<Item = [u8; 4]>) -> i32 {
-    let none = ([255; 4], [0; 4]);
-    let (min, max) = texels.fold(none, |(mut min, mut max), texel| {
+/// Whether each color channel of a texel is no further than 8 levels from the range of others.
+fn lies_among(texel: [u8; 4], others: impl Iterator<Item = [u8; 4]>) -> bool {
+    let (min, max) = range(others);
+    (0..3).all(|channel| {
+        texel[channel] >= min[channel].saturating_sub(8) && texel[channel] <= max[channel].saturating_add(8)
+    })
+}
+
+/// The smallest and the largest value of each channel.
+fn range(texels: impl Iterator<Item = [u8; 4]>) -> ([u8; 4], [u8; 4]) {
+    texels.fold(([255; 4], [0; 4]), |(mut min, mut max), texel| {
         for channel in 0..4 {
             min[channel] = min[channel].min(texel[channel]);
             max[channel] = max[channel].max(texel[channel]);
         }
         (min, max)
-    });
+    })
+}
+
+/// The largest spread of a channel, alpha included.
+fn spread(texels: impl Iterator<Item = [u8; 4]>) -> i32 {
+    let (min, max) = range(texels);
     (0..4).map(|channel| i32::from(max[channel]) - i32::from(min[channel])).max().unwrap_or(0)
 }
 
@@ -159,7 +187,7 @@ mod tests {
     use umbragraph_test_support::image::Channels;
 
     /// A grey picture of 8 by 8 with some other pixels.
-    fn picture(others: &[(u32, u32, u8)]) -> Picture {
+    fn grey(others: &[(u32, u32, u8)]) -> Picture {
         let mut picture = Picture::filled(8, 8, Channels::Rgba, &[100, 100, 100, 255]);
         for (x, y, value) in others {
             picture.pixel_mut(*x, *y).unwrap()[..3].fill(*value);
@@ -169,21 +197,37 @@ mod tests {
 
     #[test]
     fn a_pixel_has_one_cause() {
-        let (plain, other) = (picture(&[]), picture(&[(4, 4, 200)]));
-        let shadow = picture(&[(5, 5, 0)]);
+        let (plain, other) = (grey(&[]), grey(&[(4, 4, 200)]));
+        let shadow = grey(&[(5, 5, 0)]);
         let causes = |jumps: Vec<&Picture>, creases: Option<&[bool]>, nearest: Option<[&Picture; 2]>| {
-            let pair = Pair { reference: &plain, picture: &other, jumps, creases, nearest };
+            let pair =
+                Pair { reference: &plain, picture: &other, jumps, creases, nearest, turned: vec![&plain] };
             let found = Difference::of(&pair);
             assert_eq!((found.pixels, found.beyond_2), (64, 1));
-            [found.edge, found.filtering, found.unexplained]
+            [found.edge, found.filtering, found.placement, found.unexplained]
         };
         let mut crease = vec![false; 64];
         crease[3 * 8 + 3] = true;
-        assert_eq!(causes(vec![&shadow], None, None), [1, 0, 0]);
-        assert_eq!(causes(vec![&plain], Some(&crease), None), [1, 0, 0]);
-        assert_eq!(causes(vec![&plain], None, Some([&plain, &plain])), [0, 1, 0]);
-        assert_eq!(causes(vec![&plain], None, Some([&plain, &other])), [0, 0, 1]);
-        assert_eq!(causes(Vec::new(), None, None), [0, 0, 1]);
+        assert_eq!(causes(vec![&shadow], None, None), [1, 0, 0, 0]);
+        assert_eq!(causes(vec![&plain], Some(&crease), None), [1, 0, 0, 0]);
+        assert_eq!(causes(vec![&plain], None, Some([&plain, &plain])), [0, 1, 0, 0]);
+        assert_eq!(causes(vec![&plain], None, Some([&plain, &other])), [0, 0, 0, 1]);
+        assert_eq!(causes(Vec::new(), None, None), [0, 0, 0, 1]);
+    }
+
+    #[test]
+    fn a_turned_camera_explains_what_lies_among_its_pictures() {
+        let (reference, picture) = (grey(&[]), grey(&[(4, 4, 200)]));
+        let found = |turned: &[Picture]| {
+            let (reference, picture, turned) = (&reference, &picture, turned.iter().collect());
+            let none = Pair { reference, picture, turned, jumps: Vec::new(), creases: None, nearest: None };
+            let found = Difference::of(&none);
+            [found.placement, found.unexplained]
+        };
+        assert_eq!(found(&[]), [0, 1]);
+        let [much, less, elsewhere] = [(4, 4, 192), (4, 4, 191), (3, 4, 200)].map(|texel| grey(&[texel]));
+        assert_eq!(found(&[elsewhere, much]), [1, 0]);
+        assert_eq!(found(&[less]), [0, 1]);
     }
 
     #[test]

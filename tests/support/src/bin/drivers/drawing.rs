@@ -15,14 +15,15 @@ use umbragraph_test_support::image::Picture;
 
 use crate::case::Case;
 use crate::driver::Driver;
+use crate::variant::Variant;
 
 /// The size of all pictures.
 pub(crate) const SIZE: &str = "320x180";
 
 /// Something to be drawn.
 pub(crate) enum Job<'a> {
-    /// A picture, of the scene itself or of the one whose textures are sampled at the nearest texel.
-    Picture { driver: &'a Driver, case: Case, nearest: bool },
+    /// A picture of a variant of the scene.
+    Picture { driver: &'a Driver, case: Case, variant: Variant },
     /// The scores of a pipeline on a scene.
     Score { driver: &'a Driver, pipeline: &'static str, scene: &'static str },
 }
@@ -74,28 +75,27 @@ impl Drawings {
         self.folder.join(format!("{name}.{ending}"))
     }
 
-    fn picture_file(&self, driver: &Driver, case: &Case, nearest: bool, ending: &str) -> PathBuf {
-        let nearest = if nearest { " nearest" } else { "" };
-        self.file(driver, &format!("{}{nearest}", case.name()), ending)
+    fn picture_file(&self, driver: &Driver, case: &Case, variant: Variant, ending: &str) -> PathBuf {
+        self.file(driver, &format!("{}{}", case.name(), variant.word()), ending)
     }
 
     /// The state of a picture on a driver.
-    pub(crate) fn drawn(&self, driver: &Driver, case: &Case, nearest: bool) -> Drawn {
-        let said = std::fs::read_to_string(self.picture_file(driver, case, nearest, "txt"));
+    pub(crate) fn drawn(&self, driver: &Driver, case: &Case, variant: Variant) -> Drawn {
+        let said = std::fs::read_to_string(self.picture_file(driver, case, variant, "txt"));
         let Some(said) = said.ok().filter(|said| !said.is_empty()) else { return Drawn::Not };
         let mut lines = said.lines();
         match lines.next() {
             Some("drawn") => {
                 let off = lines.map(str::to_owned).collect();
-                Drawn::Picture(self.picture_file(driver, case, nearest, "png"), off)
+                Drawn::Picture(self.picture_file(driver, case, variant, "png"), off)
             }
             reason => Drawn::Failed(reason.unwrap_or("it fails without a word").to_owned()),
         }
     }
 
     /// A picture that is there.
-    pub(crate) fn picture(&self, driver: &Driver, case: &Case, nearest: bool) -> Option<Picture> {
-        match self.drawn(driver, case, nearest) {
+    pub(crate) fn picture(&self, driver: &Driver, case: &Case, variant: Variant) -> Option<Picture> {
+        match self.drawn(driver, case, variant) {
             Drawn::Picture(file, _) => Picture::load(&file).ok(),
             _ => None,
         }
@@ -153,8 +153,8 @@ impl Drawings {
 
     fn is_done(&self, job: &Job<'_>) -> bool {
         match job {
-            Job::Picture { driver, case, nearest } => {
-                !matches!(self.drawn(driver, case, *nearest), Drawn::Not)
+            Job::Picture { driver, case, variant } => {
+                !matches!(self.drawn(driver, case, *variant), Drawn::Not)
             }
             Job::Score { driver, pipeline, scene } => {
                 self.file(driver, &format!("{pipeline} {scene} score"), "json").exists()
@@ -164,12 +164,9 @@ impl Drawings {
 
     fn run(&self, job: &Job<'_>) {
         match job {
-            Job::Picture { driver, case, nearest } => {
-                let scene = match nearest {
-                    true => crate::nearest::scene(&path_of(case.scene), &self.folder),
-                    false => Ok(path_of(case.scene)),
-                };
-                let picture = self.picture_file(driver, case, *nearest, "png");
+            Job::Picture { driver, case, variant } => {
+                let scene = variant.scene(&path_of(case.scene), &self.folder);
+                let picture = self.picture_file(driver, case, *variant, "png");
                 let drawn = scene.and_then(|scene| {
                     let mut command = driver.command(&self.program);
                     command.arg("render").args(case.arguments()).args(["--size", SIZE, "--fast"]);
@@ -181,7 +178,7 @@ impl Drawings {
                     }
                     Err(reason) => reason,
                 };
-                write(&self.picture_file(driver, case, *nearest, "txt"), &said);
+                write(&self.picture_file(driver, case, *variant, "txt"), &said);
             }
             Job::Score { driver, pipeline, scene } => {
                 let mut command = driver.command(&self.program);

@@ -12,8 +12,8 @@ mod case;
 mod difference;
 mod drawing;
 mod driver;
-mod nearest;
 mod table;
+mod variant;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -24,6 +24,7 @@ use case::{Case, LESSONS, PIPELINES, SCENES};
 use difference::{Difference, Pair};
 use drawing::{Drawings, Drawn, Job};
 use driver::{Adapter, Driver};
+use variant::{SIDES, Variant};
 
 /// The most percent of pixels that nothing explains.
 pub(crate) const MAX_UNEXPLAINED: f64 = 0.05;
@@ -134,6 +135,7 @@ fn run(program: &Path, folder: &Path, file: &Path, arguments: &Arguments) -> Res
         run.creases.extend(depth.map(|depth| (*scene, difference::creases(&depth, 320))));
     }
     run.drawings.draw(run.nearest_jobs(), until());
+    run.drawings.draw(run.turned_jobs(), until());
     let sections = run.sections();
     let text = table::markdown(&sections, arguments.is_quick, &run.drawings.commit());
     print!("{text}");
@@ -175,7 +177,7 @@ impl Run {
         let drivers = || self.drivers.iter().map(|(driver, _)| driver);
         let pictures = |case: &Case| {
             let case = case.clone();
-            drivers().map(move |driver| Job::Picture { driver, case: case.clone(), nearest: false })
+            drivers().map(move |driver| Job::Picture { driver, case: case.clone(), variant: Variant::Whole })
         };
         let drawn: Vec<&'static str> =
             PIPELINES.into_iter().filter(|name| self.drawn.iter().any(|case| case.row == *name)).collect();
@@ -199,25 +201,45 @@ impl Run {
         let (lavapipe, _) = &self.drivers[0];
         let mut jobs = Vec::new();
         for case in &self.drawn {
-            let others = self.drivers[1..].iter().map(|(driver, _)| driver);
-            let unexplained = |driver: &&Driver| {
-                self.difference(driver, case).is_some_and(|difference| difference.unexplained > 0)
-            };
-            let others: Vec<&Driver> = others.filter(unexplained).collect();
+            let others = self.unexplained(case);
             let first = (!others.is_empty()).then_some(lavapipe);
-            let job = |driver| Job::Picture { driver, case: case.clone(), nearest: true };
+            let job = |driver| Job::Picture { driver, case: case.clone(), variant: Variant::Nearest };
             jobs.extend(first.into_iter().chain(others).map(job));
         }
         jobs
     }
 
+    /// The reference's pictures with a turned camera, for what is still unexplained.
+    fn turned_jobs(&self) -> Vec<Job<'_>> {
+        let (driver, _) = &self.drivers[0];
+        let cases = self.drawn.iter().filter(|case| !self.unexplained(case).is_empty());
+        let jobs = |case: &Case| {
+            let case = case.clone();
+            SIDES.map(|side| Job::Picture { driver, case: case.clone(), variant: Variant::Turned(side) })
+        };
+        cases.flat_map(jobs).collect()
+    }
+
+    /// The drivers whose picture has pixels that nothing explains yet.
+    fn unexplained(&self, case: &Case) -> Vec<&Driver> {
+        let others = self.drivers[1..].iter().map(|(driver, _)| driver);
+        let is_unexplained = |driver: &&Driver| {
+            self.difference(driver, case).is_some_and(|difference| difference.unexplained > 0)
+        };
+        others.filter(is_unexplained).collect()
+    }
+
     /// The difference of a picture from the reference's, if both are there.
     fn difference(&self, driver: &Driver, case: &Case) -> Option<Difference> {
         let (lavapipe, _) = &self.drivers[0];
-        let load = |driver, case: &Case, nearest| self.drawings.picture(driver, case, nearest);
-        let [reference, picture] = [load(lavapipe, case, false)?, load(driver, case, false)?];
-        let shadow = case.shadow_term().and_then(|case| load(lavapipe, &case, false));
-        let nearest = [load(lavapipe, case, true), load(driver, case, true)];
+        let load = |driver, case: &Case, variant| self.drawings.picture(driver, case, variant);
+        let whole = Variant::Whole;
+        let [reference, picture] = [load(lavapipe, case, whole)?, load(driver, case, whole)?];
+        let shadow = case.shadow_term().and_then(|case| load(lavapipe, &case, whole));
+        let nearest = [lavapipe, driver].map(|driver| load(driver, case, Variant::Nearest));
+        let turned = SIDES.map(|side| load(lavapipe, case, Variant::Turned(side)));
+        // Those of one side alone would not do.
+        let turned = turned.iter().map(Option::as_ref).collect::<Option<Vec<_>>>().unwrap_or_default();
         let nearest = match &nearest {
             [Some(one), Some(other)] => Some([one, other]),
             _ => None,
@@ -225,7 +247,8 @@ impl Run {
         let shows_itself = case.view.is_some() || case.row == LESSONS;
         let jumps = shadow.iter().chain(shows_itself.then_some(&reference)).collect();
         let creases = self.creases.get(case.scene).map(Vec::as_slice);
-        Some(Difference::of(&Pair { reference: &reference, picture: &picture, jumps, creases, nearest }))
+        let (reference, picture) = (&reference, &picture);
+        Some(Difference::of(&Pair { reference, picture, jumps, creases, nearest, turned }))
     }
 
     fn sections(&self) -> Vec<Section> {
@@ -246,7 +269,7 @@ impl Run {
         let mut row = Row { name, ..Row::default() };
         for case in self.all.iter().filter(|case| case.row == name) {
             row.pictures += 1;
-            let off = match self.drawings.drawn(driver, case, false) {
+            let off = match self.drawings.drawn(driver, case, Variant::Whole) {
                 Drawn::Not => continue,
                 Drawn::Failed(reason) => {
                     let is_said = LACKING.iter().any(|code| reason.starts_with(code));
