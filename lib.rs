@@ -77,6 +77,9 @@ pub mod low_level {
     };
     pub use umbragraph_session as session;
 
+    #[cfg(feature = "gpu")]
+    pub use crate::front::sheet;
+
     /// From a typed pipeline to a plan: graph, order, memory.
     pub mod compiler {
         pub use umbragraph_graph::compiler::{

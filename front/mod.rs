@@ -6,6 +6,8 @@ mod options;
 mod pipeline;
 #[cfg(feature = "gpu")]
 mod renderer;
+#[cfg(feature = "gpu")]
+pub mod sheet;
 mod storage;
 #[cfg(feature = "watch")]
 mod watch;

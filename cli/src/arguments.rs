@@ -5,6 +5,7 @@ mod beginning;
 mod drawing;
 #[cfg(feature = "score")]
 mod scoring;
+mod viewing;
 mod watching;
 
 use std::path::{Path, PathBuf};
@@ -23,6 +24,7 @@ pub(crate) use beginning::NewArguments;
 pub(crate) use drawing::{AdaptersArguments, RenderArguments, Shot, ToggleArgument};
 #[cfg(feature = "score")]
 pub(crate) use scoring::{Measure, ScoreArguments, TuneArguments};
+pub(crate) use viewing::ViewArguments;
 pub(crate) use watching::WatchArguments;
 
 /// Checks, inspects and renders pipelines of umbragraph.
@@ -72,6 +74,9 @@ pub(crate) enum Command {
     Check(CheckArguments),
     /// Checks pipelines whenever one of their files changes, and prints what differs, for a problem matcher.
     Watch(WatchArguments),
+    /// Shows a pipeline on a scene in a window, live: parameters, passes, textures and times. Needs the program
+    /// umbragraph-view.
+    View(ViewArguments),
     /// Proves every shader variant that pipelines can reach, or that templates can express; needs no graphics adapter.
     Permutations(PermutationsArguments),
     /// Prints the plan of a pipeline as JSON: passes in order, resources, what is culled and why.

@@ -33,4 +33,7 @@ umbragraph::low_level::codes! {
     /// A picture of the surroundings that cannot be used.
     ENVIRONMENT = "UG0815", "unusable environment",
         "`umbragraph render --environment FILE` takes an equirectangular picture, a Radiance .hdr or an OpenEXR .exr, for pipelines with an imported texture `environment` of the format rgba16float and a feature `environment`, such as pipelines/umbra.json. Where the feature is on, the picture has to be given.";
+    /// A viewer that cannot be started.
+    VIEWER = "UG0816", "no viewer",
+        "`umbragraph view` starts the program `umbragraph-view`, which lies beside the command or on PATH. It is installed by itself, since a window needs much that the command does not: `cargo install --path view`.";
 }

@@ -19,6 +19,7 @@ const ELSEWHERE: &[(&str, &[&str])] = &[
     ("cli/tests/command/render.rs", &["UG0809", "UG0810", "UG0811"]),
     ("cli/tests/command/score.rs", &["UG0812", "UG0813"]),
     ("cli/tests/command/tune.rs", &["UG0814"]),
+    ("cli/tests/command/view.rs", &["UG0816"]),
     ("cli/tests/command/check/mod.rs", &["UG0220"]),
     ("cli/tests/command/permutations/configurations.rs", &["UG0553"]),
     ("cli/tests/command/permutations/mod.rs", &["UG0560", "UG0561", "UG0562"]),

@@ -1,4 +1,4 @@
-//! `cargo xtask integrations`: the packages of `examples/` that adopt the module in an engine, built and tested.
+//! `cargo xtask integrations`: the packages that adopt the module in an engine or a window, built and tested.
 //!
 //! They are separate packages, since their engines build slowly and need a newer Rust than the module. Each names its
 //! toolchain in a file `rust-toolchain.toml`; rustup installs it if it is missing. The build goes to
@@ -12,16 +12,24 @@ use std::process::Command;
 
 use crate::{adapter, process};
 
-/// A package of `examples/`, and its files that use the module, whose lines are counted.
+/// A package, and its files that use the module, whose lines are counted.
 struct Integration {
     name: &'static str,
+    /// From the root of the workspace.
+    folder: &'static str,
     sources: &'static [&'static str],
     has_window: bool,
 }
 
-const ALL: [Integration; 2] = [
-    Integration { name: "bevy", sources: &["src/lib.rs", "src/meshes.rs"], has_window: false },
-    Integration { name: "egui", sources: &[], has_window: true },
+const ALL: [Integration; 3] = [
+    Integration {
+        name: "bevy",
+        folder: "examples/bevy",
+        sources: &["src/lib.rs", "src/meshes.rs"],
+        has_window: false,
+    },
+    Integration { name: "egui", folder: "examples/egui", sources: &[], has_window: true },
+    Integration { name: "view", folder: "view", sources: &[], has_window: true },
 ];
 
 /// The packages of Debian's that a window without a display needs.
@@ -40,9 +48,9 @@ pub(crate) fn run(only: Option<&str>) -> Result<bool, String> {
     }
     let mut failed = Vec::new();
     for integration in ALL.iter().filter(|integration| only.is_none_or(|only| only == integration.name)) {
-        let folder = process::workspace_root().join("examples").join(integration.name);
+        let folder = process::workspace_root().join(integration.folder);
         if !integration.sources.is_empty() {
-            println!("examples/{}: {}", integration.name, lines(&folder, integration.sources));
+            println!("{}: {}", integration.folder, lines(&folder, integration.sources));
         }
         let tested = process::run(&mut test(integration, &folder), "cargo");
         failed.extend(tested.err().map(|reason| format!("{}: {reason}", integration.name)));
@@ -53,12 +61,16 @@ pub(crate) fn run(only: Option<&str>) -> Result<bool, String> {
 fn test(integration: &Integration, folder: &Path) -> Command {
     let mut command = if integration.has_window && lacks_display() {
         let mut command = Command::new("xvfb-run");
-        command.args(["--auto-servernum", "cargo"]);
+        command.args(["--auto-servernum", "--server-args=-screen 0 1600x1000x24", "cargo"]);
         command
     } else {
         Command::new("cargo")
     };
     command.args(["test", "--locked"]).current_dir(folder);
+    if integration.has_window {
+        // One pointer and one keyboard.
+        command.args(["--", "--test-threads=1"]);
+    }
     command.env("CARGO_TARGET_DIR", process::target_folder().join("integrations").join(integration.name));
     // The toolchain is the package's, not that which runs this command.
     command.env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO");
@@ -102,8 +114,8 @@ mod tests {
 
     #[test]
     fn each_package_has_a_lock_file_and_sources_that_are_counted() {
-        for Integration { name, sources, .. } in ALL {
-            let folder = process::workspace_root().join("examples").join(name);
+        for Integration { name, folder, sources, .. } in ALL {
+            let folder = process::workspace_root().join(folder);
             assert!(folder.join("Cargo.lock").is_file(), "{name}");
             assert!(sources.iter().all(|source| folder.join(source).is_file()), "{name}: {sources:?}");
             assert!(sources.is_empty() || !lines(&folder, sources).starts_with("0 "), "{name}");

@@ -1,5 +1,5 @@
 //! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `gallery`, `cameras`, `drivers`,
-//! `validate`, `integrations`, `soak`, `mutants` and `web`.
+//! `validate`, `integrations`, `view`, `soak`, `mutants` and `web`.
 //!
 //! They work on a fresh clone with nothing but cargo: other tools are installed if possible, and named otherwise. There
 //! are no dependencies, so that the command itself builds in a second.
@@ -23,6 +23,7 @@ mod steps;
 mod summary;
 mod test;
 mod toolchain;
+mod view;
 mod web;
 
 use std::process::ExitCode;
@@ -49,8 +50,10 @@ usage: cargo xtask COMMAND
          draw two pipelines, or all on all scenes, under Vulkan's validation layer, synchronisation included, and count its
          messages
   integrations [NAME]
-         build and test the packages of examples/ that adopt the module in an engine (bevy) or a window (egui), all or
-         one; an engine takes half an hour to build on two cores, and wants a newer Rust, which rustup installs
+         build and test the packages that adopt the module in an engine (bevy) or a window (egui, and the viewer), all
+         or one; an engine takes half an hour to build on two cores, and wants a newer Rust, which rustup installs
+  view [ARGUMENT...]
+         build the live viewer and run it, without arguments on `umbra` and the project's own scene; see docs/viewer.md
   soak [--seconds N] [--cases N] [--seed N]
          run all tests of random cases with fresh seeds, N times as many cases as in ordinary tests (10), for N seconds
          or once; and what is too long for ordinary tests
@@ -89,6 +92,7 @@ enum Command {
     Drivers(drivers::Options),
     Validate { all: bool },
     Integrations { only: Option<String> },
+    View(Vec<String>),
     Soak(soak::Options),
     Mutants(mutants::Options),
     Web(web::Options),
@@ -125,6 +129,7 @@ fn run(command: Command) -> Result<bool, String> {
         Command::Drivers(options) => drivers::run(&options),
         Command::Validate { all } => drivers::validate(all),
         Command::Integrations { only } => integrations::run(only.as_deref()),
+        Command::View(arguments) => view::run(&arguments),
         Command::Soak(options) => soak::run(&options),
         Command::Mutants(options) => mutants::run(&options),
         Command::Web(options) => web::run(options),
@@ -146,6 +151,7 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
         "drivers" => return drivers_options(rest),
         "validate" => Command::Validate { all: false },
         "integrations" => Command::Integrations { only: None },
+        "view" => return Ok(Command::View(rest.to_vec())),
         "soak" => return soak_options(rest),
         "mutants" => return mutants_options(rest),
         "web" => return web_options(rest),
@@ -256,6 +262,8 @@ mod tests {
         let only = Some("bevy".to_owned());
         assert_eq!(parsed("integrations bevy"), Ok(Command::Integrations { only }));
         assert!(parsed("integrations bvey").is_err());
+        let arguments = ["p.json", "--help"].map(str::to_owned).to_vec();
+        assert_eq!(parsed("view p.json --help"), Ok(Command::View(arguments)));
         let soak = soak::Options { seconds: Some(60), times: Some(100), seed: None };
         assert_eq!(parsed("soak --seconds 60 --cases 100"), Ok(Command::Soak(soak)));
         let mutants = mutants::Options { sample: Some(9), jobs: Some(2), ..mutants::Options::default() };

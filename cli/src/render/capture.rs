@@ -6,10 +6,9 @@ use umbragraph::Plan;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use umbragraph::executor::Texels;
 use umbragraph::low_level::capture::{self, Capture, CaptureDocument};
-use umbragraph::low_level::language::TextureShape;
+use umbragraph::low_level::sheet::{Content, is_volume, sheet};
 
 use super::files::{self, Compression, Format};
-use super::layout::{Content, sheet};
 
 /// The value of one `--capture`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -92,7 +91,8 @@ pub(super) fn captures(
         });
         let capture = Capture { reference: argument.reference.clone(), mip: argument.mip };
         let name = argument.reference.split('@').next().unwrap_or_default();
-        let content = content(plan, &argument.reference).or_else(|| content(plan, name)).unwrap_or(UNKNOWN);
+        let content =
+            Content::of(plan, &argument.reference).or_else(|| Content::of(plan, name)).unwrap_or_default();
         let layer = match (argument.layer, argument.face) {
             (layer, None) => layer,
             (cube, Some(face)) if content.is_cube => {
@@ -116,7 +116,8 @@ pub(super) fn captures(
         }
         for (name, resource) in &plan.resources {
             let has_picture = resource.size.is_some_and(|size| size.samples == 1);
-            let Some(content) = content(plan, name).filter(|_| has_picture && !is_volume(plan, name)) else {
+            let Some(content) = Content::of(plan, name).filter(|_| has_picture && !is_volume(plan, name))
+            else {
                 continue;
             };
             let capture = Capture { reference: name.clone(), mip: 0 };
@@ -149,7 +150,7 @@ fn versions(plan: &Plan) -> Vec<CaptureFile> {
     let mut captures = Vec::new();
     for (name, resource) in &plan.resources {
         let has_picture = resource.size.is_some_and(|size| size.samples == 1) && !name.contains('@');
-        let Some(content) = content(plan, name).filter(|_| has_picture && !is_volume(plan, name)) else {
+        let Some(content) = Content::of(plan, name).filter(|_| has_picture && !is_volume(plan, name)) else {
             continue;
         };
         let writers = plan.passes.iter().filter(|pass| plan.writes(pass.handle, resource.handle));
@@ -160,35 +161,6 @@ fn versions(plan: &Plan) -> Vec<CaptureFile> {
         }));
     }
     captures
-}
-
-const UNKNOWN: Content = Content { is_depth: false, is_unorm8: false, is_integer: false, is_cube: false };
-
-fn content(plan: &Plan, name: &str) -> Option<Content> {
-    let resource = plan.resources.get(name)?;
-    let format = resource.format?;
-    let declared = plan.pipeline.resource(resource.handle).texture();
-    let view = declared.and_then(|texture| texture.view_dimension);
-    Some(Content {
-        is_depth: format.is_depth_stencil_format(),
-        is_unorm8: matches!(
-            format,
-            wgpu::TextureFormat::R8Unorm
-                | wgpu::TextureFormat::Rg8Unorm
-                | wgpu::TextureFormat::Rgba8Unorm
-                | wgpu::TextureFormat::Bgra8Unorm
-        ),
-        is_integer: matches!(
-            format.sample_type(None, None),
-            Some(wgpu::TextureSampleType::Uint | wgpu::TextureSampleType::Sint)
-        ),
-        is_cube: matches!(view, Some(TextureShape::Cube | TextureShape::CubeArray)),
-    })
-}
-
-fn is_volume(plan: &Plan, name: &str) -> bool {
-    let declared = plan.resources.get(name).and_then(|one| plan.pipeline.resource(one.handle).texture());
-    declared.is_some_and(|texture| texture.view_dimension == Some(TextureShape::D3))
 }
 
 impl CaptureFile {

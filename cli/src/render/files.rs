@@ -12,8 +12,8 @@ use exr::prelude::{
 };
 use smallvec::SmallVec;
 use umbragraph::diagnostic::{Diagnostic, Place, codes, list_of};
+use umbragraph::low_level::sheet::Sheet;
 
-use super::layout::Sheet;
 use crate::replace::{Unfinished, replace, unwritable};
 
 /// The format of a picture file.

@@ -4,7 +4,6 @@ pub(crate) mod camera;
 pub(crate) mod capture;
 mod environment;
 pub(crate) mod files;
-mod layout;
 mod radiance;
 mod report;
 mod surroundings;

@@ -18,5 +18,7 @@ mod status;
 mod streams;
 mod swimming;
 mod tune;
+#[cfg(unix)]
+mod view;
 mod watch;
 mod why;

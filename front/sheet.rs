@@ -1,4 +1,4 @@
-//! Texels as a picture: layers side by side, numbers in the range that a picture has.
+//! Texels as a picture: layers side by side, numbers in the range that a picture has. Captures are written and shown so.
 //!
 //! The faces of a cube are a row, +X −X +Y −Y +Z −Z, and cubes are rows below one another, as is every array of squares whose
 //! layers six divides; other layers fill a square.
@@ -8,33 +8,73 @@
 //! of sizes more than sixteen times apart, and have a range each then. Numbers that are not stored in 8 bits get the transfer
 //! function of sRGB; one that is not finite is magenta. Depth that nothing was drawn to, exactly 0 or 1, does not count.
 
-use umbragraph::executor::Texels;
+use crate::Plan;
+use crate::executor::Texels;
+use crate::low_level::language::TextureShape;
+use crate::wgpu;
 
 /// The gap between layers, in texels.
 const GAP: u32 = 2;
 
 /// A picture of linear numbers, row by row from the top.
-pub(super) struct Sheet {
-    pub(super) width: u32,
-    pub(super) height: u32,
-    pub(super) channels: usize,
-    pub(super) values: Vec<[f32; 4]>,
+#[derive(Clone, Debug)]
+pub struct Sheet {
+    /// The width, in texels.
+    pub width: u32,
+    /// The height, in texels.
+    pub height: u32,
+    /// The number of channels, from 1 to 4.
+    pub channels: usize,
+    /// The numbers; black in gaps.
+    pub values: Vec<[f32; 4]>,
     /// Whether each pixel is a texel, not a gap.
     is_texel: Vec<bool>,
 }
 
 /// The kind of the numbers in texels, and their shape.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Content {
-    pub(super) is_depth: bool,
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Content {
+    /// Whether it is depth.
+    pub is_depth: bool,
     /// Whether 8-bit numbers are shown as they are stored.
-    pub(super) is_unorm8: bool,
-    pub(super) is_integer: bool,
-    pub(super) is_cube: bool,
+    pub is_unorm8: bool,
+    /// Whether the numbers are integers.
+    pub is_integer: bool,
+    /// Whether six layers are the faces of a cube.
+    pub is_cube: bool,
+}
+
+impl Content {
+    /// The content of a texture of a plan; `None` for other resources.
+    pub fn of(plan: &Plan, name: &str) -> Option<Self> {
+        use wgpu::TextureFormat as Format;
+        let resource = plan.resources.get(name)?;
+        let format = resource.format?;
+        let declared = plan.pipeline.resource(resource.handle).texture();
+        let view = declared.and_then(|texture| texture.view_dimension);
+        Some(Self {
+            is_depth: format.is_depth_stencil_format(),
+            is_unorm8: matches!(
+                format,
+                Format::R8Unorm | Format::Rg8Unorm | Format::Rgba8Unorm | Format::Bgra8Unorm
+            ),
+            is_integer: matches!(
+                format.sample_type(None, None),
+                Some(wgpu::TextureSampleType::Uint | wgpu::TextureSampleType::Sint)
+            ),
+            is_cube: matches!(view, Some(TextureShape::Cube | TextureShape::CubeArray)),
+        })
+    }
+}
+
+/// Whether a resource of a plan is a texture of three dimensions.
+pub fn is_volume(plan: &Plan, name: &str) -> bool {
+    let declared = plan.resources.get(name).and_then(|one| plan.pipeline.resource(one.handle).texture());
+    declared.is_some_and(|texture| texture.view_dimension == Some(TextureShape::D3))
 }
 
 /// The layers of texels (or one of them) side by side.
-pub(super) fn sheet(texels: &Texels, content: Content, layer: Option<u32>) -> Sheet {
+pub fn sheet(texels: &Texels, content: Content, layer: Option<u32>) -> Sheet {
     let layers: Vec<u32> = layer.map_or_else(|| (0..texels.layers).collect(), |layer| vec![layer]);
     let count = layers.len() as u32;
     let columns = match (layer, content.is_cube) {
@@ -64,14 +104,16 @@ pub(super) fn sheet(texels: &Texels, content: Content, layer: Option<u32>) -> Sh
 
 /// The range of a channel that is shown from black to white.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Range {
-    pub(super) min: f32,
-    pub(super) max: f32,
+pub struct Range {
+    /// The number that is black.
+    pub min: f32,
+    /// The number that is white.
+    pub max: f32,
 }
 
 impl Sheet {
     /// The ranges of the channels; none where all are shown as they are.
-    pub(super) fn ranges(&self, content: Content) -> Vec<Range> {
+    pub fn ranges(&self, content: Content) -> Vec<Range> {
         let sorted: Vec<Vec<f32>> = (0..self.channels).map(|channel| self.sorted(channel, content)).collect();
         let fits = |values: &Vec<f32>| {
             values.first().is_none_or(|min| *min >= 0.0) && values.last().is_none_or(|max| *max <= 1.0)
@@ -109,7 +151,7 @@ impl Sheet {
     }
 
     /// The picture, 8 bits a channel.
-    pub(super) fn rgba(&self, content: Content, ranges: &[Range]) -> Vec<u8> {
+    pub fn rgba(&self, content: Content, ranges: &[Range]) -> Vec<u8> {
         let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
         self.values
             .iter()

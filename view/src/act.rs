@@ -1,0 +1,262 @@
+//! Actions carried out, and the state of the window for tests.
+
+use eframe::egui;
+use eframe::egui_wgpu::RenderState;
+use serde_json::{Map, Value, json};
+
+use crate::actions::Action;
+use crate::app::{Below, Viewer};
+use crate::camera::{Key, Mode};
+use crate::clock::STEP;
+use crate::files;
+use crate::graph::Selected;
+use crate::output::{Clip, Picture, command_line};
+use crate::parameters;
+use crate::save;
+use crate::values::Values;
+
+impl Viewer {
+    /// Carries an action out. Those that read the frame need the device.
+    pub(crate) fn act(&mut self, action: Action, context: &egui::Context, state: Option<&RenderState>) {
+        let toggled = |below: &mut Option<Below>, wanted| *below = (*below != Some(wanted)).then_some(wanted);
+        match action {
+            Action::Play => self.clock.is_playing = !self.clock.is_playing,
+            Action::Step => {
+                self.clock.is_playing = false;
+                self.clock.time += STEP;
+                self.stage.touch();
+            }
+            Action::Restart => {
+                self.clock.time = 0.0;
+                self.stage.touch();
+            }
+            Action::Mode => {
+                if let Some(view) = &mut self.view {
+                    view.mode = if view.mode == Mode::Orbit { Mode::Fly } else { Mode::Orbit };
+                }
+            }
+            Action::Home => self.go_home(),
+            Action::Bookmark => {
+                self.bookmarks.extend(self.view.as_ref().and_then(|view| Key::read(&view.key(0))));
+                let said = format!("bookmark {}", self.bookmarks.len());
+                self.say(Ok(said));
+            }
+            Action::Visit(at) => {
+                if let (Some(view), Some(key)) = (&mut self.view, self.bookmarks.get(at)) {
+                    view.go_to(key);
+                    self.stage.touch();
+                }
+            }
+            Action::Parameters => self.has_values = !self.has_values,
+            Action::Graph => toggled(&mut self.below, Below::Graph),
+            Action::Times => toggled(&mut self.below, Below::Times),
+            Action::Notices => toggled(&mut self.below, Below::Notices),
+            Action::Help => self.has_help = !self.has_help,
+            Action::Screenshot => {
+                let said = self.screenshot(state);
+                self.say(said);
+            }
+            Action::Clip => match self.clip.take() {
+                None => {
+                    self.clip = Some(Clip::new());
+                    self.stage.touch();
+                }
+                Some(clip) => {
+                    let path = files::free(&self.arguments.out, "clip", "png");
+                    self.say(clip.write(&path));
+                }
+            },
+            Action::CopyCommand => {
+                let said = self.copy_command(context);
+                self.say(said);
+            }
+            Action::SaveParameters => {
+                let path = self.arguments.out.join(format!("{}.params.json", self.stem()));
+                self.say(save::parameter_file(&self.values, &path));
+            }
+            Action::SaveDocument => {
+                let said = self.save_document();
+                self.say(said);
+            }
+            Action::SaveCamera => {
+                let path = self.arguments.out.join(format!("{}.camera.json", self.stem()));
+                let said = self.save_camera(&path).map(|()| format!("saved {}", path.display()));
+                self.say(said);
+            }
+            Action::ResetAll => self.values = Values::default(),
+            Action::Search => (self.has_values, self.wants_search) = (true, true),
+            Action::Previous => self.select_beside(-1),
+            Action::Next => self.select_beside(1),
+            Action::Close => (self.inspector.selected, self.has_help) = (None, false),
+            Action::Coarser => self.resolution.step(1),
+            Action::Finer => self.resolution.step(-1),
+            Action::Reload => self.stage.refresh(),
+        }
+        context.request_repaint();
+    }
+
+    fn go_home(&mut self) {
+        if let Some(mut home) = self.stage.scene().map(crate::stage::home) {
+            home.mode = self.view.as_ref().map_or(Mode::Orbit, |view| view.mode);
+            self.view = Some(home);
+            self.stage.touch();
+        }
+    }
+
+    /// The pass before or behind the selected one.
+    fn select_beside(&mut self, by: isize) {
+        let Some(report) = &self.report else { return };
+        let at = match &self.inspector.selected {
+            Some(Selected::Pass(name)) => report.passes.iter().position(|pass| pass.name == *name),
+            _ => None,
+        };
+        let at = at.map_or(0, |at| at.saturating_add_signed(by).min(report.passes.len().saturating_sub(1)));
+        if let Some(pass) = report.passes.get(at) {
+            self.inspector.select(Selected::Pass(pass.name.clone()), report);
+        }
+    }
+
+    fn screenshot(&self, state: Option<&RenderState>) -> Result<String, String> {
+        let (Some(state), Some(texture)) = (state, self.stage.targets.picture()) else {
+            return Err("there is no frame yet".to_owned());
+        };
+        let path = files::free(&self.arguments.out, "frame", "png");
+        Picture::read(&state.device, &state.queue, texture)?.write(&path)
+    }
+
+    /// The name of the pipeline's file without its end.
+    fn stem(&self) -> String {
+        let name = self.arguments.pipeline.to_string_lossy().replace("umbragraph:", "");
+        let stem = std::path::Path::new(&name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        stem.unwrap_or_else(|| "pipeline".to_owned())
+    }
+
+    fn save_document(&self) -> Result<String, String> {
+        let (Some(pipeline), Some(plan)) = (self.stage.pipeline(), &self.stage.plan) else {
+            return Err("there is no pipeline yet".to_owned());
+        };
+        save::into_document(&self.values, &self.arguments.pipeline, pipeline.document(), plan)
+    }
+
+    /// Writes the camera and the bookmarks as a camera path.
+    fn save_camera(&self, path: &std::path::Path) -> Result<(), String> {
+        let mut other = self.view.clone().ok_or("there is no camera yet")?;
+        let mut keys = vec![other.key(0)];
+        for (at, key) in self.bookmarks.iter().enumerate() {
+            other.go_to(key);
+            keys.push(other.key(at + 1));
+        }
+        files::replace(path, format!("{:#}\n", json!({ "keys": keys })))
+    }
+
+    /// Copies a command line that draws the frame, and writes the camera path that it names.
+    fn copy_command(&self, context: &egui::Context) -> Result<String, String> {
+        let (_, [width, height]) = self.stage.targets.shown().ok_or("there is no frame yet")?;
+        let camera = self.arguments.out.join(format!("{}.camera.json", self.stem()));
+        self.save_camera(&camera)?;
+        let path = |path: &std::path::Path| path.display().to_string();
+        let mut words = vec!["umbragraph".to_owned(), "render".to_owned(), path(&self.arguments.pipeline)];
+        let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
+        option("--scene", path(&self.arguments.scene));
+        option("--size", format!("{width}x{height}"));
+        option("--camera", path(&camera));
+        if self.clock.time != 0.0 {
+            option("--at", format!("{:.4}", self.clock.time));
+        }
+        if let Some(folder) = &self.arguments.templates {
+            option("--templates", path(folder));
+        }
+        for folder in &self.arguments.root {
+            option("--root", path(folder));
+        }
+        for file in &self.arguments.params {
+            option("--params", path(file));
+        }
+        option("--out", "frame.png".to_owned());
+        words.extend(self.values.arguments());
+        let line = command_line(words);
+        context.copy_text(line.clone());
+        Ok(format!("copied: {line}"))
+    }
+
+    /// Opens a place in the editor.
+    pub(crate) fn open(&mut self, place: &str) {
+        let said = crate::notices::open_editor(&self.arguments.editor, place);
+        self.say(said);
+    }
+
+    /// Opens pipelines and scenes that were dropped on the window.
+    pub(crate) fn take_dropped(&mut self, context: &egui::Context) {
+        let dropped = context.input(|input| input.raw.dropped_files.clone());
+        for path in dropped.iter().map(|file| file.path().to_owned()) {
+            let end = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
+            match end.as_deref().and_then(std::ffi::OsStr::to_str) {
+                Some("glb" | "gltf") => {
+                    self.arguments.scene = path.clone();
+                    self.view = None;
+                }
+                Some("json" | "jsonc") => self.arguments.pipeline = path.clone(),
+                _ => {
+                    self.say(Err(format!(
+                        "\"{}\" is no pipeline (.json) and no scene (.glb, .gltf)",
+                        path.display()
+                    )));
+                    continue;
+                }
+            }
+            let opened = self.stage.open(&self.arguments, context).map_err(|error| error.to_string());
+            self.say(opened.map(|()| format!("opened {}", path.display())));
+        }
+    }
+
+    /// The state, for tests.
+    pub(crate) fn state(&mut self, context: &egui::Context) -> Map<String, Value> {
+        let errors: Vec<String> = self
+            .stage
+            .error()
+            .map(|error| error.iter().map(|one| one.message.clone()).collect())
+            .unwrap_or_default();
+        let (at, is_down) = context.input(|input| (input.pointer.latest_pos(), input.pointer.any_down()));
+        let plan = self.stage.plan.as_ref();
+        let selected = self.inspector.selected.as_ref().map(|selected| match selected {
+            Selected::Pass(name) => format!("pass {name}"),
+            Selected::Resource(name) => format!("resource {name}"),
+        });
+        let values = &self.values;
+        let Value::Object(state) = json!({
+            "frames": self.stage.index,
+            "plans": self.stage.plans,
+            "bytes": plan.map(|plan| plan.bytes),
+            "busy": self.stage.is_busy(),
+            "size": self.stage.targets.shown().map(|(_, size)| size),
+            "scale": self.resolution.scale(),
+            "camera": self.view.as_ref().map(|view| view.key(0)),
+            "fly": self.view.as_ref().is_some_and(|view| view.mode == Mode::Fly),
+            "bookmarks": self.bookmarks.len(),
+            "playing": self.clock.is_playing,
+            "time": (self.clock.time * 1e3).round() / 1e3,
+            "errors": errors,
+            "passes": plan.map(|plan| plan.passes.iter().map(|pass| pass.name.clone()).collect::<Vec<_>>()),
+            "planned": plan.map(|plan| parameters::state(plan)),
+            "given": {
+                "preset": values.preset, "parameters": values.parameters,
+                "features": values.features, "toggles": values.toggles,
+            },
+            "panel": { "search": self.panel.search, "only given": self.panel.only_given, "open": self.has_values },
+            "below": self.below.map(|below| format!("{below:?}")),
+            "help": self.has_help,
+            "pointer": { "at": at.map(|at| [at.x.round(), at.y.round()]), "down": is_down },
+            "typing": context.egui_wants_keyboard_input(),
+            "selected": selected,
+            "contents": self.inspector.contents.state(),
+            "clip": self.clip.as_ref().map(Clip::len),
+            "message": self.message.0,
+            "timed": self.timings.whole_frames().map(|_| true),
+            "scene": self.arguments.scene.display().to_string(),
+            "pipeline": self.arguments.pipeline.display().to_string(),
+        }) else {
+            return Map::new();
+        };
+        state
+    }
+}

@@ -1,0 +1,366 @@
+//! The window: bars above and below, panels at the sides, and the live frame between them.
+//!
+//! Nothing here draws a pipeline ([`Stage`] does) or knows a control ([`crate::parameters`], [`crate::graph`],
+//! [`crate::inspector`], [`crate::timings`], [`crate::notices`]): it says what is where, and carries actions out
+//! ([`crate::act`]).
+
+use std::time::{Duration, Instant};
+
+use eframe::egui::{self, Color32};
+use eframe::egui_wgpu::RenderState;
+use umbragraph::low_level::report::Report;
+use umbragraph::wgpu;
+
+use crate::actions;
+use crate::arguments::Arguments;
+use crate::camera::{Key, View, keys};
+use crate::capture::{Planned, Planning};
+use crate::clock::{Clock, Resolution};
+use crate::graph::{Selected, report};
+use crate::inspector::{Inspector, Wish};
+use crate::output::{Clip, Picture, STEP};
+use crate::parameters::Panel;
+use crate::places::Places;
+use crate::stage::{Shot, Stage};
+use crate::timings::Timings;
+use crate::values::Values;
+
+/// The time for which the frame keeps its size before it takes another one over.
+const SIZE_SETTLES: Duration = Duration::from_millis(150);
+
+/// The panel below the frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Below {
+    Graph,
+    Times,
+    Notices,
+}
+
+/// The application.
+pub(crate) struct Viewer {
+    pub(crate) arguments: Arguments,
+    pub(crate) stage: Stage,
+    pub(crate) view: Option<View>,
+    pub(crate) bookmarks: Vec<Key>,
+    pub(crate) values: Values,
+    pub(crate) clock: Clock,
+    pub(crate) resolution: Resolution,
+    pub(crate) panel: Panel,
+    pub(crate) inspector: Inspector,
+    pub(crate) timings: Timings,
+    /// The graph of the plan that runs.
+    pub(crate) report: Option<Report>,
+    pub(crate) search: String,
+    pub(crate) below: Option<Below>,
+    pub(crate) has_values: bool,
+    pub(crate) has_help: bool,
+    pub(crate) wants_search: bool,
+    pub(crate) places: Places,
+    pub(crate) clip: Option<Clip>,
+    /// The message below the frame, and whether it is bad news.
+    pub(crate) message: (String, bool),
+    pub(crate) adapter: String,
+    planning: Option<Planning>,
+    planned: Option<Planned>,
+    /// The index of the frame after the last captures.
+    captured: u64,
+    /// The size of the frame's area in pixels, and since when.
+    area: ([u32; 2], Instant),
+    pub(crate) size: Option<[u32; 2]>,
+    /// Whether the broken state of the files has been shown.
+    was_broken: bool,
+}
+
+impl Viewer {
+    /// # Errors
+    /// A log or a camera path that cannot be used, an operating system that watches no files: as text.
+    pub(crate) fn new(context: &eframe::CreationContext<'_>, arguments: Arguments) -> Result<Self, String> {
+        let state = context.wgpu_render_state.as_ref().ok_or("eframe draws without wgpu\n")?;
+        let places =
+            Places::new(arguments.log_state.as_deref()).map_err(|error| format!("--log-state: {error}\n"))?;
+        let stage = Stage::new(&arguments, state, &context.egui_ctx).map_err(|error| error.to_string())?;
+        let bookmarks = match &arguments.camera {
+            None => Vec::new(),
+            Some(path) => {
+                let text = std::fs::read_to_string(path).map_err(|error| error.to_string());
+                let known =
+                    text.and_then(|text| keys(&text).ok_or_else(|| "it is no camera path".to_owned()));
+                known.map_err(|error| crate::start::unusable_camera(path, &error))?
+            }
+        };
+        let values = Values {
+            preset: arguments.preset.clone(),
+            parameters: arguments.set.iter().cloned().collect(),
+            features: arguments.feature.iter().cloned().collect(),
+            toggles: arguments.toggle.iter().cloned().collect(),
+        };
+        let info = state.adapter.get_info();
+        crate::start::style(&context.egui_ctx);
+        Ok(Self {
+            stage,
+            view: None,
+            bookmarks,
+            values,
+            clock: Clock::new(),
+            resolution: Resolution::new(arguments.scale),
+            panel: Panel::default(),
+            inspector: Inspector::default(),
+            timings: Timings::default(),
+            report: None,
+            search: String::new(),
+            below: Some(Below::Graph),
+            has_values: true,
+            has_help: false,
+            wants_search: false,
+            places,
+            clip: None,
+            message: (String::new(), false),
+            adapter: format!("{} ({})", info.name, info.backend),
+            planning: None,
+            planned: None,
+            captured: 0,
+            area: ([0; 2], Instant::now()),
+            size: None,
+            was_broken: false,
+            arguments,
+        })
+    }
+
+    /// Says something below the frame.
+    pub(crate) fn say(&mut self, outcome: Result<String, String>) {
+        self.message = match outcome {
+            Ok(said) => (said, false),
+            Err(said) => (said, true),
+        };
+    }
+
+    /// The frame in the middle.
+    fn frame(&mut self, ui: &mut egui::Ui, state: &RenderState) {
+        let area = ui.available_rect_before_wrap();
+        let response = ui.allocate_rect(area, egui::Sense::click_and_drag());
+        self.places.note("frame", &response);
+        let is_first = self.view.is_none();
+        self.steer(ui, &response);
+        self.fit(ui, area.size());
+        // Callbacks of the device come with a poll.
+        let _ = state.device.poll(wgpu::PollType::Poll);
+        if let Some(milliseconds) = self.stage.take_frame_time() {
+            self.timings.whole(milliseconds);
+            let scale = self.stage.scale_of(self.area.0);
+            self.resolution.measured(milliseconds, scale);
+        }
+        if let Some(size) = self.size {
+            let shot = Shot { size, values: &self.values, view: &mut self.view, time: self.clock.time };
+            let is_drawn = self.stage.update(state, shot, ui.ctx());
+            if is_first && let (Some(view), Some(key)) = (&mut self.view, self.bookmarks.first()) {
+                view.go_to(key);
+                self.stage.touch();
+            }
+            if is_drawn {
+                self.drawn(state);
+            }
+            self.notice_plan();
+            self.capture(state, ui.ctx(), size);
+        }
+        if let Some((id, _)) = self.stage.targets.shown() {
+            let whole = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
+            ui.painter().image(id, area, whole, Color32::WHITE);
+        } else {
+            let words = if self.stage.error().is_some() { "" } else { "loading …" };
+            let font = egui::FontId::proportional(16.0);
+            ui.painter().text(area.center(), egui::Align2::CENTER_CENTER, words, font, Color32::GRAY);
+        }
+        if self.stage.is_busy() || self.resolution.is_moving() {
+            ui.ctx().request_repaint_after(Duration::from_millis(8));
+        }
+    }
+
+    /// The size of the frame, once the area has one.
+    fn fit(&mut self, ui: &egui::Ui, area: egui::Vec2) {
+        let pixels = area * ui.ctx().pixels_per_point();
+        let area = [pixels.x, pixels.y].map(|side| (side.round() as u32).max(16));
+        if area != self.area.0 {
+            self.area = (area, Instant::now());
+        }
+        if self.size.is_some() && self.area.1.elapsed() < SIZE_SETTLES {
+            ui.ctx().request_repaint_after(SIZE_SETTLES);
+            return;
+        }
+        let scale = self.resolution.scale();
+        self.size = Some(area.map(|side| ((side as f32 * scale).round() as u32).max(16)));
+    }
+
+    /// Takes in a frame that was drawn: its times, and a picture for the clip.
+    fn drawn(&mut self, state: &RenderState) {
+        if let Some(executor) = self.stage.renderer.executor() {
+            self.timings.frame(executor);
+        }
+        if let (Some(clip), Some(texture)) = (&mut self.clip, self.stage.targets.picture()) {
+            match Picture::read(&state.device, &state.queue, texture) {
+                Ok(picture) => clip.push(picture),
+                Err(reason) => self.message = (reason, true),
+            }
+        }
+    }
+
+    /// Takes in that another plan runs.
+    fn notice_plan(&mut self) {
+        let is_new = self.stage.take_new_plan();
+        if is_new && let Some(plan) = &self.stage.plan {
+            self.report = report(plan);
+            let known = |timings: &Timings, report: &Report| timings.is_of(report);
+            if self.report.as_ref().is_none_or(|report| !known(&self.timings, report)) {
+                self.timings.clear();
+            }
+        }
+        let is_broken = self.stage.error().is_some();
+        if is_broken && !self.was_broken {
+            self.below = Some(Below::Notices);
+        }
+        self.was_broken = is_broken;
+    }
+
+    /// Captures what the inspector looks at, whenever the frame is another and has settled.
+    fn capture(&mut self, state: &RenderState, context: &egui::Context, size: [u32; 2]) {
+        let Some(plan) = self.stage.plan.clone() else { return };
+        let wanted = self.inspector.wanted(&plan);
+        if wanted.is_empty() || self.stage.is_busy() || plan.viewport != size {
+            return;
+        }
+        if self.planning.as_ref().is_some_and(|planning| planning.is_for(&plan, &wanted))
+            && let Some(outcome) = self.planning.as_ref().and_then(Planning::take)
+        {
+            match outcome {
+                Ok(planned) => self.planned = Some(planned),
+                Err(error) => self.inspector.contents.error = Some(error.to_string()),
+            }
+        }
+        match self.planned.take().filter(|planned| planned.is_for(&plan, &wanted)) {
+            Some(planned) => {
+                if self.captured != self.stage.index || !self.inspector.contents.has(&wanted) {
+                    let shot =
+                        Shot { size, values: &self.values, view: &mut self.view, time: self.clock.time };
+                    match self.stage.capture(state, &planned, &shot) {
+                        Ok(texels) => self.inspector.contents.take(wanted, texels),
+                        Err(error) => self.inspector.contents.error = Some(error.to_string()),
+                    }
+                    self.captured = self.stage.index;
+                    context.request_repaint();
+                }
+                self.planned = Some(planned);
+            }
+            None => {
+                if !self.planning.as_ref().is_some_and(|planning| planning.is_for(&plan, &wanted)) {
+                    let (library, pipeline) = (&self.stage.library, &self.arguments.pipeline);
+                    self.planning = Some(Planning::begin(library, pipeline, &plan, wanted, context));
+                }
+            }
+        }
+    }
+
+    /// The panel of values.
+    fn values_panel(&mut self, ui: &mut egui::Ui) {
+        let Some(plan) = self.stage.plan.clone() else { return };
+        let document = self.stage.pipeline().map(|pipeline| pipeline.document().clone());
+        let mut saves = Vec::new();
+        egui::Panel::bottom("save").show_separator_line(true).show(ui, |ui| {
+            ui.add_space(4.0);
+            ui.horizontal(|ui| {
+                use actions::Action;
+                for (label, action) in [
+                    ("Save as parameter file", Action::SaveParameters),
+                    ("Save into document", Action::SaveDocument),
+                ] {
+                    let button = ui.add_enabled(!self.values.is_empty(), egui::Button::new(label));
+                    self.places.note(&label.to_lowercase(), &button);
+                    if button.on_hover_text(actions::key_of(action)).clicked() {
+                        saves.push(action);
+                    }
+                }
+            });
+        });
+        let before = self.values.clone();
+        let search = std::mem::take(&mut self.wants_search);
+        self.panel.show(ui, &plan, document.as_ref(), &mut self.values, &mut self.places, search);
+        if self.values != before {
+            self.resolution.touch();
+        }
+        for action in saves {
+            self.act(action, ui.ctx(), None);
+        }
+    }
+
+    /// The panel below the frame.
+    fn below(&mut self, ui: &mut egui::Ui, below: Below) {
+        match below {
+            Below::Graph => {
+                let Some(report) = &self.report else { return };
+                let selected = self.inspector.selected.as_ref();
+                let clicked = crate::graph::show(ui, report, selected, &mut self.search, &mut self.places);
+                if let Some(clicked) = clicked {
+                    self.inspector.select(clicked, report);
+                }
+            }
+            Below::Times => {
+                let clicked = self.timings.show(ui, self.stage.has_gpu_times, &mut self.places);
+                if let (Some(pass), Some(report)) = (clicked, &self.report) {
+                    self.inspector.select(Selected::Pass(pass), report);
+                }
+            }
+            Below::Notices => self.notices(ui),
+        }
+    }
+
+    /// The panel beside the frame.
+    fn inspect(&mut self, ui: &mut egui::Ui) {
+        let (Some(plan), Some(report)) = (&self.stage.plan, &self.report) else { return };
+        match self.inspector.show(ui, plan, report, &self.timings, &mut self.places) {
+            Some(Wish::Select(selected)) => self.inspector.select(selected, report),
+            Some(Wish::Open(place)) => self.open(&place),
+            Some(Wish::Close) => self.inspector.selected = None,
+            None => {}
+        }
+    }
+}
+
+impl eframe::App for Viewer {
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
+        let Some(state) = frame.wgpu_render_state().cloned() else { return };
+        let context = ui.ctx().clone();
+        for action in actions::pressed(&context) {
+            self.act(action, &context, Some(&state));
+        }
+        self.take_dropped(&context);
+        if self.clock.advance(self.clip.is_some().then_some(STEP)) {
+            self.stage.touch();
+            self.resolution.touch();
+        }
+        egui::Panel::top("bar").show(ui, |ui| self.bar(ui, &state));
+        egui::Panel::bottom("status").show(ui, |ui| self.status(ui));
+        if self.has_values {
+            egui::Panel::left("values").default_size(420.0).min_size(300.0).show(ui, |ui| {
+                ui.set_min_size(ui.available_size());
+                self.values_panel(ui);
+            });
+        }
+        if self.inspector.selected.is_some() {
+            egui::Panel::right("inspector").default_size(380.0).min_size(280.0).show(ui, |ui| {
+                ui.set_min_size(ui.available_size());
+                self.inspect(ui);
+            });
+        }
+        if let Some(below) = self.below {
+            egui::Panel::bottom("below").resizable(true).default_size(250.0).min_size(80.0).show(ui, |ui| {
+                // A panel is as large as what is in it: also while there is nothing yet.
+                ui.set_min_size(ui.available_size());
+                self.below(ui, below);
+            });
+        }
+        egui::CentralPanel::no_frame().show(ui, |ui| self.frame(ui, &state));
+        actions::help(&context, &mut self.has_help);
+        if self.places.is_on() {
+            let log = self.state(&context);
+            self.places.write(log);
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! The command line of the viewer.
+
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use serde_json::Value;
+
+/// Shows a pipeline on a scene, live: edit its files and see the frame.
+#[derive(Parser, Clone, Debug)]
+#[command(name = "umbragraph-view", version)]
+pub(crate) struct Arguments {
+    /// The pipeline: a file, or one that comes with the module, such as umbragraph:umbra.json.
+    pub(crate) pipeline: PathBuf,
+    /// The glTF scene.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scene: PathBuf,
+    /// A folder with templates that replace or join those that come with the module.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) templates: Option<PathBuf>,
+    /// A further folder below which the pipeline may name files.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) root: Vec<PathBuf>,
+    /// Gives a parameter a value: JSON, a word of an enumeration, or on or off for a boolean.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting)]
+    pub(crate) set: Vec<(String, Value)>,
+    /// Gives a feature a value. Without a value it is switched on.
+    #[arg(long = "feature", value_name = "NAME[=VALUE]", value_parser = feature)]
+    pub(crate) feature: Vec<(String, Value)>,
+    /// Switches a toggle; without a value it is switched on.
+    #[arg(long = "toggle", value_name = "NAME[=on|off]", value_parser = toggle)]
+    pub(crate) toggle: Vec<(String, bool)>,
+    /// Takes the values of one of the pipeline's presets.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) preset: Option<String>,
+    /// Follows a parameter file, over the values of the preset. Later files win.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) params: Vec<PathBuf>,
+    /// Begins at the first key of a camera path, as `umbragraph render --camera FILE` reads it; the others are bookmarks.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) camera: Option<PathBuf>,
+    /// The texels of the frame per pixel of the window, from 0.1 to 1; without it as many as keep the window responsive.
+    #[arg(long, value_name = "NUMBER", value_parser = scale)]
+    pub(crate) scale: Option<f32>,
+    /// The command that opens a place in an editor, such as 'code -g {file}:{line}'.
+    #[arg(long, value_name = "COMMAND", default_value = "code -g {file}:{line}")]
+    pub(crate) editor: String,
+    /// The width and height of the window.
+    #[arg(long, value_name = "WxH", default_value = "1440x860", value_parser = size)]
+    pub(crate) window: [u32; 2],
+    /// The folder of screenshots, clips, parameter files and camera paths.
+    #[arg(long, value_name = "FOLDER", default_value = ".")]
+    pub(crate) out: PathBuf,
+    /// Appends the state of the window to a file whenever it changed, as a line of JSON: for tests.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) log_state: Option<PathBuf>,
+}
+
+/// Whether a pipeline comes with the module.
+pub(crate) fn is_bundled(path: &Path) -> bool {
+    path.to_string_lossy().starts_with("umbragraph:")
+}
+
+/// A value of the command line: JSON, or else a word.
+pub(crate) fn value(text: &str) -> Value {
+    match text {
+        "on" => Value::Bool(true),
+        "off" => Value::Bool(false),
+        text => serde_json::from_str(text).unwrap_or_else(|_| Value::from(text)),
+    }
+}
+
+fn setting(text: &str) -> Result<(String, Value), String> {
+    let (name, text) = text.split_once('=').ok_or("write NAME=VALUE, such as exposure=1.5")?;
+    Ok((name.to_owned(), value(text)))
+}
+
+fn feature(text: &str) -> Result<(String, Value), String> {
+    let (name, text) = text.split_once('=').unwrap_or((text, "true"));
+    Ok((name.to_owned(), value(text)))
+}
+
+fn toggle(text: &str) -> Result<(String, bool), String> {
+    let (name, on) = feature(text)?;
+    let on = on.as_bool().ok_or("a toggle is on or off")?;
+    Ok((name, on))
+}
+
+fn scale(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok().filter(|number| (0.1..=1.0).contains(number));
+    number.ok_or_else(|| "a number from 0.1 to 1".to_owned())
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides =
+        text.split_once('x').and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
+    let sides = sides.filter(|sides| sides.iter().all(|side| (200..=16384).contains(side)));
+    sides.ok_or_else(|| "two numbers from 200 to 16384 with x between, such as 1440x860".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_json_or_words() {
+        assert_eq!(setting("far=[1, 2]"), Ok(("far".to_owned(), serde_json::json!([1, 2]))));
+        assert_eq!(setting("filter=pcss"), Ok(("filter".to_owned(), Value::from("pcss"))));
+        assert_eq!(feature("msaa"), Ok(("msaa".to_owned(), Value::Bool(true))));
+        assert_eq!(feature("msaa=off"), Ok(("msaa".to_owned(), Value::Bool(false))));
+        assert!(setting("far").is_err() && scale("2").is_err() && size("3x").is_err());
+    }
+}

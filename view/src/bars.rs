@@ -1,0 +1,198 @@
+//! The bars above and below the frame, and the list of diagnostics.
+
+use eframe::egui::{self, Color32, RichText};
+use eframe::egui_wgpu::RenderState;
+use umbragraph::low_level::report::bytes_in_words;
+use umbragraph::low_level::source::Sources;
+
+use crate::actions::{Action, key_of};
+use crate::app::{Below, Viewer};
+use crate::camera::Mode;
+use crate::clock::STEPS;
+use crate::notices;
+
+impl Viewer {
+    /// The bar above the frame.
+    pub(crate) fn bar(&mut self, ui: &mut egui::Ui, state: &RenderState) {
+        let mut actions = Vec::new();
+        ui.add_space(3.0);
+        ui.horizontal(|ui| {
+            self.animation(ui, &mut actions);
+            ui.separator();
+            let is_fly = self.view.as_ref().is_some_and(|view| view.mode == Mode::Fly);
+            self.button(ui, if is_fly { "Fly" } else { "Orbit" }, "mode", Action::Mode, false, &mut actions);
+            self.button(ui, "Home", "home", Action::Home, false, &mut actions);
+            self.button(ui, "+ Bookmark", "bookmark", Action::Bookmark, false, &mut actions);
+            for at in 0..self.bookmarks.len().min(9) {
+                let label = (at + 1).to_string();
+                self.button(ui, &label, &format!("visit {label}"), Action::Visit(at), false, &mut actions);
+            }
+            ui.separator();
+            self.resolutions(ui);
+            ui.separator();
+            let is_clip = self.clip.is_some();
+            self.button(ui, "Screenshot", "screenshot", Action::Screenshot, false, &mut actions);
+            let clip = if is_clip { "End clip" } else { "Clip" };
+            self.button(ui, clip, "clip", Action::Clip, is_clip, &mut actions);
+            self.button(ui, "Copy command", "copy command", Action::CopyCommand, false, &mut actions);
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let below = self.below;
+                self.button(ui, "?", "help", Action::Help, self.has_help, &mut actions);
+                let notices = below == Some(Below::Notices);
+                self.button(ui, "Notices", "notices", Action::Notices, notices, &mut actions);
+                self.button(ui, "Times", "times", Action::Times, below == Some(Below::Times), &mut actions);
+                self.button(ui, "Graph", "graph", Action::Graph, below == Some(Below::Graph), &mut actions);
+                self.button(ui, "Values", "values", Action::Parameters, self.has_values, &mut actions);
+            });
+        });
+        ui.add_space(3.0);
+        for action in actions {
+            self.act(action, ui.ctx(), Some(state));
+        }
+    }
+
+    fn button(
+        &mut self,
+        ui: &mut egui::Ui,
+        label: &str,
+        name: &str,
+        action: Action,
+        is_on: bool,
+        actions: &mut Vec<Action>,
+    ) {
+        let button = ui.add(egui::Button::new(label).selected(is_on));
+        self.places.note(name, &button);
+        let key = key_of(action);
+        let button = if key.is_empty() { button } else { button.on_hover_text(format!("key: {key}")) };
+        if button.clicked() {
+            actions.push(action);
+        }
+    }
+
+    /// Play, step and the time.
+    fn animation(&mut self, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+        let label = if self.clock.is_playing { "Pause" } else { "Play" };
+        self.button(ui, label, "play", Action::Play, self.clock.is_playing, actions);
+        self.button(ui, "Step", "step", Action::Step, false, actions);
+        let animations = self.stage.scene().map(|scene| &scene.animations);
+        let longest =
+            animations.into_iter().flatten().fold(0.0, |longest: f64, one| longest.max(one.duration));
+        ui.spacing_mut().slider_width = 90.0;
+        let end = if longest > 0.0 { longest } else { 10.0 };
+        let before = self.clock.time % end.max(1e-3);
+        let mut time = before;
+        let slider = egui::Slider::new(&mut time, 0.0..=end).fixed_decimals(2).suffix(" s");
+        let slider = ui.add(slider).on_hover_text("The time of the scene's animations");
+        self.places.note("time", &slider);
+        // It rounds what it shows; that is no change.
+        if slider.changed() && (time - before).abs() > 0.006 {
+            self.clock.time = time;
+            self.stage.touch();
+        }
+    }
+
+    /// The list of resolutions.
+    fn resolutions(&mut self, ui: &mut egui::Ui) {
+        let percent = |scale: f32| format!("{:.0} %", scale * 100.0);
+        let now = self.resolution.scale();
+        let text = match self.resolution.fixed {
+            Some(scale) => percent(scale),
+            None => format!("auto {}", percent(now)),
+        };
+        let list = egui::ComboBox::from_id_salt("resolution").width(92.0).selected_text(text);
+        let list = list.show_ui(ui, |ui| {
+            ui.selectable_value(&mut self.resolution.fixed, None, "auto");
+            for step in STEPS {
+                let response = ui.selectable_value(&mut self.resolution.fixed, Some(step), percent(step));
+                self.places.note(&format!("resolution={step}"), &response);
+            }
+        });
+        self.places.note("resolution", &list.response);
+        list.response.on_hover_text("Texels of the frame per pixel of the window (− and +)");
+    }
+
+    /// The bar below everything.
+    pub(crate) fn status(&mut self, ui: &mut egui::Ui) {
+        ui.horizontal(|ui| {
+            let errors = self.stage.error().map_or(0, |error| error.error_count());
+            let (words, color) = match (errors, self.stage.plan.is_some()) {
+                (0, true) => ("live".to_owned(), Color32::from_rgb(126, 200, 140)),
+                (0, false) => ("loading".to_owned(), Color32::GRAY),
+                (_, true) => (
+                    "broken: the frame is the last good one".to_owned(),
+                    notices::color_of(umbragraph::diagnostic::Severity::Error),
+                ),
+                (_, false) => {
+                    ("broken".to_owned(), notices::color_of(umbragraph::diagnostic::Severity::Error))
+                }
+            };
+            let status = ui.link(RichText::new(words).color(color).strong());
+            self.places.note("status", &status);
+            if status.clicked() {
+                self.below = Some(Below::Notices);
+            }
+            ui.separator();
+            if let Some((_, [width, height])) = self.stage.targets.shown() {
+                ui.label(format!("{width} × {height}"));
+            }
+            if let Some(times) = self.timings.whole_frames() {
+                ui.label(format!("{:.1} ms", times.median));
+            }
+            if let Some(plan) = &self.stage.plan {
+                let count = plan.textures.len() + plan.buffers.len();
+                let words = format!("{} in {count} textures and buffers", bytes_in_words(plan.bytes));
+                ui.label(words).on_hover_text("Device memory of the plan that runs");
+            }
+            if let Some(clip) = &self.clip {
+                ui.label(
+                    RichText::new(format!("recording: {} frames", clip.len()))
+                        .color(Color32::from_rgb(240, 120, 110)),
+                );
+            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.label(RichText::new(&self.adapter).weak());
+                let (said, is_bad) = &self.message;
+                let color = if *is_bad {
+                    notices::color_of(umbragraph::diagnostic::Severity::Error)
+                } else {
+                    ui.visuals().strong_text_color()
+                };
+                ui.add(egui::Label::new(RichText::new(said).color(color)).truncate());
+            });
+        });
+    }
+
+    /// Diagnostics of the files, and notices of the frame.
+    pub(crate) fn notices(&mut self, ui: &mut egui::Ui) {
+        let error = self.stage.error().cloned();
+        let mut wish = None;
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            if let Some(error) = &error {
+                wish = notices::show(ui, error.iter(), error.sources(), &mut self.places);
+            }
+            let notices = self.stage.notices();
+            if !notices.is_empty() {
+                ui.label(RichText::new("NOTICES OF THE FRAME").small().strong().weak());
+                let none = Sources::new();
+                let sources = self.stage.plan.as_ref().map_or(&none, |plan| &plan.pipeline.sources);
+                let clicked = notices::show(ui, notices.iter(), sources, &mut self.places);
+                if let (None, Some(notices::Wish::Open(place))) = (&wish, clicked) {
+                    wish = Some(notices::Wish::Open(place));
+                }
+            }
+            if error.is_none() && notices.is_empty() {
+                ui.label(
+                    RichText::new("Nothing is wrong with the files, and the frame has no notices.").weak(),
+                );
+            }
+        });
+        match (wish, error) {
+            (Some(notices::Wish::Open(place)), _) => self.open(&place),
+            (Some(notices::Wish::Mend(diagnostic)), Some(error)) => {
+                let said = notices::mend(&diagnostic, error.sources());
+                self.say(said);
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! The camera under the hand: around a point, or flying.
+//!
+//! A position, two angles and the distance to the point that it turns around. Both modes share them, so that a change of
+//! mode moves nothing. Up is +Y; a camera of a scene that is tilted stays so until it is moved.
+
+use std::f64::consts::FRAC_PI_2;
+
+use serde_json::{Value, json};
+use umbragraph::frame::{Bounds, Camera};
+use umbragraph::glam::{DQuat, DVec2, DVec3};
+
+/// The steepest angle, short of straight up and down.
+const STEEPEST: f64 = FRAC_PI_2 - 0.01;
+
+/// The movement that a drag means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Mode {
+    /// Around a point in front of the camera.
+    Orbit,
+    /// The camera turns where it is; W, A, S, D, Q and E move it.
+    Fly,
+}
+
+/// A camera that is moved.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct View {
+    pub(crate) mode: Mode,
+    position: DVec3,
+    turn: f64,
+    tilt: f64,
+    /// The distance to the point that the camera turns around.
+    distance: f64,
+    /// The scene's own rotation until the camera is turned.
+    rotation: Option<DQuat>,
+    /// The size of the scene, which speeds follow.
+    radius: f64,
+}
+
+impl View {
+    /// The camera as a scene has it; it turns around the nearest thing ahead, or around the middle of the scene.
+    pub(crate) fn new(camera: &Camera, bounds: &Bounds, things: impl Iterator<Item = Bounds>) -> Self {
+        let radius = if bounds.is_empty() { 1.0 } else { bounds.radius().max(1e-3) };
+        let ahead = camera.rotation * DVec3::NEG_Z;
+        let middle = if bounds.is_empty() { DVec3::ZERO } else { bounds.center() };
+        let nearest = things.filter_map(|thing| hit(&thing, camera.position, ahead)).reduce(f64::min);
+        let along = nearest.unwrap_or_else(|| (middle - camera.position).dot(ahead));
+        let [turn, tilt] = angles(ahead);
+        Self {
+            mode: Mode::Orbit,
+            position: camera.position,
+            turn,
+            tilt,
+            distance: along.clamp(0.01 * radius, 2.0 * radius),
+            rotation: Some(camera.rotation),
+            radius,
+        }
+    }
+
+    fn rotation(&self) -> DQuat {
+        let turned = DQuat::from_rotation_y(self.turn) * DQuat::from_rotation_x(self.tilt);
+        self.rotation.unwrap_or(turned)
+    }
+
+    /// The point that the camera turns around.
+    pub(crate) fn target(&self) -> DVec3 {
+        self.position + self.rotation() * DVec3::NEG_Z * self.distance
+    }
+
+    /// The camera of a frame, with the projection of another.
+    pub(crate) fn camera(&self, base: Camera) -> Camera {
+        base.position(self.position).rotation(self.rotation())
+    }
+
+    /// Turns by a drag, in radians: around its point, or where it is.
+    pub(crate) fn turn(&mut self, by: DVec2) {
+        let target = self.target();
+        self.turn = (self.turn - by.x) % std::f64::consts::TAU;
+        self.tilt = (self.tilt - by.y).clamp(-STEEPEST, STEEPEST);
+        self.rotation = None;
+        if self.mode == Mode::Orbit {
+            self.position = target - self.rotation() * DVec3::NEG_Z * self.distance;
+        }
+    }
+
+    /// Moves to the side and up, in parts of the height of the window.
+    pub(crate) fn pan(&mut self, by: DVec2) {
+        self.position += self.rotation() * DVec3::new(-by.x, by.y, 0.0) * self.distance;
+    }
+
+    /// Goes nearer for positive steps: to its point, or ahead.
+    pub(crate) fn zoom(&mut self, steps: f64) {
+        match self.mode {
+            Mode::Orbit => {
+                let target = self.target();
+                let nearest = 1e-3 * self.radius;
+                self.distance = (self.distance * (-0.15 * steps).exp()).clamp(nearest, 20.0 * self.radius);
+                self.position = target - self.rotation() * DVec3::NEG_Z * self.distance;
+            }
+            Mode::Fly => self.fly(DVec3::NEG_Z * 0.1 * steps),
+        }
+    }
+
+    /// Moves along its own axes, in parts of the scene's radius.
+    pub(crate) fn fly(&mut self, by: DVec3) {
+        self.position += self.rotation() * by * self.radius;
+    }
+
+    /// The place as a key of a camera path.
+    pub(crate) fn key(&self, time: usize) -> Value {
+        let rounded = |at: DVec3| [at.x, at.y, at.z].map(|one| (one * 1e4).round() / 1e4);
+        json!({ "time": time, "position": rounded(self.position), "target": rounded(self.target()) })
+    }
+
+    /// Goes to a key of a camera path.
+    pub(crate) fn go_to(&mut self, key: &Key) {
+        let ahead = key.target - key.position;
+        self.position = key.position;
+        self.distance = ahead.length().max(1e-3 * self.radius);
+        [self.turn, self.tilt] = angles(ahead);
+        self.rotation = None;
+    }
+}
+
+/// The distance along a ray to the middle of the part of it that lies in a box; nothing of a box around its start.
+fn hit(bounds: &Bounds, from: DVec3, ahead: DVec3) -> Option<f64> {
+    let [a, b] = [bounds.min, bounds.max].map(|corner| (corner - from) / ahead);
+    let (near, far) = (a.min(b).max_element(), a.max(b).min_element());
+    (near > 0.0 && near <= far).then_some(0.5 * (near + far))
+}
+
+/// The turn around +Y and the tilt of a direction.
+fn angles(ahead: DVec3) -> [f64; 2] {
+    [(-ahead.x).atan2(-ahead.z), ahead.y.atan2(ahead.x.hypot(ahead.z)).clamp(-STEEPEST, STEEPEST)]
+}
+
+/// A place of the camera.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Key {
+    position: DVec3,
+    target: DVec3,
+}
+
+impl Key {
+    /// A key as a camera path has it.
+    pub(crate) fn read(value: &Value) -> Option<Self> {
+        let point = |name: &str| {
+            let list = value.get(name)?.as_array()?;
+            let numbers: Vec<f64> = list.iter().filter_map(Value::as_f64).collect();
+            let numbers: [f64; 3] = numbers.try_into().ok()?;
+            numbers.iter().all(|one| one.is_finite() && one.abs() < 1e12).then(|| DVec3::from(numbers))
+        };
+        let key = Self { position: point("position")?, target: point("target")? };
+        (key.position.distance(key.target) > 1e-9).then_some(key)
+    }
+}
+
+/// The keys of a camera path; `None` for another text.
+pub(crate) fn keys(text: &str) -> Option<Vec<Key>> {
+    let value: Value = serde_json::from_str(text).ok()?;
+    let keys = value.get("keys")?.as_array()?;
+    keys.iter().map(Key::read).collect::<Option<Vec<_>>>().filter(|keys| !keys.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view() -> View {
+        let camera = Camera::look_at([4.0, 3.0, 5.0], [0.0; 3], 0.8, 1.5);
+        View::new(&camera, &Bounds::between([-3.0; 3], [3.0; 3]), std::iter::empty())
+    }
+
+    #[test]
+    fn an_orbit_keeps_its_point_and_its_distance() {
+        let mut view = view();
+        let (target, distance) = (view.target(), view.position.distance(view.target()));
+        view.turn(DVec2::new(1.2, -0.3));
+        assert!(view.target().distance(target) < 1e-9);
+        assert!((view.position.distance(target) - distance).abs() < 1e-9);
+        view.zoom(2.0);
+        assert!(view.target().distance(target) < 1e-9 && view.position.distance(target) < distance);
+    }
+
+    #[test]
+    fn rays_hit_boxes_ahead_and_none_that_they_start_in() {
+        let bounds = Bounds::between([-1.0; 3], [1.0; 3]);
+        assert_eq!(hit(&bounds, DVec3::new(0.2, 0.3, 5.0), DVec3::NEG_Z), Some(5.0));
+        assert_eq!(hit(&bounds, DVec3::new(0.2, 0.3, 5.0), DVec3::Z), None);
+        assert_eq!(hit(&bounds, DVec3::new(2.0, 0.3, 5.0), DVec3::NEG_Z), None);
+        assert_eq!(hit(&bounds, DVec3::splat(0.5), DVec3::NEG_Z), None);
+    }
+
+    #[test]
+    fn flying_turns_in_place_and_never_over() {
+        let mut view = View { mode: Mode::Fly, ..view() };
+        let position = view.position;
+        view.turn(DVec2::new(0.4, -100.0));
+        assert_eq!(view.position, position);
+        assert!((view.rotation() * DVec3::Y).y > 0.0, "upright");
+        view.fly(DVec3::X);
+        assert!((view.position.distance(position) - view.radius).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_bookmark_is_a_key_of_a_camera_path() {
+        let mut other = view();
+        let text = json!({ "keys": [other.key(0)] }).to_string();
+        other.turn(DVec2::new(1.0, 0.2));
+        let keys = keys(&text).expect("a path");
+        other.go_to(&keys[0]);
+        assert!(other.position.distance(view().position) < 1e-3);
+        assert!(other.target().distance(view().target()) < 1e-3);
+        assert!(super::keys("{}").is_none() && super::keys("{ \"keys\": [{}] }").is_none());
+    }
+}

@@ -1,0 +1,343 @@
+//! The contents of a texture: its picture, range and histogram, the value under the cursor, before and after each pass.
+
+use eframe::egui::{self, Color32, RichText, TextureHandle, TextureOptions, pos2, vec2};
+use serde_json::{Value, json};
+use umbragraph::Plan;
+use umbragraph::executor::Texels;
+use umbragraph::low_level::capture::Capture;
+use umbragraph::low_level::sheet::{Content, Range, Sheet, is_volume, sheet};
+
+use crate::places::Places;
+use crate::texels::{Channel, channels, difference, shown};
+
+/// The part of a version and the one before that is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Side {
+    #[default]
+    After,
+    Before,
+    Difference,
+}
+
+impl Side {
+    const ALL: [(Self, &'static str); 3] =
+        [(Self::After, "after"), (Self::Before, "before"), (Self::Difference, "difference")];
+}
+
+/// The part of a texture that is looked at.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Look {
+    name: String,
+    /// The pass that left it so; `None` of what no pass writes.
+    pass: Option<String>,
+    /// The pass before that one, whose version it replaced.
+    before: Option<String>,
+    side: Side,
+    mip: u32,
+    layer: Option<u32>,
+    /// The numbers that are black and white; `None` follows the contents.
+    range: Option<[f32; 2]>,
+}
+
+/// The texture under inspection, and its last captures.
+#[derive(Default)]
+pub(crate) struct Contents {
+    look: Look,
+    captured: Vec<Texels>,
+    /// The subjects of the captures.
+    of: Vec<Capture>,
+    drawn: Option<Drawn>,
+    pub(crate) error: Option<String>,
+    cursor: Option<([u32; 2], [f32; 4])>,
+}
+
+/// The picture of captures.
+struct Drawn {
+    look: Look,
+    texture: TextureHandle,
+    sheet: Sheet,
+    ranges: Vec<Range>,
+    channels: Vec<Channel>,
+    layers: u32,
+}
+
+impl Contents {
+    /// Looks at a texture as a pass leaves it.
+    pub(crate) fn look_at(&mut self, name: &str, pass: Option<String>) {
+        if self.look.name != name {
+            (self.look, self.cursor) = (Look { name: name.to_owned(), ..Look::default() }, None);
+        }
+        self.look.pass = pass;
+    }
+
+    /// The captures that are wanted; none of what has no picture.
+    pub(crate) fn wanted(&self, plan: &Plan) -> Vec<Capture> {
+        if cannot(plan, &self.look.name).is_some() {
+            return Vec::new();
+        }
+        let Look { name, pass, before, side, mip, .. } = &self.look;
+        let mips = plan.resources.get(name).and_then(|one| one.size).map_or(1, |size| size.mips);
+        let mip = (*mip).min(mips - 1);
+        let capture = |pass: &Option<String>| {
+            let reference = pass.as_ref().map_or_else(|| name.clone(), |pass| format!("{name}@{pass}"));
+            Capture { reference, mip }
+        };
+        match (side, before) {
+            (Side::After, _) | (_, None) => vec![capture(pass)],
+            _ => vec![capture(pass), capture(before)],
+        }
+    }
+
+    /// Whether captures are those that are shown.
+    pub(crate) fn has(&self, captures: &[Capture]) -> bool {
+        self.of == captures && !self.captured.is_empty()
+    }
+
+    /// Takes captures of a frame.
+    pub(crate) fn take(&mut self, captures: Vec<Capture>, texels: Vec<Texels>) {
+        (self.of, self.captured, self.drawn, self.error) = (captures, texels, None, None);
+    }
+
+    /// Shows them.
+    pub(crate) fn show(
+        &mut self,
+        ui: &mut egui::Ui,
+        plan: &Plan,
+        name: &str,
+        versions: &[String],
+        places: &mut Places,
+    ) {
+        if let Some(reason) = cannot(plan, name) {
+            ui.label(RichText::new(reason).weak());
+            return;
+        }
+        let at = versions.iter().position(|one| Some(one) == self.look.pass.as_ref());
+        self.look.before = at.and_then(|at| versions.get(at.checked_sub(1)?)).cloned();
+        self.choices(ui, plan, versions, at, places);
+        if let Some(error) = &self.error {
+            ui.label(RichText::new(error).color(Color32::from_rgb(240, 120, 110)));
+        }
+        let Some(main) = self.captured.first().filter(|_| self.of == self.wanted(plan)) else {
+            ui.add_space(8.0);
+            ui.horizontal(|ui| {
+                ui.spinner();
+                ui.label("capturing");
+            });
+            return;
+        };
+        if self.drawn.as_ref().is_none_or(|drawn| drawn.look != self.look) {
+            let content = Content::of(plan, name).unwrap_or_default();
+            let texels = match (self.look.side, self.captured.get(1)) {
+                (Side::After, _) | (_, None) => Some(main.clone()),
+                (Side::Before, Some(before)) => Some(before.clone()),
+                (Side::Difference, Some(before)) => difference(main, before),
+            };
+            let limit = ui.ctx().input(|input| input.max_texture_side);
+            self.drawn = texels.and_then(|texels| draw(ui.ctx(), &texels, content, &self.look, limit));
+        }
+        let Some(drawn) = &self.drawn else {
+            ui.label("The picture is too large for a texture: choose a mip level or a layer.");
+            return;
+        };
+        picture(ui, drawn, &mut self.cursor, places);
+        numbers(ui, drawn);
+    }
+
+    /// Version, side, mip level, layer and range.
+    fn choices(
+        &mut self,
+        ui: &mut egui::Ui,
+        plan: &Plan,
+        versions: &[String],
+        at: Option<usize>,
+        places: &mut Places,
+    ) {
+        let look = &mut self.look;
+        if !versions.is_empty() {
+            ui.horizontal(|ui| {
+                ui.label("as left by");
+                for (label, to) in [("<", at.and_then(|at| at.checked_sub(1))), (">", at.map(|at| at + 1))] {
+                    let version = to.and_then(|to| versions.get(to));
+                    let step = ui.add_enabled(version.is_some(), egui::Button::new(label).small());
+                    places.note(if label == "<" { "version before" } else { "version after" }, &step);
+                    if let (true, Some(version)) = (step.clicked(), version) {
+                        look.pass = Some(version.clone());
+                    }
+                }
+                let text = look.pass.clone().unwrap_or_default();
+                egui::ComboBox::from_id_salt("version").width(190.0).selected_text(text).show_ui(ui, |ui| {
+                    for version in versions {
+                        ui.selectable_value(&mut look.pass, Some(version.clone()), version);
+                    }
+                });
+            });
+        }
+        ui.horizontal(|ui| {
+            for (side, label) in Side::ALL {
+                let is_there = side == Side::After || look.before.is_some();
+                let button = ui.add_enabled(is_there, egui::Button::selectable(look.side == side, label));
+                places.note(&format!("side {label}"), &button);
+                if button.clicked() {
+                    look.side = side;
+                }
+            }
+            let size = plan.resources.get(&look.name).and_then(|one| one.size);
+            let (mips, layers) = size.map_or((1, 1), |size| (size.mips, size.layers));
+            look.mip = look.mip.min(mips - 1);
+            if mips > 1 {
+                let mip = ui
+                    .add(egui::DragValue::new(&mut look.mip).range(0..=mips - 1).prefix("mip ").speed(0.05));
+                places.note("mip", &mip);
+            }
+            if layers > 1 {
+                look.layer = look.layer.map(|layer| layer.min(layers - 1));
+                let text = look.layer.map_or("all layers".to_owned(), |layer| format!("layer {layer}"));
+                let list = egui::ComboBox::from_id_salt("layer").width(90.0).selected_text(text);
+                let list = list.show_ui(ui, |ui| {
+                    ui.selectable_value(&mut look.layer, None, "all layers");
+                    for layer in 0..layers {
+                        ui.selectable_value(&mut look.layer, Some(layer), format!("layer {layer}"));
+                    }
+                });
+                places.note("layer", &list.response);
+            } else {
+                look.layer = None;
+            }
+        });
+        ui.horizontal(|ui| {
+            let mut is_own = look.range.is_some();
+            let own = ui.checkbox(&mut is_own, "range");
+            places.note("own range", &own);
+            if own.changed() {
+                let [min, max] = match self.drawn.as_ref().and_then(|drawn| drawn.channels.first()) {
+                    Some(channel) => [channel.min, channel.max],
+                    None => [0.0, 1.0],
+                };
+                look.range = is_own.then_some([min, max]);
+            }
+            if let Some([min, max]) = &mut look.range {
+                let speed = ((*max - *min).abs() * 0.01).max(1e-5);
+                places.note("range min", &ui.add(egui::DragValue::new(min).speed(speed)));
+                ui.label("to");
+                places.note("range max", &ui.add(egui::DragValue::new(max).speed(speed)));
+            }
+        });
+    }
+
+    /// The state, for tests.
+    pub(crate) fn state(&self) -> Value {
+        let Some(drawn) = &self.drawn else { return Value::Null };
+        let channels = drawn.channels.iter().map(|one| {
+            json!({ "min": one.min, "max": one.max, "mean": one.mean, "not_finite": one.not_finite, "bars": one.bars })
+        });
+        json!({
+            "of": self.of.iter().map(|one| one.reference.clone()).collect::<Vec<_>>(),
+            "mip": drawn.look.mip,
+            "layer": drawn.look.layer,
+            "side": Side::ALL.iter().find(|one| one.0 == drawn.look.side).map(|one| one.1),
+            "size": [drawn.sheet.width, drawn.sheet.height, drawn.layers],
+            "channels": channels.collect::<Vec<_>>(),
+            "cursor": self.cursor,
+        })
+    }
+}
+
+/// Why a resource has no picture.
+fn cannot(plan: &Plan, name: &str) -> Option<&'static str> {
+    let Some(resource) = plan.resources.get(name) else { return Some("No pass that runs uses it.") };
+    let Some(size) = resource.size else {
+        return Some("It is no texture; the viewer shows contents of textures only.");
+    };
+    if size.samples > 1 {
+        return Some("It has several samples a texel: look at the texture that it is resolved to.");
+    }
+    is_volume(plan, name).then_some("It is a volume: look at a texture that a pass makes of one slice.")
+}
+
+/// The picture of texels; `None` of one that is too large.
+fn draw(
+    context: &egui::Context,
+    texels: &Texels,
+    content: Content,
+    look: &Look,
+    limit: usize,
+) -> Option<Drawn> {
+    let layer = look.layer.filter(|layer| *layer < texels.layers);
+    let sheet = sheet(texels, content, layer);
+    let size = [sheet.width as usize, sheet.height as usize];
+    if size.iter().any(|side| *side > limit || *side == 0) {
+        return None;
+    }
+    let ranges = match look.range {
+        Some([min, max]) => vec![Range { min, max }; sheet.channels],
+        None => sheet.ranges(content),
+    };
+    let image = egui::ColorImage::from_rgba_unmultiplied(size, &sheet.rgba(content, &ranges));
+    let texture = context.load_texture("contents", image, TextureOptions::NEAREST);
+    let channels = channels(texels, layer);
+    Some(Drawn { look: look.clone(), texture, sheet, ranges, channels, layers: texels.layers })
+}
+
+/// The picture as wide as the panel, and the value under the pointer.
+fn picture(ui: &mut egui::Ui, drawn: &Drawn, cursor: &mut Option<([u32; 2], [f32; 4])>, places: &mut Places) {
+    let Sheet { width, height, channels, values, .. } = &drawn.sheet;
+    let scale =
+        (ui.available_width() / *width as f32).min((ui.available_height() * 0.6).max(120.0) / *height as f32);
+    let size = vec2(*width as f32, *height as f32) * scale;
+    let (rect, response) = ui.allocate_exact_size(size, egui::Sense::hover());
+    let whole = egui::Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+    ui.painter().image(drawn.texture.id(), rect, whole, Color32::WHITE);
+    places.note("contents", &response);
+    if let Some(at) = response.hover_pos() {
+        let at = (at - rect.min) / scale;
+        let [x, y] = [(at.x as u32).min(width - 1), (at.y as u32).min(height - 1)];
+        *cursor = values.get(y as usize * *width as usize + x as usize).map(|value| ([x, y], *value));
+    }
+    let said = cursor.as_ref().map(|([x, y], value)| {
+        let value: Vec<String> = value.iter().take(*channels).map(|one| shown(*one)).collect();
+        format!("({x}, {y})  {}", value.join("  "))
+    });
+    ui.monospace(said.unwrap_or_else(|| format!("{width} × {height}, {channels} channels")));
+}
+
+/// Ranges and histograms of the channels.
+fn numbers(ui: &mut egui::Ui, drawn: &Drawn) {
+    let names = ["R", "G", "B", "A"];
+    let colors = [
+        Color32::from_rgb(232, 104, 96),
+        Color32::from_rgb(110, 200, 110),
+        Color32::from_rgb(110, 150, 240),
+        Color32::from_gray(170),
+    ];
+    for (at, channel) in drawn.channels.iter().enumerate() {
+        let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 34.0), egui::Sense::hover());
+        ui.painter().rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
+        let max = channel.bars.iter().copied().max().unwrap_or(0).max(1) as f32;
+        let width = rect.width() / channel.bars.len() as f32;
+        for (bar, count) in channel.bars.iter().enumerate() {
+            // A root, so that few values beside many are seen.
+            let height = (*count as f32 / max).sqrt() * rect.height();
+            let left = rect.left() + bar as f32 * width;
+            let shape = egui::Rect::from_min_max(
+                pos2(left, rect.bottom() - height),
+                pos2(left + width - 1.0, rect.bottom()),
+            );
+            ui.painter().rect_filled(shape, 0.0, colors[at]);
+        }
+        let not_finite = match channel.not_finite {
+            0 => String::new(),
+            count => format!("  {count} not finite"),
+        };
+        let shows =
+            drawn.ranges.get(at).map(|range| format!("  shown {} to {}", shown(range.min), shown(range.max)));
+        let mean = shown(channel.mean as f32);
+        let said = format!(
+            "{} {} to {}, mean {mean}{not_finite}{}",
+            names[at],
+            shown(channel.min),
+            shown(channel.max),
+            shows.unwrap_or_default()
+        );
+        ui.label(RichText::new(said).small().monospace());
+    }
+}

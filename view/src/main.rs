@@ -1,0 +1,49 @@
+//! `umbragraph-view`: a pipeline on a scene in a window, with its parameters, passes and textures.
+//!
+//! The module's own parts do the work: a [`Watcher`](umbragraph::Watcher) follows the files, a renderer records frames,
+//! captures copy textures out of them. The window is eframe's. Its panels are egui's own: no docking crate is out for this
+//! version of egui.
+//!
+//! Exit status: 0 after the window is closed, 1 if it cannot be opened, 2 for a command line that cannot be understood.
+
+mod act;
+mod actions;
+mod app;
+mod arguments;
+mod bars;
+mod camera;
+mod capture;
+mod clock;
+mod contents;
+mod files;
+mod graph;
+mod inspector;
+mod notices;
+mod output;
+mod parameters;
+mod places;
+mod save;
+mod stage;
+mod start;
+mod steer;
+mod targets;
+mod texels;
+mod timings;
+mod values;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+use arguments::Arguments;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    match start::run(arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(said) => {
+            eprint!("{said}");
+            ExitCode::FAILURE
+        }
+    }
+}

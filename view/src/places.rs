@@ -1,0 +1,61 @@
+//! `--log-state`: the state of the window as lines of JSON, with the places of its controls.
+//!
+//! A test finds a control by its name, moves the pointer of the window system there, and reads back what became of it.
+//! Nothing is gathered without the option.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Write as _;
+use std::path::Path;
+
+use eframe::egui::{Rect, Response};
+use serde_json::{Map, Value, json};
+
+/// The places of controls in the window, in points, and the file that they go to.
+pub(crate) struct Places {
+    file: Option<File>,
+    rects: BTreeMap<String, Rect>,
+    last: String,
+}
+
+impl Places {
+    /// # Errors
+    /// A file that cannot be made.
+    pub(crate) fn new(path: Option<&Path>) -> std::io::Result<Self> {
+        let file = path.map(File::create).transpose()?;
+        Ok(Self { file, rects: BTreeMap::new(), last: String::new() })
+    }
+
+    /// Whether anybody reads.
+    pub(crate) fn is_on(&self) -> bool {
+        self.file.is_some()
+    }
+
+    /// Notes the place of a control of this frame.
+    pub(crate) fn note(&mut self, name: &str, response: &Response) {
+        if self.is_on() {
+            // A control that is scrolled out of view cannot be clicked.
+            let rect = response.interact_rect;
+            if rect.is_positive() {
+                self.rects.insert(name.to_owned(), rect);
+            }
+        }
+    }
+
+    /// Writes the state, if it is another than before, and begins the next frame.
+    pub(crate) fn write(&mut self, mut state: Map<String, Value>) {
+        let Some(file) = &mut self.file else { return };
+        let rects = std::mem::take(&mut self.rects);
+        let corner = |rect: Rect| json!([rect.left(), rect.top(), rect.width(), rect.height()]);
+        let rects: Map<String, Value> = rects.into_iter().map(|(name, rect)| (name, corner(rect))).collect();
+        state.insert("controls".to_owned(), Value::Object(rects));
+        let line = Value::Object(state).to_string() + "\n";
+        if line != self.last {
+            // A disk that is full ends the log, not the window.
+            if file.write_all(line.as_bytes()).is_err() {
+                self.file = None;
+            }
+            self.last = line;
+        }
+    }
+}

@@ -1,0 +1,383 @@
+//! The live frame: a watched pipeline on a watched scene, drawn into a texture of the window.
+//!
+//! Nothing is drawn unless something changed: files, values, the camera, the time, the size. After a change, a pipeline
+//! with histories is drawn some frames more, until they have settled. One frame is on the device at a time, so that a
+//! software driver leaves the window its share.
+//!
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Instant;
+
+use eframe::egui;
+use eframe::egui_wgpu::RenderState;
+use umbragraph::diagnostic::Diagnostic;
+use umbragraph::executor::{Texels, imported_texture, read_back};
+use umbragraph::frame::FrameInput;
+use umbragraph::scene::gpu::SceneResources;
+use umbragraph::scene::{Pose, Scene};
+use umbragraph::{Error, Frame, Library, Plan, Renderer, Watcher, wgpu};
+
+use crate::arguments::Arguments;
+use crate::camera::View;
+use crate::capture::Planned;
+use crate::targets::{MORE, Targets};
+use crate::values::Values;
+
+/// The frames after a change until histories have settled.
+const SETTLE: u32 = 8;
+
+/// The most times that a frame is planned again, until CPU passes have the sizes that they want.
+const ROUNDS: usize = 8;
+
+/// A scene on the device.
+struct Shown {
+    scene: Scene,
+    pose: Pose,
+    meshes: SceneResources,
+}
+
+/// The live frame.
+pub(crate) struct Stage {
+    pub(crate) library: Library,
+    watcher: Watcher,
+    /// Whether the watcher has something that frames have not seen.
+    news: Arc<AtomicBool>,
+    pub(crate) renderer: Renderer,
+    shown: Option<Shown>,
+    pub(crate) targets: Targets,
+    /// The plan that the targets are for, and that live values were set for.
+    pub(crate) plan: Option<Arc<Plan>>,
+    has_new_plan: bool,
+    /// The number of plans that have run.
+    pub(crate) plans: u64,
+    /// The values of the last frame.
+    values: Values,
+    /// Sizes that CPU passes want, and how often they wanted others.
+    sizes: Option<BTreeMap<String, u32>>,
+    rounds: usize,
+    /// Whether the device measures its own times.
+    pub(crate) has_gpu_times: bool,
+    /// Why the last frame was not recorded.
+    failed: Option<Error>,
+    /// Frames that are still to be drawn.
+    pending: u32,
+    pub(crate) index: u64,
+    /// Frames submitted, and those that the device has drawn.
+    done: Arc<AtomicU64>,
+    submitted: u64,
+    began: Instant,
+    /// The time of the last frame on the device, in microseconds.
+    took: Arc<AtomicU64>,
+}
+
+/// The inputs of a frame.
+pub(crate) struct Shot<'a> {
+    pub(crate) size: [u32; 2],
+    pub(crate) values: &'a Values,
+    pub(crate) view: &'a mut Option<View>,
+    pub(crate) time: f64,
+}
+
+impl Stage {
+    pub(crate) fn new(
+        arguments: &Arguments,
+        state: &RenderState,
+        context: &egui::Context,
+    ) -> Result<Self, Error> {
+        let flags = state.adapter.get_downlevel_capabilities().flags;
+        let profile = umbragraph::low_level::shader::TargetProfile::webgpu();
+        let mut library = Library::new().profile(profile.on_device(&state.device.limits(), flags));
+        if let Some(folder) = &arguments.templates {
+            library = library.templates(folder);
+        }
+        for folder in &arguments.root {
+            library = library.root(folder);
+        }
+        let news: Arc<AtomicBool> = Arc::default();
+        let watcher = watch(&library, arguments, &news, context)?;
+        Ok(Self {
+            library,
+            watcher,
+            news,
+            renderer: Renderer::new(&state.device, &state.queue),
+            shown: None,
+            targets: Targets::default(),
+            plan: None,
+            has_new_plan: false,
+            plans: 0,
+            values: Values::default(),
+            sizes: None,
+            rounds: 0,
+            has_gpu_times: false,
+            failed: None,
+            pending: SETTLE,
+            index: 0,
+            done: Arc::default(),
+            submitted: 0,
+            began: Instant::now(),
+            took: Arc::default(),
+        })
+    }
+
+    /// The reason why the frame is not that of the files.
+    pub(crate) fn error(&self) -> Option<&Error> {
+        self.watcher.error().or(self.failed.as_ref())
+    }
+
+    /// The pipeline that runs.
+    pub(crate) fn pipeline(&self) -> Option<&umbragraph::Pipeline> {
+        self.watcher.pipeline()
+    }
+
+    /// Another pipeline or scene from here on; the frame before stays until there is one of theirs.
+    ///
+    /// # Errors
+    /// As of [`Watcher::new`].
+    pub(crate) fn open(&mut self, arguments: &Arguments, context: &egui::Context) -> Result<(), Error> {
+        self.watcher = watch(&self.library, arguments, &self.news, context)?;
+        self.failed = None;
+        self.touch();
+        Ok(())
+    }
+
+    pub(crate) fn scene(&self) -> Option<&Scene> {
+        self.shown.as_ref().map(|shown| &shown.scene)
+    }
+
+    /// Draws at least one frame more.
+    pub(crate) fn touch(&mut self) {
+        let settles = self.plan.as_ref().is_some_and(|plan| !plan.histories.is_empty());
+        self.pending = self.pending.max(if settles { SETTLE } else { 1 });
+    }
+
+    /// Whether frames are still to be drawn.
+    pub(crate) fn is_busy(&self) -> bool {
+        self.shown.is_some() && (self.pending > 0 || self.is_in_flight())
+    }
+
+    fn is_in_flight(&self) -> bool {
+        self.done.load(Ordering::Acquire) < self.submitted
+    }
+
+    /// The time of the last frame from its record until the device had drawn it, in milliseconds; once.
+    pub(crate) fn take_frame_time(&self) -> Option<f64> {
+        let took = self.took.swap(0, Ordering::Relaxed);
+        (took > 0).then_some(took as f64 / 1e3)
+    }
+
+    /// Texels per pixel of the picture in an area.
+    pub(crate) fn scale_of(&self, area: [u32; 2]) -> f32 {
+        self.targets.shown().map_or(1.0, |(_, size)| size[0] as f32 / area[0].max(1) as f32)
+    }
+
+    /// Whether another plan runs than at the last call.
+    pub(crate) fn take_new_plan(&mut self) -> bool {
+        std::mem::take(&mut self.has_new_plan)
+    }
+
+    /// Reads all files again.
+    pub(crate) fn refresh(&mut self) {
+        self.watcher.refresh();
+        self.touch();
+    }
+
+    /// Notices of the last frame, such as of lights that find no room in an atlas.
+    pub(crate) fn notices(&mut self) -> Vec<Diagnostic> {
+        self.renderer.executor().map(|executor| executor.notices().cloned().collect()).unwrap_or_default()
+    }
+
+    /// Draws a frame, if something is to be drawn and the device has drawn the last; whether it was.
+    pub(crate) fn update(&mut self, state: &RenderState, shot: Shot<'_>, context: &egui::Context) -> bool {
+        if let Some(scene) = self.watcher.take_scene() {
+            self.take_scene(state, scene, shot.view);
+        }
+        if self.values != *shot.values {
+            self.values = shot.values.clone();
+            self.set_live();
+            self.touch();
+        }
+        if self.targets.shown().is_some_and(|(_, size)| size != shot.size) {
+            self.touch();
+        }
+        if self.is_in_flight() || self.shown.is_none() {
+            return false;
+        }
+        // What the watcher has ready is taken over by a record alone.
+        if self.news.swap(false, Ordering::AcqRel) {
+            self.pending = self.pending.max(1);
+        }
+        if self.pending == 0 {
+            return false;
+        }
+        self.pending = self.pending.saturating_sub(1);
+        if let Some(plan) = &self.plan {
+            self.targets.fit(state, plan, shot.size);
+        }
+        let Some(input) = self.input(state, &shot) else { return false };
+        self.began = Instant::now();
+        let mut recorded = self.record(state, &input, shot.size);
+        // A new plan may import what was not there yet.
+        if self.notice_plan(state, shot.size) && recorded.is_err() {
+            recorded = self.record(state, &input, shot.size);
+        }
+        let drawn = matches!(recorded, Ok(true));
+        self.failed = recorded.err();
+        if drawn {
+            self.index += 1;
+            self.submitted += 1;
+            let (done, took, began) = (self.done.clone(), self.took.clone(), self.began);
+            let (submitted, wake) = (self.submitted, context.clone());
+            state.queue.on_submitted_work_done(move || {
+                took.store(began.elapsed().as_micros() as u64, Ordering::Relaxed);
+                done.store(submitted, Ordering::Release);
+                wake.request_repaint();
+            });
+        }
+        drawn
+    }
+
+    fn take_scene(&mut self, state: &RenderState, scene: Scene, view: &mut Option<View>) {
+        let pose = scene.pose(0.0);
+        match SceneResources::new(&state.device, &state.queue, &scene, &pose) {
+            Ok(meshes) => {
+                if view.is_none() {
+                    *view = Some(home(&scene));
+                }
+                self.shown = Some(Shown { scene, pose, meshes });
+                self.renderer.renew_source();
+            }
+            Err(found) => self.failed = Some(Error::new(found, &Default::default())),
+        }
+        self.touch();
+    }
+
+    /// Camera, lights and bounds of a frame; meshes are placed.
+    fn input(&mut self, state: &RenderState, shot: &Shot<'_>) -> Option<FrameInput> {
+        let Shown { scene, pose, meshes } = self.shown.as_mut()?;
+        scene.pose_into(shot.time, pose);
+        meshes.update(&state.queue, scene, pose);
+        let [width, height] = shot.size;
+        let input = scene.frame_input_of(pose, f64::from(width) / f64::from(height), shot.time);
+        let camera = shot.view.as_ref().map_or(input.camera, |view| view.camera(input.camera));
+        Some(input.camera(camera).index(self.index))
+    }
+
+    /// Records and submits a frame; whether there was a plan to record.
+    fn record(&mut self, state: &RenderState, input: &FrameInput, size: [u32; 2]) -> Result<bool, Error> {
+        let mut options = self.values.options(size, self.plan.as_deref());
+        if let Some(sizes) = &self.sizes {
+            options = options.data_sizes(sizes.clone());
+        }
+        let Some(shown) = &self.shown else { return Ok(false) };
+        let imports = self.targets.imports();
+        let toggles = self.plan.as_deref().map(|plan| self.values.toggles_of(plan)).unwrap_or_default();
+        let frame = Frame::new(input).draws(&shown.meshes).imports(&imports).toggles(&toggles);
+        let mut encoder = state.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let drawn = self.renderer.record_watched(&mut self.watcher, &options, &mut encoder, &frame)?;
+        if drawn {
+            state.queue.submit([encoder.finish()]);
+        }
+        if let Some(executor) = self.renderer.executor()
+            && let Some(sizes) = executor.wanted_sizes()
+            && self.rounds < ROUNDS
+        {
+            self.rounds += 1;
+            self.sizes = Some(sizes);
+            self.touch();
+        }
+        Ok(drawn)
+    }
+
+    /// Records the next frame with captures, and reads them.
+    ///
+    /// # Errors
+    /// As of a record; textures that cannot be read.
+    pub(crate) fn capture(
+        &mut self,
+        state: &RenderState,
+        planned: &Planned,
+        shot: &Shot<'_>,
+    ) -> Result<Vec<Texels>, Error> {
+        let Some(input) = self.input(state, shot) else { return Ok(Vec::new()) };
+        let (Some(executor), Some(shown)) = (self.renderer.executor(), &self.shown) else {
+            return Ok(Vec::new());
+        };
+        executor.set_plan(planned.plan.clone())?;
+        let texture = |name: &String| imported_texture(&state.device, &planned.plan, name, MORE);
+        let contents: Vec<wgpu::Texture> = planned.imports.iter().filter_map(texture).collect();
+        let captured = planned.imports.iter().map(String::as_str).zip(&contents);
+        let imports: Vec<(&str, &wgpu::Texture)> =
+            self.targets.imports().into_iter().chain(captured).collect();
+        let toggles = self.values.toggles_of(&planned.plan);
+        let frame = Frame::new(&input).draws(&shown.meshes).imports(&imports).toggles(&toggles);
+        let mut encoder = state.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let recorded = self.values.set_live(executor).and_then(|()| executor.record(&mut encoder, &frame));
+        if recorded.is_ok() {
+            state.queue.submit([encoder.finish()]);
+            self.index += 1;
+        }
+        let running = executor.set_plan(planned.of.clone()).and_then(|()| self.values.set_live(executor));
+        recorded.and(running)?;
+        let read = |texture| pollster::block_on(read_back(&state.device, &state.queue, texture));
+        let texels: Result<Vec<Texels>, _> = contents.iter().map(read).collect();
+        texels.map_err(|found| Error::new(found.into(), &Default::default()))
+    }
+
+    /// Takes in that another plan runs: live values, targets, times. Whether one does.
+    fn notice_plan(&mut self, state: &RenderState, size: [u32; 2]) -> bool {
+        let Some(executor) = self.renderer.executor() else { return false };
+        let plan = executor.plan().clone();
+        if self.plan.as_ref().is_some_and(|known| Arc::ptr_eq(known, &plan)) {
+            return false;
+        }
+        executor.measure_times(true);
+        self.has_gpu_times = executor.measure_gpu_times(true);
+        let names = |plan: &Plan| plan.imports().map(|(name, _)| name.to_owned()).collect::<Vec<_>>();
+        let is_alike = self.plan.as_ref().is_some_and(|known| names(known) == names(&plan));
+        if !is_alike {
+            self.targets.clear();
+        }
+        self.targets.fit(state, &plan, size);
+        self.plan = Some(plan);
+        self.has_new_plan = true;
+        self.plans += 1;
+        self.rounds = 0;
+        self.set_live();
+        self.touch();
+        true
+    }
+
+    fn set_live(&mut self) {
+        if let Some(executor) = self.renderer.executor()
+            && let Err(error) = self.values.set_live(executor)
+        {
+            self.failed = Some(error);
+        }
+    }
+}
+
+/// A watcher of what the arguments name.
+fn watch(
+    library: &Library,
+    arguments: &Arguments,
+    news: &Arc<AtomicBool>,
+    context: &egui::Context,
+) -> Result<Watcher, Error> {
+    let (news, wake) = (news.clone(), context.clone());
+    Ok(Watcher::new(library.clone(), &arguments.pipeline)?
+        .parameters(arguments.params.clone())
+        .scene(&arguments.scene)
+        .wake(move || {
+            news.store(true, Ordering::Release);
+            wake.request_repaint();
+        }))
+}
+
+/// The camera of a scene, to be moved.
+pub(crate) fn home(scene: &Scene) -> View {
+    let pose = scene.pose(0.0);
+    let input = scene.frame_input_of(&pose, 1.0, 0.0);
+    let things = scene.draws().map(|draw| scene.draw_bounds(draw, &pose));
+    View::new(&input.camera, &input.scene_bounds, things)
+}

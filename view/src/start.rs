@@ -1,0 +1,120 @@
+//! The window is opened, or a diagnostic says why it cannot be.
+
+use std::sync::Arc;
+
+use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
+use eframe::{NativeOptions, egui};
+use umbragraph::diagnostic::{Diagnostic, Place, codes, render};
+use umbragraph::low_level::source::Sources;
+use umbragraph::wgpu;
+
+use crate::app::Viewer;
+use crate::arguments::Arguments;
+
+umbragraph::low_level::codes! {
+    /// A window that cannot be opened.
+    WINDOW = "UG0817", "no window",
+        "The viewer needs a display and a graphics adapter that draws to it. On Linux `DISPLAY` or `WAYLAND_DISPLAY` names the display; `xvfb-run` gives a virtual one.";
+}
+
+/// Runs until the window is closed.
+///
+/// # Errors
+/// A file that is not there, no display, no adapter: as text for people.
+pub(crate) fn run(arguments: Arguments) -> Result<(), String> {
+    missing(&arguments).map_or(Ok(()), |found| Err(text(&found)))?;
+    let [width, height] = arguments.window.map(|side| side as f32);
+    let setup = WgpuSetupCreateNew {
+        device_descriptor: Arc::new(device),
+        ..WgpuSetupCreateNew::without_display_handle()
+    };
+    let options = NativeOptions {
+        renderer: eframe::Renderer::Wgpu,
+        viewport: egui::ViewportBuilder::default().with_inner_size([width, height]).with_drag_and_drop(true),
+        wgpu_options: WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..Default::default() },
+        ..Default::default()
+    };
+    let title = format!("{} · umbragraph", arguments.pipeline.display());
+    let open = Box::new(move |context: &eframe::CreationContext<'_>| {
+        Viewer::new(context, arguments)
+            .map(|viewer| Box::new(viewer) as Box<dyn eframe::App>)
+            .map_err(Into::into)
+    });
+    eframe::run_native(&title, options, open).map_err(|error| match error {
+        eframe::Error::AppCreation(said) => said.to_string(),
+        error => text(&no_window(&error)),
+    })
+}
+
+/// The device: everything that the adapter has of WebGPU, and times of the GPU.
+fn device(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+    let wanted = wgpu::Features::all_webgpu_mask() | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
+    wgpu::DeviceDescriptor {
+        label: Some("umbragraph"),
+        required_features: adapter.features() & wanted,
+        required_limits: adapter.limits(),
+        ..wgpu::DeviceDescriptor::default()
+    }
+}
+
+/// A file of the command line that is not there. Its contents are the business of the window, where they can be mended.
+fn missing(arguments: &Arguments) -> Option<Diagnostic> {
+    let is_bundled = crate::arguments::is_bundled(&arguments.pipeline);
+    let files = [
+        (&arguments.pipeline, is_bundled, "the pipeline"),
+        (&arguments.scene, false, "--scene names a glTF file"),
+    ];
+    let (path, _, help) = files.into_iter().find(|(path, is_there, _)| !is_there && !path.is_file())?;
+    let name = path.display().to_string();
+    let message = format!("the file \"{name}\" is not there");
+    Some(
+        Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message)
+            .help(format!("{help}; check the path")),
+    )
+}
+
+fn no_window(error: &eframe::Error) -> Diagnostic {
+    let (what, help) = match error {
+        eframe::Error::Wgpu(_) => (
+            "no graphics adapter can draw to a window",
+            "install a driver; on Debian and Ubuntu `apt install mesa-vulkan-drivers` gives one in software",
+        ),
+        _ => (
+            "no window can be opened",
+            "set DISPLAY or WAYLAND_DISPLAY to a display, or run it under `xvfb-run`",
+        ),
+    };
+    let reason = error.to_string();
+    let reason = reason.lines().next().unwrap_or_default();
+    Diagnostic::error(WINDOW, Place::Nowhere, format!("{what}: {reason}")).help(help)
+}
+
+/// Spacing and colors.
+pub(crate) fn style(context: &egui::Context) {
+    context.set_theme(egui::Theme::Dark);
+    // Frames of a software driver are long: a click may begin in one and end in the next.
+    context.options_mut(|options| options.input_options.max_click_duration = 5.0);
+    context.all_styles_mut(|style| {
+        style.spacing.item_spacing = egui::vec2(7.0, 4.0);
+        style.spacing.button_padding = egui::vec2(7.0, 2.0);
+        style.interaction.tooltip_delay = 0.4;
+        let visuals = &mut style.visuals;
+        visuals.override_text_color = None;
+        visuals.panel_fill = egui::Color32::from_rgb(30, 32, 37);
+        visuals.widgets.noninteractive.fg_stroke.color = egui::Color32::from_gray(205);
+        visuals.widgets.inactive.fg_stroke.color = egui::Color32::from_gray(215);
+        visuals.faint_bg_color = egui::Color32::from_rgb(36, 38, 44);
+    });
+}
+
+/// The text of a camera path that cannot be used.
+pub(crate) fn unusable_camera(path: &std::path::Path, reason: &str) -> String {
+    let message = format!("the camera path cannot be used: {reason}");
+    let help = "a path is { \"keys\": [ { \"time\": seconds, \"position\": [x, y, z], \"target\": [x, y, z] }, … ] }";
+    text(&Diagnostic::in_file(WINDOW, path.display().to_string(), "", message).help(help))
+}
+
+/// A diagnostic for people.
+pub(crate) fn text(diagnostic: &Diagnostic) -> String {
+    render::human(diagnostic, &Sources::new())
+}

@@ -1,0 +1,125 @@
+//! Numbers of a texture: ranges, histograms, and the difference of two.
+
+use umbragraph::executor::Texels;
+
+/// The bars of a histogram.
+pub(crate) const BARS: usize = 64;
+
+/// The numbers of one channel.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Channel {
+    pub(crate) min: f32,
+    pub(crate) max: f32,
+    pub(crate) mean: f64,
+    /// The number of values that are no numbers, or infinite.
+    pub(crate) not_finite: usize,
+    /// The number of finite values in each of equal parts of the range.
+    pub(crate) bars: Vec<u32>,
+}
+
+/// The numbers of the channels of one layer, or of all.
+pub(crate) fn channels(texels: &Texels, layer: Option<u32>) -> Vec<Channel> {
+    let values = layer_values(texels, layer);
+    (0..texels.channels).map(|channel| statistics(values.iter().map(|value| value[channel]))).collect()
+}
+
+/// The texels of a layer, or of all.
+fn layer_values(texels: &Texels, layer: Option<u32>) -> &[[f32; 4]] {
+    let Some(layer) = layer else { return &texels.values };
+    let count = texels.width as usize * texels.height as usize;
+    let start = layer as usize * count;
+    texels.values.get(start..start + count).unwrap_or_default()
+}
+
+fn statistics(values: impl Iterator<Item = f32> + Clone) -> Channel {
+    let (mut min, mut max, mut sum, mut count, mut not_finite) =
+        (f32::INFINITY, f32::NEG_INFINITY, 0.0, 0u32, 0);
+    for value in values.clone() {
+        if value.is_finite() {
+            (min, max) = (min.min(value), max.max(value));
+            sum += f64::from(value);
+            count += 1;
+        } else {
+            not_finite += 1;
+        }
+    }
+    let mut bars = vec![0; BARS];
+    if count == 0 {
+        return Channel { min: 0.0, max: 0.0, mean: 0.0, not_finite, bars };
+    }
+    for value in values.filter(|value| value.is_finite()) {
+        bars[bar_of(value, min, max)] += 1;
+    }
+    Channel { min, max, mean: sum / f64::from(count), not_finite, bars }
+}
+
+/// The bar of a value between two ends.
+fn bar_of(value: f32, min: f32, max: f32) -> usize {
+    let span = f64::from(max) - f64::from(min);
+    let part = if span > 0.0 { (f64::from(value) - f64::from(min)) / span } else { 0.0 };
+    ((part * BARS as f64) as usize).min(BARS - 1)
+}
+
+/// Texel by texel how far two textures of one size are apart; `None` for others.
+pub(crate) fn difference(one: &Texels, other: &Texels) -> Option<Texels> {
+    let size = |texels: &Texels| [texels.width, texels.height, texels.layers];
+    if size(one) != size(other) {
+        return None;
+    }
+    let apart = |(a, b): (&[f32; 4], &[f32; 4])| {
+        let [red, green, blue, _] = std::array::from_fn(|channel| (a[channel] - b[channel]).abs());
+        [red, green, blue, 1.0]
+    };
+    let channels = one.channels.min(3);
+    let values = one.values.iter().zip(&other.values).map(apart).collect();
+    Some(Texels { channels, values, ..one.clone() })
+}
+
+/// A number as the inspector shows it.
+pub(crate) fn shown(number: f32) -> String {
+    let size = number.abs();
+    if number == 0.0 || !number.is_finite() {
+        format!("{number}")
+    } else if (1e-3..1e6).contains(&size) {
+        let text = format!("{number:.5}");
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        format!("{number:.4e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn texels(values: &[f32]) -> Texels {
+        let values: Vec<_> = values.iter().map(|one| [*one, 0.0, 0.0, 1.0]).collect();
+        Texels { width: 2, height: 1, layers: values.len() as u32 / 2, channels: 1, values }
+    }
+
+    #[test]
+    fn a_histogram_counts_each_finite_value_once() {
+        let texels = texels(&[1.0, 3.0, 3.0, 5.0, f32::NAN, f32::INFINITY]);
+        let channel = &channels(&texels, None)[0];
+        assert_eq!((channel.min, channel.max, channel.mean, channel.not_finite), (1.0, 5.0, 3.0, 2));
+        assert_eq!((channel.bars[0], channel.bars[BARS / 2], channel.bars[BARS - 1]), (1, 2, 1));
+        assert_eq!(channel.bars.iter().sum::<u32>(), 4);
+        let layer = &channels(&texels, Some(0))[0];
+        assert_eq!((layer.min, layer.max), (1.0, 3.0));
+    }
+
+    #[test]
+    fn a_difference_is_how_far_values_are_apart() {
+        let apart = difference(&texels(&[1.0, 4.0]), &texels(&[3.0, 4.0])).unwrap();
+        assert_eq!([apart.values[0][0], apart.values[1][0]], [2.0, 0.0]);
+        assert!(difference(&texels(&[1.0, 4.0]), &texels(&[1.0, 2.0, 3.0, 4.0])).is_none());
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(
+            [shown(0.5), shown(1e-7), shown(12.0), shown(f32::NAN)],
+            ["0.5", "1.0000e-7", "12", "NaN"]
+        );
+    }
+}

@@ -1,0 +1,165 @@
+//! The values that somebody gave parameters, features and toggles in the window.
+//!
+//! Nothing here is a value of the pipeline's own: what is reset is forgotten, and the pipeline's value counts again, also
+//! where its file changes. A live parameter is set in the executor, frame by frame; everything else is an option of the
+//! plan. `None` of a plan: nothing is known to be live yet.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Map, Value, json};
+use umbragraph::low_level::expression;
+use umbragraph::{Error, Executor, Options, Plan, Setting};
+
+/// The values that were given.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Values {
+    pub(crate) preset: Option<String>,
+    pub(crate) parameters: BTreeMap<String, Value>,
+    pub(crate) features: BTreeMap<String, Value>,
+    pub(crate) toggles: BTreeMap<String, bool>,
+}
+
+/// JSON as a value of an option.
+struct Given<'a>(&'a Value);
+
+impl Setting for Given<'_> {
+    fn value(&self) -> Value {
+        self.0.clone()
+    }
+}
+
+impl Values {
+    /// The options of a plan; live parameters are not among them.
+    pub(crate) fn options(&self, [width, height]: [u32; 2], plan: Option<&Plan>) -> Options {
+        let is_live = |name: &str| {
+            let known = plan.and_then(|plan| plan.pipeline.parameters.get(name));
+            known.is_some_and(|parameter| parameter.structural.is_none())
+        };
+        let mut options = Options::new(width, height);
+        if let Some(preset) = &self.preset {
+            options = options.preset(preset);
+        }
+        for (name, value) in self.parameters.iter().filter(|(name, _)| !is_live(name)) {
+            options = options.set(name, Given(value));
+        }
+        for (name, value) in &self.features {
+            options = options.feature(name, Given(value));
+        }
+        options
+    }
+
+    /// Sets the live parameters of an executor: those that were given, and those of the plan for all that were not.
+    ///
+    /// # Errors
+    /// A value that the parameter does not take.
+    pub(crate) fn set_live(&self, executor: &mut Executor) -> Result<(), Error> {
+        let plan = executor.plan().clone();
+        for (name, parameter) in &plan.pipeline.parameters {
+            if parameter.structural.is_some() {
+                continue;
+            }
+            let given = self.parameters.get(name).and_then(of_json);
+            let value = given.unwrap_or_else(|| parameter.value.clone());
+            executor.parameter(name).and_then(|handle| executor.set(handle, value))?;
+        }
+        Ok(())
+    }
+
+    /// The toggles of a plan that are switched.
+    pub(crate) fn toggles_of(&self, plan: &Plan) -> Vec<(&str, bool)> {
+        let known = self.toggles.iter().filter(|(name, _)| plan.toggles.contains_key(*name));
+        known.map(|(name, on)| (name.as_str(), *on)).collect()
+    }
+
+    /// The text of a parameter file.
+    pub(crate) fn file(&self) -> String {
+        let mut file = Map::new();
+        file.insert("format".to_owned(), json!(1));
+        if let Some(preset) = &self.preset {
+            file.insert("preset".to_owned(), json!(preset));
+        }
+        for (section, values) in [("parameters", &self.parameters), ("features", &self.features)] {
+            if !values.is_empty() {
+                file.insert(section.to_owned(), json!(values));
+            }
+        }
+        format!("{:#}\n", Value::Object(file))
+    }
+
+    /// The options of a command line.
+    pub(crate) fn arguments(&self) -> Vec<String> {
+        let mut arguments = Vec::new();
+        if let Some(preset) = &self.preset {
+            arguments.extend(["--preset".to_owned(), preset.clone()]);
+        }
+        for (option, values) in [("--set", &self.parameters), ("--feature", &self.features)] {
+            for (name, value) in values {
+                let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+                arguments.extend([option.to_owned(), format!("{name}={value}")]);
+            }
+        }
+        for (name, on) in &self.toggles {
+            arguments.extend(["--toggle".to_owned(), format!("{name}={}", if *on { "on" } else { "off" })]);
+        }
+        arguments
+    }
+
+    /// Whether nothing is given.
+    pub(crate) fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// A value of the engine; `None` for JSON that is none.
+pub(crate) fn of_json(json: &Value) -> Option<expression::Value> {
+    Some(match json {
+        Value::Bool(on) => expression::Value::Bool(*on),
+        Value::Number(number) => expression::Value::Number(number.as_f64()?),
+        Value::String(text) => expression::Value::Text(text.clone()),
+        Value::Array(list) => expression::Value::List(list.iter().map(of_json).collect::<Option<_>>()?),
+        Value::Null | Value::Object(_) => return None,
+    })
+}
+
+/// The JSON of a value of the engine.
+pub(crate) fn to_json(value: &expression::Value) -> Value {
+    match value {
+        expression::Value::Bool(on) => json!(on),
+        expression::Value::Number(number) => number_of(*number),
+        expression::Value::Text(text) => json!(text),
+        expression::Value::List(list) => list.iter().map(to_json).collect(),
+        expression::Value::Reference(_) => Value::Null,
+    }
+}
+
+/// A number as people write it: whole without a point, in as many places as 32 bits have.
+pub(crate) fn number_of(number: f64) -> Value {
+    if number.fract() == 0.0 && number.abs() < 1e15 {
+        return json!(number as i64);
+    }
+    let short = format!("{}", number as f32).parse().unwrap_or(number);
+    json!(short)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_become_a_file_and_a_command_line() {
+        let mut values = Values { preset: Some("high".to_owned()), ..Values::default() };
+        values.parameters.insert("exposure".to_owned(), number_of(0.3));
+        values.features.insert("msaa".to_owned(), json!(true));
+        values.toggles.insert("bloom".to_owned(), false);
+        let file: Value = serde_json::from_str(&values.file()).expect("JSON");
+        assert_eq!(file["parameters"]["exposure"], json!(0.3));
+        let said = values.arguments().join(" ");
+        assert_eq!(said, "--preset high --set exposure=0.3 --feature msaa=true --toggle bloom=off");
+    }
+
+    #[test]
+    fn numbers_are_written_as_people_write_them() {
+        assert_eq!(number_of(f64::from(0.1_f32)).to_string(), "0.1");
+        assert_eq!(number_of(3.0).to_string(), "3");
+    }
+}

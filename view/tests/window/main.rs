@@ -1,0 +1,62 @@
+//! The viewer under a display: every control is used by pointer or key, and its effect is read back.
+//!
+//! Input goes through the X server, as that of a hand does. What the window says of itself comes from `--log-state`;
+//! pictures, files and numbers are compared with those of the module.
+
+#![cfg(target_os = "linux")]
+
+mod controls;
+mod hand;
+mod pictures;
+mod random;
+mod read_back;
+mod reload;
+mod x11;
+
+use hand::Hand;
+
+/// A pipeline with one of everything that the window has a control for.
+const PIPELINE: &str = r#"// A comment that stays.
+{
+  "format": 1,
+  "name": "own",
+  "extends": "umbragraph:nebula.json",
+  "parameters": {
+    "far": { "default": [20, 60] }, // metres
+    "resolution": { "default": 256 },
+    "gain": { "type": "f32", "default": 1, "min": 0, "max": 4, "description": "Weight of the veil." }
+  },
+  "toggles": { "veil": { "default": false, "description": "The picture once more over itself." } },
+  "presets": { "coarse": { "parameters": { "resolution": 64 } } },
+  "resources": {
+    "half": { "texture": { "format": "rgba16float", "size": "=viewport / 2", "mips": 2 } },
+    "unused": { "texture": { "format": "rgba8unorm", "size": "=viewport" } }
+  },
+  "passes": {
+    "halve": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "&color" }, "color": [{ "to": "&half", "mip": 0 }] } },
+    "quarter": {
+      "fullscreen": {
+        "shader": "resample.wgsl.jinja", "bind": { "source": { "texture": { "name": "&half", "mip": 0 } } },
+        "color": [{ "to": "&half", "mip": 1 }]
+      }
+    },
+    "veil": {
+      "toggle": "veil", "after": ["present"],
+      "fullscreen": {
+        "shader": "resample.wgsl.jinja", "bind": { "source": { "texture": { "name": "&half", "mip": 1 } } },
+        "color": [{ "to": "&target", "blend": "add" }]
+      }
+    },
+    "dead": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "&unused" }] } }
+  }
+}
+"#;
+
+/// A viewer on the pipeline; `None` where there is no display.
+fn start(name: &str, arguments: &[&str]) -> Option<Hand> {
+    if std::env::var_os("DISPLAY").is_none() {
+        println!("skipped: there is no display; `xvfb-run cargo test` brings one");
+        return None;
+    }
+    Some(Hand::start(name, PIPELINE, arguments))
+}

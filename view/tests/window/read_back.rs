@@ -1,0 +1,109 @@
+//! Numbers of the inspector against a read-back of the same frame by the module alone.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use serde_json::Value;
+use umbragraph::executor::{imported_texture, read_back};
+use umbragraph::glam::DVec3;
+use umbragraph::low_level::capture::{Capture, document};
+use umbragraph::scene::gpu::SceneResources;
+use umbragraph::{Executor, Frame, Library, Options, wgpu};
+
+use crate::{PIPELINE, start};
+
+/// The number of colors of a picture.
+pub(crate) fn colors(path: &Path) -> usize {
+    let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut bytes).unwrap();
+    bytes.chunks(3).collect::<BTreeSet<_>>().len()
+}
+
+#[test]
+fn numbers_of_the_inspector_are_those_of_a_read_back() {
+    let Some(mut hand) = start("read_back", &["--scale", "0.25"]) else { return };
+    hand.settle();
+    hand.type_into("search graph");
+    hand.display.write("color");
+    hand.click("resource color");
+    hand.wait("contents", |state| state["contents"]["of"][0] == "color@sky");
+    hand.settle();
+    let at = hand.point("contents", [0.37, 0.61]);
+    hand.move_to(at);
+    let state = hand.wait("value", |state| state["contents"]["cursor"].is_array() && state["busy"] == false);
+    let contents = &state["contents"];
+    let size: [u32; 2] = serde_json::from_value(state["size"].clone()).unwrap();
+    let texels = captured(&state["camera"], size, "color@sky");
+    assert_eq!(contents["size"], serde_json::json!([texels.width, texels.height, texels.layers]));
+    for (at, channel) in contents["channels"].as_array().unwrap().iter().enumerate() {
+        // As naive as can be: sorted, and counted bar by bar.
+        let mut values: Vec<f32> =
+            texels.values.iter().map(|value| value[at]).filter(|one| one.is_finite()).collect();
+        values.sort_unstable_by(f32::total_cmp);
+        let (min, max) = (values[0], values[values.len() - 1]);
+        let bars: Vec<u64> =
+            channel["bars"].as_array().unwrap().iter().map(|bar| bar.as_u64().unwrap()).collect();
+        let mut expected = vec![0_u64; bars.len()];
+        for value in &values {
+            let part = (f64::from(*value) - f64::from(min)) / (f64::from(max) - f64::from(min));
+            let bar = if max > min { (part * bars.len() as f64) as usize } else { 0 };
+            expected[bar.min(bars.len() - 1)] += 1;
+        }
+        assert_eq!(
+            serde_json::from_value::<[f32; 2]>(serde_json::json!([channel["min"], channel["max"]])).unwrap(),
+            [min, max]
+        );
+        assert_eq!(bars, expected, "channel {at}");
+    }
+    let ([x, y], value): ([u32; 2], [f32; 4]) = serde_json::from_value(contents["cursor"].clone()).unwrap();
+    assert_eq!(value, texels.values[(y * texels.width + x) as usize], "({x}, {y})");
+}
+
+/// A texture of a frame of the pipeline, drawn without a window.
+fn captured(camera: &Value, [width, height]: [u32; 2], reference: &str) -> umbragraph::executor::Texels {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle().with_env());
+    let adapter = pollster::block_on(instance.request_adapter(&Default::default())).expect("an adapter");
+    let descriptor = wgpu::DeviceDescriptor {
+        required_features: adapter.features() & wgpu::Features::all_webgpu_mask(),
+        required_limits: adapter.limits(),
+        ..Default::default()
+    };
+    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("a device");
+    let library = Library::new();
+    let options = Options::new(width, height);
+    let plan = library.load_text("own.json", PIPELINE).unwrap().plan(&options).unwrap();
+    let captures = [Capture { reference: reference.to_owned(), mip: 0 }];
+    let document = document(&plan, &captures).unwrap();
+    // The same copies, written into the pipeline itself.
+    let more: Value = serde_json::from_str(&document.text).unwrap();
+    let [subgraphs, passes] = ["subgraphs", "passes"].map(|section| more[section].to_string());
+    let text = PIPELINE.replace(
+        "\"passes\": {",
+        &format!("\"subgraphs\": {subgraphs},\n\"passes\": {{ {},", &passes[1..passes.len() - 1]),
+    );
+    let plan = library.load_text("own.json", &text).unwrap().plan(&options).unwrap();
+    let scene =
+        umbragraph::scene::load(&crate::hand::module().join("examples/scenes/courtyard.glb")).unwrap();
+    let pose = scene.pose(0.0);
+    let meshes = SceneResources::new(&device, &queue, &scene, &pose).unwrap();
+    let more = wgpu::TextureUsages::COPY_SRC;
+    let textures: Vec<_> = plan
+        .imports()
+        .filter_map(|(name, _)| Some((name, imported_texture(&device, &plan, name, more)?)))
+        .collect();
+    let imports: Vec<_> = textures.iter().map(|(name, texture)| (*name, texture)).collect();
+    let mut input = scene.frame_input_of(&pose, f64::from(width) / f64::from(height), 0.0);
+    // The camera of the window has not been moved, so that it is the scene's own.
+    let own = input.camera.position;
+    let shown: [f64; 3] = serde_json::from_value(camera["position"].clone()).unwrap();
+    assert!(own.distance(DVec3::from(shown)) < 1e-3);
+    input.index = 0;
+    let mut executor = Executor::new(&device, &queue, plan.clone(), Some(&meshes)).unwrap();
+    let mut encoder = device.create_command_encoder(&Default::default());
+    executor.record(&mut encoder, &Frame::new(&input).draws(&meshes).imports(&imports)).unwrap();
+    queue.submit([encoder.finish()]);
+    let texture = textures.iter().find(|(name, _)| *name == document.imports[0]).expect("the copy");
+    pollster::block_on(read_back(&device, &queue, &texture.1)).unwrap()
+}

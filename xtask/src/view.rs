@@ -1,0 +1,22 @@
+//! `cargo xtask view`: the live viewer, built and run.
+//!
+//! It is a package of its own, which nothing else builds: a window needs much that the module does not.
+
+use crate::{adapter, process};
+
+/// The arguments where none are given.
+const DEFAULTS: [&str; 3] = ["pipelines/umbra.json", "--scene", "examples/scenes/courtyard.glb"];
+
+/// Runs the command; with whether the window was closed in good order.
+pub(crate) fn run(arguments: &[String]) -> Result<bool, String> {
+    adapter::ensure_if_possible();
+    let mut command = process::program("cargo");
+    command.args(["run", "--release", "--locked", "--manifest-path", "view/Cargo.toml", "--"]);
+    command.env("CARGO_TARGET_DIR", process::target_folder().join("view"));
+    if arguments.is_empty() {
+        command.args(DEFAULTS)
+    } else {
+        command.args(arguments)
+    };
+    process::cargo(&mut command)
+}
