@@ -5,7 +5,7 @@
 //! possible; one that cannot be installed is left out of the table. The table is written by the program `drivers` of
 //! `tests/support`, which can compare pictures.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::{adapter, process};
 
@@ -49,7 +49,7 @@ pub(crate) struct Options {
 pub(crate) fn run(options: &Options) -> Result<bool, String> {
     adapter::ensure_if_possible();
     for (packages, files) in PACKAGES {
-        if !files.iter().any(|file| std::path::Path::new(file).exists())
+        if !files.iter().any(|file| Path::new(file).exists())
             && let Err(reason) = adapter::install_packages(packages)
         {
             eprintln!("{} is left out: {reason}", packages.join(" and "));
@@ -77,12 +77,11 @@ pub(crate) fn validate(all: bool) -> Result<bool, String> {
     let program = build(all)?;
     let out = process::target_folder().join("drivers-validated.png");
     let mut fine = true;
-    for (pipeline, scene) in
-        if all { everything() } else { VALIDATED.map(|name| (name.to_owned(), SCENES[0])).to_vec() }
-    {
+    let pictures = if all { everything(&program) } else { VALIDATED.map(Validated::of).to_vec() };
+    for Validated { pipeline, scene, options } in pictures {
         let mut command = process::program(&program.display().to_string());
         command.args(["render", &format!("pipelines/{pipeline}.json"), "--size", "320x180", "--frames", "1"]);
-        command.args(["--scene", &format!("examples/scenes/{scene}.glb"), "--out"]).arg(&out);
+        command.args(["--scene", &format!("examples/scenes/{scene}.glb"), "--out"]).arg(&out).args(&options);
         // With debug information naga names WGSL as the language of a shader, which layers of before 2023 do not know.
         command.env("WGPU_BACKEND", "vulkan").env("WGPU_VALIDATION", "1").env("WGPU_DEBUG", "0");
         let output = command.output().map_err(|error| format!("{}: {error}", program.display()))?;
@@ -94,7 +93,8 @@ pub(crate) fn validate(all: bool) -> Result<bool, String> {
         for message in &messages {
             println!("{message}");
         }
-        println!("{pipeline} on {scene}: {} messages of the validation layer", messages.len());
+        let picture = [&[pipeline], options.as_slice()].concat().join(" ");
+        println!("{picture} on {scene}: {} messages of the validation layer", messages.len());
         if !output.status.success() {
             println!("{said}");
         }
@@ -103,8 +103,25 @@ pub(crate) fn validate(all: bool) -> Result<bool, String> {
     Ok(fine)
 }
 
-/// Every pipeline and every lesson: the systems on each scene, the others on the first.
-fn everything() -> Vec<(String, &'static str)> {
+/// A picture that is drawn under validation.
+#[derive(Clone, Debug)]
+struct Validated {
+    /// The name of the pipeline's file.
+    pipeline: String,
+    scene: &'static str,
+    /// A preset or a debug view.
+    options: Vec<String>,
+}
+
+impl Validated {
+    /// A pipeline with its defaults on the first scene.
+    fn of(pipeline: impl Into<String>) -> Self {
+        Self { pipeline: pipeline.into(), scene: SCENES[0], options: Vec::new() }
+    }
+}
+
+/// Every pipeline and every lesson: the systems on each scene, and on the first with each preset and debug view.
+fn everything(program: &Path) -> Vec<Validated> {
     let names = |folder: &str| {
         let path = process::workspace_root().join("pipelines").join(folder);
         let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
@@ -114,9 +131,36 @@ fn everything() -> Vec<(String, &'static str)> {
         names.sort();
         names.into_iter().map(|name| format!("{folder}{name}")).collect::<Vec<_>>()
     };
-    let systems = names("").into_iter().flat_map(|name| SCENES.map(|scene| (name.clone(), scene)));
-    let others = ["learn/", "extended/"].into_iter().flat_map(names).map(|name| (name, SCENES[0]));
-    systems.chain(others).collect()
+    let mut all = Vec::new();
+    for system in names("") {
+        all.extend(SCENES.map(|scene| Validated { scene, ..Validated::of(&*system) }));
+        for (option, prefix) in [("--preset", ""), ("--set", "debug_view=")] {
+            let words = known(program, &system, [option, &format!("{prefix}?")]);
+            all.extend(words.into_iter().map(|word| {
+                let options = vec![option.to_owned(), format!("{prefix}{word}")];
+                Validated { options, ..Validated::of(&*system) }
+            }));
+        }
+    }
+    all.extend(["learn/", "extended/"].into_iter().flat_map(names).map(Validated::of));
+    all
+}
+
+/// The presets or words of a parameter, which the command lists where it is given one that does not exist.
+fn known(program: &Path, pipeline: &str, unknown: [&str; 2]) -> Vec<String> {
+    let mut command = process::program(&program.display().to_string());
+    command.args(["plan", &format!("pipelines/{pipeline}.json")]).args(unknown);
+    let said = command.output().map(|output| String::from_utf8_lossy(&output.stderr).into_owned());
+    listed(&said.unwrap_or_default())
+}
+
+/// The words after `help: the presets are` or `help: known are`.
+fn listed(said: &str) -> Vec<String> {
+    let list = said.lines().find_map(|line| {
+        let help = line.split_once("help: ")?.1;
+        help.strip_prefix("the presets are ").or_else(|| help.strip_prefix("known are "))
+    });
+    list.into_iter().flat_map(|list| list.split(", ")).map(str::to_owned).collect()
 }
 
 /// Whether a line is a message of the layer: of validation, or of synchronisation.
@@ -126,7 +170,7 @@ fn is_of_layer(line: &str) -> bool {
 
 /// The manifest of SwiftShader, where it is installed.
 pub(crate) fn swiftshader() -> Option<&'static str> {
-    SWIFTSHADER.into_iter().find(|file| std::path::Path::new(file).exists())
+    SWIFTSHADER.into_iter().find(|file| Path::new(file).exists())
 }
 
 /// Builds the command: for many pictures optimised, since each is checked and planned by a process of its own.
@@ -144,6 +188,16 @@ fn build(is_optimised: bool) -> Result<PathBuf, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn presets_and_words_are_read_from_the_help() {
+        assert_eq!(
+            listed("error[UG0213]: no preset\n  = help: the presets are low, high\n"),
+            ["low", "high"]
+        );
+        assert_eq!(listed("  = help: known are off, shadow_term\n"), ["off", "shadow_term"]);
+        assert!(listed("  = help: this pipeline has no presets\n").is_empty());
+    }
 
     #[test]
     fn messages_of_the_layer_are_told_from_others() {

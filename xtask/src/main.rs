@@ -47,7 +47,7 @@ usage: cargo xtask COMMAND
          and how its pixels and shadows differ. Pictures are kept in target/drivers: a run goes on where the last one ended.
          --only takes one pipeline or `lessons`, --minutes ends early, --quick takes the defaults on one scene
   validate [--all]
-         draw two pipelines, or all on all scenes, under Vulkan's validation layer, synchronisation included, and count its
+         draw two pipelines, or all with every preset and debug view, under Vulkan's validation layer, synchronisation included, and count its
          messages
   integrations [NAME]
          build and test the packages that adopt the module in an engine (bevy) or a window (egui, and the viewer), all
