@@ -47,8 +47,8 @@ usage: cargo xtask COMMAND
          and how its pixels and shadows differ. Pictures are kept in target/drivers: a run goes on where the last one ended.
          --only takes one pipeline or `lessons`, --minutes ends early, --quick takes the defaults on one scene
   validate [--all]
-         draw two pipelines, or all with every preset and debug view, under Vulkan's validation layer, synchronisation included, and count its
-         messages
+         draw two pipelines, or all with every scene, preset and debug view, under Vulkan's validation layer,
+         synchronisation included, and count its messages
   integrations [NAME]
          build and test the packages that adopt the module in an engine (bevy) or a window (egui, and the viewer), all
          or one; an engine takes half an hour to build on two cores, and wants a newer Rust, which rustup installs
