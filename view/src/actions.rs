@@ -75,7 +75,7 @@ const NUMBERS: [Key; 9] =
 
 /// The actions whose keys were pressed; none while somebody writes a text.
 pub(crate) fn pressed(context: &egui::Context) -> Vec<Action> {
-    if context.egui_wants_keyboard_input() {
+    if context.text_edit_focused() {
         return Vec::new();
     }
     context.input_mut(|input| {

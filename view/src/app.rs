@@ -175,6 +175,12 @@ impl Viewer {
         }
     }
 
+    /// Whether the frame has not yet the size of its area.
+    pub(crate) fn is_resizing(&self) -> bool {
+        self.area.1.elapsed() < SIZE_SETTLES
+            || (self.size.is_some() && self.size != self.stage.targets.shown().map(|(_, size)| size))
+    }
+
     /// The size of the frame, once the area has one.
     fn fit(&mut self, ui: &egui::Ui, area: egui::Vec2) {
         let pixels = area * ui.ctx().pixels_per_point();
@@ -338,7 +344,7 @@ impl eframe::App for Viewer {
         egui::Panel::top("bar").show(ui, |ui| self.bar(ui, &state));
         egui::Panel::bottom("status").show(ui, |ui| self.status(ui));
         if self.has_values {
-            egui::Panel::left("values").default_size(420.0).min_size(300.0).show(ui, |ui| {
+            egui::Panel::left("values").exact_size(420.0).show(ui, |ui| {
                 ui.set_min_size(ui.available_size());
                 self.values_panel(ui);
             });

@@ -139,8 +139,10 @@ impl Contents {
             ui.label("The picture is too large for a texture: choose a mip level or a layer.");
             return;
         };
-        picture(ui, drawn, &mut self.cursor, places);
-        numbers(ui, drawn);
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            picture(ui, drawn, &mut self.cursor, places);
+            numbers(ui, drawn);
+        });
     }
 
     /// Version, side, mip level, layer and range.
@@ -281,8 +283,8 @@ fn draw(
 /// The picture as wide as the panel, and the value under the pointer.
 fn picture(ui: &mut egui::Ui, drawn: &Drawn, cursor: &mut Option<([u32; 2], [f32; 4])>, places: &mut Places) {
     let Sheet { width, height, channels, values, .. } = &drawn.sheet;
-    let scale =
-        (ui.available_width() / *width as f32).min((ui.available_height() * 0.6).max(120.0) / *height as f32);
+    let scale = (ui.available_width() / *width as f32)
+        .min((ui.ctx().content_rect().height() * 0.55).max(120.0) / *height as f32);
     let size = vec2(*width as f32, *height as f32) * scale;
     let (rect, response) = ui.allocate_exact_size(size, egui::Sense::hover());
     let whole = egui::Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
@@ -302,7 +304,7 @@ fn picture(ui: &mut egui::Ui, drawn: &Drawn, cursor: &mut Option<([u32; 2], [f32
 
 /// Ranges and histograms of the channels.
 fn numbers(ui: &mut egui::Ui, drawn: &Drawn) {
-    let names = ["R", "G", "B", "A"];
+    let names = if drawn.channels.len() == 1 { ["value", "", "", ""] } else { ["R", "G", "B", "A"] };
     let colors = [
         Color32::from_rgb(232, 104, 96),
         Color32::from_rgb(110, 200, 110),

@@ -46,7 +46,10 @@ fn lanes<'a>(report: &'a Report, search: &str) -> Vec<Lane<'a>> {
     let mut by_place: BTreeMap<&str, usize> = BTreeMap::new();
     let wanted = |one: &&ResourceReport| one.live && one.name.to_lowercase().contains(search);
     let mut resources: Vec<&ResourceReport> = report.resources.iter().filter(wanted).collect();
-    resources.sort_by_key(|one| (one.lifetime != Lifetime::Imported, one.columns, one.name.as_str()));
+    // Textures and buffers first; the host's own before all.
+    resources.sort_by_key(|one| {
+        (one.kind == "data", one.lifetime != Lifetime::Imported, one.columns, one.name.as_str())
+    });
     for resource in resources {
         let is_shared = !resource.shares_with.is_empty();
         if let Some(at) = by_place.get(resource.place.as_str()).filter(|_| is_shared) {

@@ -209,7 +209,7 @@ fn head(
         }
         if row.is_given {
             let reset = ui
-                .small_button(RichText::new("⟲").color(GIVEN))
+                .small_button(RichText::new("reset").color(GIVEN))
                 .on_hover_text("Reset to the pipeline's value");
             places.note(&format!("reset {}", row.name), &reset);
             is_reset = reset.clicked();

@@ -26,7 +26,7 @@ impl Viewer {
                 view.zoom(f64::from(wheel) / 50.0);
             }
         }
-        if !ui.ctx().egui_wants_keyboard_input() && !ui.input(|input| input.modifiers.command) {
+        if !ui.ctx().text_edit_focused() && !ui.input(|input| input.modifiers.command) {
             let (way, dt) = ui.input(|input| {
                 let axis = |plus, minus| f64::from(input.key_down(plus)) - f64::from(input.key_down(minus));
                 use egui::Key;

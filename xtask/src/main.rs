@@ -77,6 +77,7 @@ environment:
   UMBRAGRAPH_BROWSER=FILE    the browser that `web --test` drives, in place of chromium
   UMBRAGRAPH_REQUIRE_BROWSER=1
                              `web --test` fails where no browser is installed
+  UMBRAGRAPH_VIEW_SECONDS=N  the time of random input in the viewer's test, in place of 60
   UMBRAGRAPH_SEED=N          another seed for tests of random cases, and
   UMBRAGRAPH_TIMES=N         N times as many of them: what `soak` sets and prints
 ";

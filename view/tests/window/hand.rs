@@ -36,6 +36,7 @@ impl Hand {
         std::fs::create_dir_all(folder.join("log")).unwrap();
         std::fs::write(folder.join("own.json"), pipeline).unwrap();
         let said = std::fs::File::create(folder.join("log/said.txt")).unwrap();
+        let display = Display::open();
         let child = Command::new(env!("CARGO_BIN_EXE_umbragraph-view"))
             .current_dir(&folder)
             .env("WINIT_X11_SCALE_FACTOR", "1")
@@ -55,8 +56,13 @@ impl Hand {
             .stderr(said)
             .spawn()
             .expect("the viewer");
-        let mut hand = Self { child, display: Display::open(), corner: [0; 2], folder };
-        hand.until("a window", |hand| hand.display.window(SIZE).map(|corner| hand.corner = corner).is_some());
+        let mut hand = Self { child, display, corner: [0; 2], folder };
+        // Given the keys until it knows that it has them: it may not have looked yet.
+        hand.until("a window with the keys", |hand| {
+            let corner = hand.display.window(SIZE);
+            sleep(Duration::from_millis(500));
+            corner.map(|corner| hand.corner = corner).is_some() && hand.state()["focused"] == true
+        });
         hand
     }
 
@@ -96,9 +102,17 @@ impl Hand {
         found
     }
 
-    /// Waits until nothing more is to be drawn.
+    /// Waits until nothing more is to be drawn, and no plan is on its way.
     pub(crate) fn settle(&mut self) -> Value {
-        self.wait("settled frame", |state| state["busy"] == false && state["frames"].as_u64() > Some(0))
+        let is_idle = |state: &Value| state["busy"] == false && state["frames"].as_u64() > Some(0);
+        loop {
+            let before = self.wait("settled frame", is_idle);
+            sleep(Duration::from_millis(700));
+            let after = self.state();
+            if is_idle(&after) && ["frames", "plans"].iter().all(|name| before[name] == after[name]) {
+                return after;
+            }
+        }
     }
 
     /// The rectangle of a control, in pixels of the screen.

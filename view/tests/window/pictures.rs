@@ -38,10 +38,12 @@ fn pictures_of_the_page_are_taken() {
     hand.wait("feature", |state| state["given"]["features"]["fxaa"] == true);
     hand.click("only given");
     hand.display.press(&[], u32::from('g'));
+    hand.wait("no graph", |state| state["below"].is_null());
     photograph(&mut hand, &folder, "values");
     hand.click("only given");
     hand.click("reset all");
     hand.click("graph");
+    hand.wait("graph", |state| state["below"] == "Graph");
     hand.click("resource maps");
     hand.wait("contents", |state| state["contents"]["of"][0] == "maps@casters");
     let at = hand.point("contents", [0.4, 0.4]);

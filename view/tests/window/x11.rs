@@ -1,5 +1,6 @@
 //! Pointer and keys of an X server, moved as a hand moves them (XTEST), and the window that they reach.
 
+use std::sync::OnceLock;
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -20,6 +21,9 @@ pub(crate) struct Display {
 
 impl Display {
     pub(crate) fn open() -> Self {
+        // A display without clients begins anew, and rejects those who come meanwhile.
+        static FIRST: OnceLock<Option<RustConnection>> = OnceLock::new();
+        FIRST.get_or_init(|| RustConnection::connect(None).ok().map(|(connection, _)| connection));
         let (connection, screen) = RustConnection::connect(None).expect("a display");
         let root = connection.setup().roots[screen].root;
         Self { connection, root }
@@ -34,7 +38,11 @@ impl Display {
                 continue;
             };
             if [geometry.width, geometry.height] == size && attributes.map_state == MapState::VIEWABLE {
-                self.connection.set_input_focus(InputFocus::PARENT, window, 0u32).ok()?;
+                // Taken away first: who has it already is not told.
+                for focus in [self.root, window] {
+                    self.connection.set_input_focus(InputFocus::PARENT, focus, 0u32).ok()?;
+                    self.flush();
+                }
                 self.flush();
                 return Some([geometry.x, geometry.y]);
             }
