@@ -83,6 +83,8 @@ impl Control {
                 }
                 response.response
             }
+            // No parameter refers to a resource.
+            Value::Reference(reference) => ui.label(reference.to_string()),
         };
         (response.changed(), response.rect)
     }
