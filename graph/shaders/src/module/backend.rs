@@ -16,7 +16,7 @@ use super::wgsl::guarded;
 use crate::codes;
 use crate::targets::profile::TargetLanguage;
 use crate::written::ir;
-use crate::written::rejection::{Rejection, one_line};
+use crate::written::rejection::{Rejection, Scope, one_line};
 
 /// A module in the language of a target.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -74,7 +74,9 @@ pub(crate) fn emit(
             // The writer of GLSL does not say where.
             let range = depth_load(module).filter(|_| error.contains("depth textures"));
             let help = range.as_ref().map(|_| AS_NUMBERS.to_owned());
-            Rejection { range, help, ..Rejection::new(codes::BACKEND_REJECTS, message, Span::UNDEFINED) }
+            // Writers name things over the whole module, and most do not say which of them they reject.
+            let rejection = Rejection::new(codes::BACKEND_REJECTS, message, Span::UNDEFINED).of(Scope::Text);
+            Rejection { range, help, ..rejection }
         })
     })
 }

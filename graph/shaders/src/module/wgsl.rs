@@ -63,7 +63,7 @@ pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<Mo
 /// Violations of WGSL rules that naga does not check; browsers reject such modules.
 pub(crate) fn beyond_naga(module: &Module) -> Vec<Rejection> {
     let mut found = uniformity::found(module);
-    found.extend(aliasing::found(module));
+    found.extend(aliasing::analysis(module).1);
     found
 }
 

@@ -16,7 +16,7 @@ use naga::{GlobalVariable, Handle, Module, Span, Type, WithSpan};
 
 use crate::codes;
 use crate::rules::uniformity;
-use crate::written::rejection::{Rejection, one_line};
+use crate::written::rejection::{Rejection, Scope, one_line};
 use umbragraph_text::diagnostic::Code;
 
 pub(crate) fn parse(text: &str, error: &ParseError) -> Rejection {
@@ -93,7 +93,12 @@ pub(crate) fn validation(code: Code, module: &Module, error: &WithSpan<Validatio
         ValidationError::Type { handle, .. } => use_of_type(module, *handle),
         _ => None,
     });
-    Rejection { range, ..Rejection::new(code, format!("{cause}{context}"), Span::UNDEFINED) }
+    let scope = match error.as_inner() {
+        ValidationError::EntryPoint { source: EntryPointError::Function(_), .. } => Scope::Declaration,
+        ValidationError::EntryPoint { .. } => Scope::Interface,
+        _ => Scope::Declaration,
+    };
+    Rejection { range, scope, ..Rejection::new(code, format!("{cause}{context}"), Span::UNDEFINED) }
 }
 
 /// Control flow that naga itself finds not to be uniform: the analysis of WGSL knows the reasons.
@@ -128,7 +133,7 @@ fn collision(code: Code, module: &Module, handle: Handle<GlobalVariable>) -> Opt
     let free = (0..).find(|number| !taken(*number))?;
     let span = |handle| module.global_variables.get_span(handle);
     let help = format!("@binding({free}) is the first of the group that is free here");
-    let mut rejection = Rejection::new(code, message, span(handle)).help(help);
+    let mut rejection = Rejection::new(code, message, span(handle)).help(help).of(Scope::Interface);
     rejection.labels.extend(span(other).to_range().map(|range| (range, "taken here".to_owned())));
     Some(rejection)
 }

@@ -20,7 +20,7 @@ use super::overrides::Set;
 use crate::axes::Axes;
 use crate::module::wgsl;
 use crate::variant::compile;
-use crate::written::rejection::Rejection;
+use crate::written::rejection::{Rejection, Scope};
 use crate::written::stages;
 use umbragraph_text::diagnostic::AxisValues;
 
@@ -39,16 +39,18 @@ pub(super) fn blame(
         resolved.is_err_and(|other| other.message == rejection.message)
     };
     let overrides = provoking(sets, at, &fails);
-    let range = rejection.range.clone().or_else(|| {
-        let found = || Ok(place(text, module, info, &set.constants));
-        wgsl::guarded(found).ok().flatten().or_else(|| {
-            let mut declared = module.overrides.iter();
-            let first = overrides.keys().next()?;
-            let (handle, _) = declared.find(|(_, each)| each.name.as_deref() == Some(first.as_str()))?;
-            module.overrides.get_span(handle).to_range()
-        })
-    });
-    Rejection { range, overrides, ..rejection }
+    let found = || Ok(place(text, module, info, &set.constants));
+    let range = rejection.range.clone().or_else(|| wgsl::guarded(found).ok().flatten());
+    if range.is_some() {
+        return Rejection { range, overrides, ..rejection };
+    }
+    let declared = || {
+        let mut declared = module.overrides.iter();
+        let first = overrides.keys().next()?;
+        let (handle, _) = declared.find(|(_, each)| each.name.as_deref() == Some(first.as_str()))?;
+        module.overrides.get_span(handle).to_range()
+    };
+    Rejection { range: declared(), overrides, scope: Scope::Text, ..rejection }
 }
 
 /// An inclusion-minimal part of a set of values with which something fails; nothing where it fails with all sets.

@@ -59,6 +59,8 @@ pub(crate) struct Text {
     pub(crate) leaf: usize,
     /// All paths that lead to it.
     pub(crate) leaves: Vec<usize>,
+    /// Its declarations; `None` for a text that is proven by itself.
+    pub(crate) declarations: Option<Box<[u32]>>,
 }
 
 /// All paths and texts of one template.
@@ -199,7 +201,13 @@ impl<'a> Explorer<'a> {
                 if known == exploration.texts.len() {
                     let bytes = source.wgsl.len();
                     exploration.bytes += bytes;
-                    exploration.texts.push(Text { hash, bytes, leaf, leaves: Vec::new() });
+                    exploration.texts.push(Text {
+                        hash,
+                        bytes,
+                        leaf,
+                        leaves: Vec::new(),
+                        declarations: None,
+                    });
                     new = Some(source);
                 }
                 if let Some(text) = exploration.texts.get_mut(known) {

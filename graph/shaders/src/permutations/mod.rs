@@ -1,36 +1,41 @@
 //! Every shader permutation, proven.
 //!
 //! ```text
-//! requests ──explore──▶ paths, distinct texts ──prove──▶ rejections ──group──▶ diagnostics, one per root cause
-//!              lazily, one rendering per path     once per text, on threads          with what provokes them
-//!              └──────────── at the same time ───────────────┘
+//! requests ──explore──▶ paths, distinct texts ──compose──▶ refusals ──group──▶ diagnostics, one per root cause
+//!              lazily, one rendering per path      each declaration with what it sees is proven once    with what provokes them
 //! ```
 //!
 //! A [`Request`] names a template, the values that its axes can have (all, those that pipelines reach, or one
 //! configuration), and the profiles that have to accept it. [`check`] takes every path through the template that these
-//! values allow, proves each distinct text once, and reports: diagnostics, coverage, sizes, what is dead. The outcome
-//! does not depend on the number of threads.
+//! values allow, proves as many of the distinct texts as hold all declarations with all that these see of others
+//! ([`compose`]), and reports: diagnostics, coverage, sizes, what is dead. The outcome does not depend on the number of
+//! threads.
 
 mod agree;
 mod blame;
 mod cache;
 mod cause;
+mod compose;
+mod cover;
 mod dead;
 mod declared;
 mod explore;
 mod failure;
+mod kept;
 mod overrides;
 mod prove;
 mod proven;
 mod report;
 mod request;
 mod summary;
+mod units;
 mod validator;
 
 pub use crate::axes::Space;
 pub use cache::ShaderCache;
 pub use dead::dead;
 pub use declared::declares;
+pub use kept::Keep;
 pub use report::{Permutations, TemplateReport, ValueBytes, VariantReport};
 pub use request::Request;
 use request::space_of;
@@ -42,14 +47,17 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use cause::{Causes, Failure, Ground};
+use compose::{Composition, State, Text};
 use dead::Examined;
 use explore::Explorer;
-use prove::{Subject, Task};
-use proven::{Explored, Proven};
-use rayon::iter::{ParallelBridge, ParallelIterator};
+use prove::Subject;
+use proven::{Explored, Verdict};
+use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
+use units::Declarations;
 
 use super::{Reflection, TemplateSet};
 use crate::module::wgsl;
+use crate::written::complexity;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic, Diagnostics};
 use umbragraph_text::source::FileId;
 
@@ -59,12 +67,16 @@ pub struct Options<'a> {
     pub threads: usize,
     /// Further validators, for texts that naga accepts.
     pub external: &'a [&'a dyn Validator],
+    /// Whether every distinct text is proven by itself.
+    pub exhaustive: bool,
+    /// Where proofs of earlier runs are, and those of this run go.
+    pub keep: Option<&'a dyn Keep>,
     /// Whether axes without effect and text in no variant are diagnostics. They are where the requests are all that a
     /// template can express; what one pipeline does not reach, another may.
     pub report_dead: bool,
     /// The files that others than the requests use as well: nothing in them is called dead, since these may need it.
     pub shared: BTreeSet<FileId>,
-    /// Called with the texts done and all texts that are known by then, from any thread.
+    /// Called with the texts of which there is a verdict, and all that are known by then, from any thread.
     pub progress: &'a (dyn Fn(usize, usize) + Sync),
     /// Ends the check before the next text, once it is set: its results are of no use then.
     pub cancelled: &'a AtomicBool,
@@ -79,6 +91,8 @@ impl Default for Options<'_> {
         Self {
             threads,
             external: &[],
+            exhaustive: false,
+            keep: None,
             report_dead: false,
             shared: BTreeSet::new(),
             progress: &|_, _| {},
@@ -90,112 +104,94 @@ impl Default for Options<'_> {
 /// The maximum number of threads that are worth their stacks.
 const MAX_THREADS: usize = 256;
 
-/// The index of each distinct text among all tasks.
-type TextsByHash = HashMap<[u8; 32], usize>;
-
-/// Takes all paths of the requests, and proves each distinct text while others are still being found: whichever thread
-/// is free takes the paths up to the next new text, so that none waits in memory. What comes out is in the order of
-/// diagnostic. Diagnostics are those about requests that cannot be explored.
-fn explore_and_prove<'a>(
+/// Takes all paths of the requests, each request on a thread. Diagnostics are those about requests that cannot be explored.
+fn explore<'a>(
     templates: &'a TemplateSet,
     requests: &'a [Request],
     options: &Options<'_>,
-) -> (Vec<Explored<'a>>, Vec<Diagnostic>, Vec<Proven>) {
+) -> (Vec<Explored<'a>>, Declarations, Vec<Diagnostic>) {
+    let (declarations, texts): (Mutex<Declarations>, _) = (Mutex::default(), AtomicUsize::new(0));
+    let work = |request: &'a Request| {
+        let space = Arc::new(space_of(templates, request)?);
+        let mut explorer = Explorer::new(templates, &request.template, &space, options.report_dead);
+        while let Some(source) = explorer.next_text() {
+            (options.progress)(0, texts.fetch_add(1, Ordering::Relaxed) + 1);
+            // What is too much altogether is said of the text.
+            let is_small = complexity::check(&source.wgsl).is_ok();
+            if let Some(text) = explorer.exploration.texts.last_mut().filter(|_| is_small) {
+                let mut declarations = declarations.lock().unwrap_or_else(PoisonError::into_inner);
+                text.declarations = declarations.of(&source.wgsl);
+            }
+        }
+        Ok(Explored { request, space, exploration: explorer.finish(), tasks: Vec::new() })
+    };
+    let found: Vec<Result<Explored<'a>, Vec<Diagnostic>>> = requests.par_iter().map(work).collect();
     let (mut explored, mut diagnostics) = (Vec::new(), Vec::new());
-    // The distinct texts by hash, apart by what they are proven for.
-    let mut known: HashMap<(&str, Vec<&str>), TextsByHash> = HashMap::new();
-    let (found, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let mut rest = requests.iter();
-    let mut current: Option<Current<'_, '_>> = None;
-    let tasks = std::iter::from_fn(|| {
-        loop {
-            if options.cancelled.load(Ordering::Relaxed) {
-                return None;
-            }
-            if let Some(Current { subject, explorer, tasks, request, .. }) = &mut current {
-                let profiles = request.profiles.iter().map(|profile| profile.name.as_str()).collect();
-                let known = known.entry((&request.template, profiles)).or_default();
-                while !options.cancelled.load(Ordering::Relaxed)
-                    && let Some(source) = explorer.next_text()
-                {
-                    let text = explorer.exploration.texts.last()?;
-                    let new = found.load(Ordering::Relaxed);
-                    let index = *known.entry(text.hash).or_insert(new);
-                    tasks.push(index);
-                    if index == new {
-                        found.store(new + 1, Ordering::Relaxed);
-                        return Some((index, Task { source, subject: subject.clone() }));
-                    }
-                }
-            }
-            if let Some(Current { request, space, explorer, tasks, .. }) = current.take() {
-                explored.push(Explored { request, space, exploration: explorer.finish(), tasks });
-            }
-            let request = rest.next()?;
-            match (space_of(templates, request), templates.axes(&request.template)) {
-                (Ok(space), Some(axes)) => {
-                    let space = Arc::new(space);
-                    let subject = Arc::new(Subject::new(axes, &request.profiles));
-                    let explorer = Explorer::new(templates, &request.template, &space, options.report_dead);
-                    current = Some(Current { request, space, subject, explorer, tasks: Vec::new() });
-                }
-                (rejected, _) => diagnostics.extend(rejected.err().into_iter().flatten()),
-            }
+    for each in found {
+        match each {
+            Ok(each) => explored.push(each),
+            Err(rejected) => diagnostics.extend(rejected),
         }
-    });
-    // Texts have few distinct reflections. Equal ones are found where they are made, so that nothing small stays behind
-    // in the midst of what a proof frees.
-    let reflections: Mutex<HashSet<Arc<Reflection>>> = Mutex::default();
-    let work = |(index, task): (usize, Task<'a>)| {
-        let mut proof = prove::prove(&task);
-        if let Some(reflection) = &mut proof.reflection {
-            let mut known = reflections.lock().unwrap_or_else(PoisonError::into_inner);
-            match known.get(reflection) {
-                Some(known) => *reflection = known.clone(),
-                None => drop(known.insert(reflection.clone())),
-            }
-        }
-        let opinions = failure::judge(&task, &proof, options.external);
-        let quiet = proof.rejections.is_empty() && proof.advice.is_empty();
-        let accepted = quiet && opinions.iter().all(|each| *each == Opinion::Accepts);
-        let proven = Proven { proof, opinions, source: (!accepted).then_some(task.source) };
-        (options.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, found.load(Ordering::Relaxed));
-        (index, proven)
-    };
-    let prove = || tasks.par_bridge().map(work).collect::<Vec<_>>();
-    let threads = options.threads.clamp(1, MAX_THREADS);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(wgsl::STACK_BYTES).build();
-    // Where no thread can be started, as in a browser, the caller does it alone.
-    let mut proven = match pool {
-        Ok(pool) => pool.install(prove),
-        Err(_) => prove(),
-    };
-    proven.sort_unstable_by_key(|(index, _)| *index);
-    (explored, diagnostics, proven.into_iter().map(|(_, proven)| proven).collect())
+    }
+    (explored, declarations.into_inner().unwrap_or_else(PoisonError::into_inner), diagnostics)
 }
 
-/// The request whose paths are being taken.
-struct Current<'a, 'p> {
-    request: &'a Request,
-    space: Arc<Space>,
-    subject: Arc<Subject<'a>>,
-    explorer: Explorer<'p>,
-    /// The index of each distinct text among all tasks.
-    tasks: Vec<usize>,
+/// The distinct texts of all requests, apart by what they are proven for.
+fn compose<'a>(
+    templates: &'a TemplateSet,
+    mut explored: Vec<Explored<'a>>,
+    declarations: Declarations,
+) -> Composition<'a> {
+    let mut subjects: Vec<(String, Arc<Subject<'a>>)> = Vec::new();
+    let mut known: HashMap<(usize, [u8; 32]), usize> = HashMap::new();
+    let mut texts = Vec::new();
+    for (request, each) in explored.iter_mut().enumerate() {
+        let Some(axes) = templates.axes(&each.request.template) else { continue };
+        let subject = Subject::new(axes, &each.request.profiles);
+        let key = subject.key();
+        let table = subjects.iter().position(|(other, _)| *other == key).unwrap_or_else(|| {
+            subjects.push((key, subject.into()));
+            subjects.len() - 1
+        });
+        for (own, text) in each.exploration.texts.iter().enumerate() {
+            let subject = subjects[table].1.clone();
+            let at = *known.entry((table, text.hash)).or_insert_with(|| {
+                texts.push(Text { subject, table, at: (request, own), state: State::default() });
+                texts.len() - 1
+            });
+            each.tasks.push(at);
+        }
+    }
+    Composition::new(templates, explored, declarations, texts, subjects.len())
 }
 
 /// Proves every variant of the requests.
 pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_>) -> Permutations {
     let mut diagnostics = Diagnostics::new();
-    let (explored, rejected, proven) = explore_and_prove(templates, requests, options);
-    if options.cancelled.load(Ordering::Relaxed) {
-        return Permutations { diagnostics, templates: Vec::new(), proven: proven.len() };
-    }
+    let work = || {
+        let (explored, declarations, rejected) = explore(templates, requests, options);
+        let mut composition = compose(templates, explored, declarations);
+        // Validators of others and `exhaustive` want the texts themselves.
+        let keep = options.keep.filter(|_| options.external.is_empty() && !options.exhaustive);
+        keep.into_iter().for_each(|keep| composition.recall(keep));
+        composition.prove(options);
+        keep.into_iter().for_each(|keep| composition.remember(keep));
+        (composition, rejected)
+    };
+    let threads = options.threads.clamp(1, MAX_THREADS);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(wgsl::STACK_BYTES).build();
+    // Where no thread can be started, as in a browser, the caller does it alone.
+    let (composition, rejected) = match pool {
+        Ok(pool) => pool.install(work),
+        Err(_) => work(),
+    };
     diagnostics.extend(rejected);
+    let failures = composition.failures();
+    let mut reflections = HashSet::new();
 
     let mut causes = Causes::default();
     let mut reports = Vec::new();
-    for each in &explored {
+    for (each, found) in composition.explored.iter().zip(failures) {
         diagnostics.extend(each.exploration.diagnostics.iter().cloned());
         let ground = Ground {
             template: &each.request.template,
@@ -222,15 +218,17 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
                 });
             }
         }
-        failures.extend(failure::rejections(templates, each, &proven, options.external));
+        failures.extend(found);
         causes.add(&ground, failures);
-        reports.push(summary::report_on(templates, each, &proven));
+        let verdicts = each.tasks.iter().map(|text| composition.verdict(*text));
+        let verdicts = verdicts.map(|verdict| shared(verdict, &mut reflections)).collect();
+        reports.push(summary::report_on(templates, each, verdicts));
     }
-    diagnostics.extend(agree::disagreements(templates, &explored, &reports));
-    diagnostics.extend(failure::unavailable(&proven, options.external));
+    diagnostics.extend(agree::disagreements(templates, &composition.explored, &reports));
+    diagnostics.extend(composition.unavailable(options));
     diagnostics.extend(causes.diagnostics());
     if options.report_dead {
-        let examined = explored.iter().zip(&reports).map(|(each, report)| Examined {
+        let examined = composition.explored.iter().zip(&reports).map(|(each, report)| Examined {
             template: &each.request.template,
             exploration: &each.exploration,
             dead_axes: report.variants.iter().all(|variant| variant.valid).then_some(&report.dead_axes[..]),
@@ -239,5 +237,26 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
         diagnostics.extend(dead::diagnostics(templates, &examined, &options.shared));
     }
     diagnostics.sort();
-    Permutations { diagnostics, templates: reports, proven: proven.len() }
+    let (texts, proven) = (composition.texts.len(), composition.proven);
+    let declarations = composition.tables.iter().map(|units| units.all.len()).sum();
+    Permutations { diagnostics, templates: reports, texts, proven, declarations }
+}
+
+/// The number of paths of a request, if it can be explored and they are no more than `max`.
+#[cfg(test)]
+pub(crate) fn paths(templates: &TemplateSet, request: &Request, max: usize) -> Option<usize> {
+    let space = Arc::new(space_of(templates, request).ok()?);
+    let mut explorer = Explorer::new(templates, &request.template, &space, false);
+    explorer.take_all(max).then(|| explorer.exploration.leaves.len())
+}
+
+/// The verdict with one reflection for all that are equal.
+fn shared(mut verdict: Verdict, known: &mut HashSet<Arc<Reflection>>) -> Verdict {
+    if let Some(reflection) = &mut verdict.reflection {
+        match known.get(reflection) {
+            Some(known) => *reflection = known.clone(),
+            None => drop(known.insert(reflection.clone())),
+        }
+    }
+    verdict
 }

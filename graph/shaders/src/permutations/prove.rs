@@ -7,10 +7,11 @@ use std::sync::Arc;
 
 use super::blame::{self, blame};
 use super::overrides;
-use crate::axes::Axes;
+use crate::axes::{Axes, AxisMode};
 use crate::module::wgsl::Resolved;
 use crate::module::{backend, wgsl};
 use crate::reflection::{self, Reflection};
+use crate::rules::summary::{self, Summary};
 use crate::rules::{limits, uniform_branches};
 use crate::targets::profile::{TargetLanguage, TargetProfile};
 use crate::variant::compile;
@@ -24,12 +25,19 @@ pub(crate) struct Subject<'a> {
     axes: &'a Axes,
     /// The values of override axes that are tried, the defaults first.
     overrides: Vec<AxisValues>,
-    profiles: &'a [TargetProfile],
+    pub(crate) profiles: &'a [TargetProfile],
 }
 
 impl<'a> Subject<'a> {
     pub(crate) fn new(axes: &'a Axes, profiles: &'a [TargetProfile]) -> Self {
         Self { axes, overrides: overrides::values(axes), profiles }
+    }
+
+    /// The same text for another subject exactly if whatever is proven for the one is proven for the other.
+    pub(crate) fn key(&self) -> String {
+        let overrides = self.axes.iter().filter(|axis| axis.mode == AxisMode::Override);
+        let kinds: Vec<_> = overrides.map(|axis| (&axis.name, &axis.kind)).collect();
+        format!("{:?} {:?} {kinds:?}", self.profiles, self.overrides)
     }
 }
 
@@ -46,6 +54,10 @@ pub(crate) struct Proof {
     pub(crate) rejections: Vec<(Rejection, Vec<usize>)>,
     /// Advice: constructs that are valid but better avoided.
     pub(crate) advice: Vec<Rejection>,
+    /// Advice about functions where they come together.
+    pub(crate) branches: Vec<Rejection>,
+    /// What callers see of its functions, if at least one profile has them validated.
+    pub(crate) summaries: Option<BTreeMap<String, Summary>>,
     /// The reflection, if at least one profile accepts the text.
     pub(crate) reflection: Option<Arc<Reflection>>,
 }
@@ -77,7 +89,8 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
 fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Rejection> {
     let mut proof = Proof::default();
     let module = wgsl::parse(&task.source.wgsl)?;
-    proof.advice = uniform_branches::found(&module);
+    proof.branches = uniform_branches::found(&module);
+    let mut beyond = Vec::new();
     let sets = overrides::sets(subject.axes, &subject.overrides, &module)?;
     let mut by_capabilities: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     // What passes with what all profiles have in common passes with what each of them has.
@@ -98,6 +111,10 @@ fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Rejection>
                 continue;
             }
         };
+        if proof.summaries.is_none() {
+            let (summaries, found) = summary::summaries(&module, &info);
+            (proof.summaries, beyond) = (Some(summaries), found);
+        }
         let mut sizes = Vec::new();
         let mut defaults = None;
         let mut rejected = false;
@@ -152,17 +169,17 @@ fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Rejection>
         check_writers(subject, profiles, &defaults, &mut proof);
     }
     if proof.reflection.is_some() {
-        check_beyond_naga(subject, &module, &mut proof);
+        check_beyond_naga(subject, beyond, &mut proof);
     }
     Ok(proof)
 }
 
 /// Browsers reject what WGSL forbids; for other targets it is a warning.
-fn check_beyond_naga(subject: &Subject<'_>, module: &naga::Module, proof: &mut Proof) {
+fn check_beyond_naga(subject: &Subject<'_>, found: Vec<Rejection>, proof: &mut Proof) {
     let profiles = subject.profiles.iter().enumerate();
     let browsers: Vec<usize> =
         profiles.filter(|(_, profile)| profile.is_browser()).map(|(at, _)| at).collect();
-    for mut rejection in wgsl::beyond_naga(module) {
+    for mut rejection in found {
         if rejection.warning || browsers.is_empty() {
             rejection.warning = true;
             proof.advice.push(rejection);

@@ -15,8 +15,12 @@ pub struct Permutations {
     pub diagnostics: Diagnostics,
     /// The templates that were checked, in the order of the requests.
     pub templates: Vec<TemplateReport>,
-    /// The number of distinct texts that were proven.
+    /// The number of distinct texts of which there is a verdict.
+    pub texts: usize,
+    /// The number of them that were proven by themselves; the verdicts of all others follow.
     pub proven: usize,
+    /// The number of declarations with what they see of others, and of interfaces of modules, that the texts consist of.
+    pub declarations: usize,
 }
 
 /// The result of one request.

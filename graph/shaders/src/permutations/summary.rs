@@ -1,10 +1,10 @@
-//! Builds a report from texts and proofs: variants, coverage, the union of their interfaces, sizes, dead axes and text.
+//! Builds a report from texts and verdicts: variants, coverage, the union of their interfaces, sizes, dead axes and text.
 
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
 
 use super::dead;
-use super::proven::{Explored, Proven};
+use super::proven::{Explored, Verdict};
 use super::report::{TemplateReport, ValueBytes, VariantReport};
 use crate::axes::{Axes, AxisMode};
 use crate::reflection::interface;
@@ -14,26 +14,29 @@ use crate::variant::compile::template_values;
 use umbragraph_text::diagnostic::{AxisValues, Count};
 
 /// The report on one request.
-pub(super) fn report_on(templates: &TemplateSet, each: &Explored<'_>, proven: &[Proven]) -> TemplateReport {
-    let Explored { request, space, exploration, tasks } = each;
+pub(super) fn report_on(
+    templates: &TemplateSet,
+    each: &Explored<'_>,
+    verdicts: Vec<Verdict>,
+) -> TemplateReport {
+    let Explored { request, space, exploration, .. } = each;
     let mut variants = Vec::new();
     let mut covered = Count::ZERO;
-    for (at, text) in exploration.texts.iter().enumerate() {
+    for ((at, text), verdict) in exploration.texts.iter().enumerate().zip(verdicts) {
         let leaves = exploration.leaves_of(at);
         let mut configurations = Count::ZERO;
         for leaf in leaves.iter().filter_map(|at| exploration.leaves.get(*at)) {
             configurations = configurations.plus(space.count(&leaf.decided));
         }
         covered = covered.plus(configurations);
-        let proof = tasks.get(at).and_then(|task| proven.get(*task)).map(|proven| &proven.proof);
         variants.push(VariantReport {
             axes: exploration.leaves.get(text.leaf).map(|leaf| leaf.decided.clone()).unwrap_or_default(),
             paths: leaves.len(),
             configurations,
             bytes: text.bytes,
             hash: blake3::Hash::from_bytes(text.hash).to_string(),
-            valid: proof.is_some_and(|proof| proof.rejections.is_empty()),
-            reflection: proof.and_then(|proof| proof.reflection.clone()),
+            valid: verdict.is_valid,
+            reflection: verdict.reflection,
         });
     }
     // Equal reflections are one.

@@ -17,7 +17,7 @@ use wgpu_types::{
 use super::TypeLayout;
 
 /// One `@group(g) @binding(b) var` of a module.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Binding {
     /// The bind group.
     pub group: u32,

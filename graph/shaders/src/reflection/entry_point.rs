@@ -10,7 +10,7 @@ use super::{Scalar, ScalarKind, coverage};
 use crate::written::ir;
 
 /// The stage of an entry point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stage {
     /// `@vertex`
@@ -47,7 +47,7 @@ impl Stage {
 }
 
 /// An attribute that the vertex stage reads.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct VertexInput {
     /// The name of the argument, or of the member of the structure that is one.
     pub name: String,
@@ -63,7 +63,7 @@ pub struct VertexInput {
 }
 
 /// A colour that the fragment stage writes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct FragmentOutput {
     /// Its `@location`, the index of the colour attachment.
     pub location: u32,
@@ -74,7 +74,7 @@ pub struct FragmentOutput {
 }
 
 /// An entry point.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct EntryPoint {
     /// Its name.
     pub name: String,
@@ -89,7 +89,7 @@ pub struct EntryPoint {
     /// The colours of a fragment stage, by location.
     pub outputs: Vec<FragmentOutput>,
     /// Whether a fragment stage writes a second color to blend with, `@blend_src(1)`.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub has_second_source: bool,
     /// Whether a fragment stage writes `frag_depth`.
     pub writes_depth: bool,

@@ -4,7 +4,7 @@ use naga::proc::Layouter;
 use naga::{ArraySize, Handle, Module, Type, TypeInner};
 
 /// The kind of a scalar.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ScalarKind {
     /// A signed integer.
@@ -29,7 +29,7 @@ impl ScalarKind {
 }
 
 /// A scalar type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Scalar {
     /// Its kind.
     pub kind: ScalarKind,
@@ -44,7 +44,7 @@ impl Scalar {
 }
 
 /// The memory layout of a type.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TypeLayout {
     /// A scalar.
@@ -96,7 +96,7 @@ pub enum TypeLayout {
 }
 
 /// A member of a structure.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Member {
     /// Its name in WGSL.
     pub name: String,

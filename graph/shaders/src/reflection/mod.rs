@@ -22,7 +22,7 @@ use naga::proc::Layouter;
 use naga::valid::ModuleInfo;
 
 /// The reflection of a module.
-#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Reflection {
     /// The bindings that an entry point uses, by group and binding.
     pub bindings: Vec<Binding>,

@@ -15,20 +15,20 @@ use crate::written::rejection::Rejection;
 
 /// The variable or argument that a pointer is derived from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-enum Root {
+pub(crate) enum Root {
     Argument(u32),
     Local(Handle<LocalVariable>),
     Global(Handle<GlobalVariable>),
 }
 
 /// Whether a root is written; otherwise it is only read.
-type Written = bool;
+pub(crate) type Written = bool;
 
 /// The accesses of a function to its pointer arguments and to module variables.
-type Uses = HashMap<Root, Written>;
+pub(crate) type Uses = HashMap<Root, Written>;
 
-/// The calls of a module that break the rule.
-pub(crate) fn found(module: &Module) -> Vec<Rejection> {
+/// The accesses of each function, and the calls of a module that break the rule.
+pub(crate) fn analysis(module: &Module) -> (HashMap<Handle<Function>, Uses>, Vec<Rejection>) {
     let mut known: HashMap<Handle<Function>, Uses> = HashMap::new();
     let mut rejections = Vec::new();
     for (handle, function) in module.functions.iter() {
@@ -40,7 +40,23 @@ pub(crate) fn found(module: &Module) -> Vec<Rejection> {
         let function = &entry.function;
         Visit { module, function, known: &known, uses: Uses::new(), rejections: &mut rejections }.uses();
     }
-    rejections
+    (known, rejections)
+}
+
+/// Accesses in an order of their own, by the names of variables.
+pub(crate) fn digest(module: &Module, uses: &Uses) -> String {
+    let mut all: Vec<String> = uses
+        .iter()
+        .map(|(root, is_written)| match root {
+            Root::Argument(at) => format!("{at} {is_written}"),
+            Root::Local(variable) => format!("{variable:?} {is_written}"),
+            Root::Global(variable) => {
+                format!("{:?} {is_written}", module.global_variables[*variable].name)
+            }
+        })
+        .collect();
+    all.sort_unstable();
+    all.join(", ")
 }
 
 struct Visit<'a> {
@@ -155,7 +171,7 @@ impl Visit<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::found;
+    use super::analysis;
 
     fn messages(body: &str) -> Vec<String> {
         let text = format!(
@@ -171,7 +187,7 @@ mod tests {
         .replace("fn same", if body.contains("same") { "fn same" } else { "fn unused" })
         .replace("{ copy(a, a); }", if body.contains("same") { "{ copy(a, a); }" } else { "{}" });
         let module = naga::front::wgsl::parse_str(&text).expect("WGSL");
-        found(&module).into_iter().map(|found| found.message).collect()
+        analysis(&module).1.into_iter().map(|found| found.message).collect()
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::reflection::{Binding, EntryPoint, Reflection, Stage};
 use crate::targets::profile::TargetProfile;
 use crate::written::ir;
 use crate::written::ir::Bound;
-use crate::written::rejection::{Excess, Rejection};
+use crate::written::rejection::{Excess, Rejection, Scope};
 use crate::written::stages;
 use umbragraph_text::diagnostic::list_of;
 
@@ -113,7 +113,7 @@ impl Check<'_> {
         if found > allowed {
             let message = format!("{what} is {found}, but only {allowed} is guaranteed");
             let excess = Some(Excess { of: of.to_owned(), found });
-            let rejection = Rejection::new(codes::LIMIT_EXCEEDED, message, span(self));
+            let rejection = Rejection::new(codes::LIMIT_EXCEEDED, message, span(self)).of(Scope::Interface);
             self.found.push(Rejection { excess, ..rejection });
         }
     }

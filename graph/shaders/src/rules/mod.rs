@@ -4,5 +4,6 @@ pub(crate) mod aliasing;
 pub(crate) mod constant_arguments;
 pub(crate) mod endless_loops;
 pub(crate) mod limits;
+pub(crate) mod summary;
 pub(crate) mod uniform_branches;
 pub(crate) mod uniformity;

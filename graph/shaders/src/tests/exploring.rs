@@ -244,13 +244,9 @@ fn progress_reaches_every_text() {
     };
     let outcome = all(&fixture, &Options { progress: &note, ..Options::default() });
     let seen = seen.into_inner().unwrap();
-    // How many are known while some are done depends on the threads; at the end it is all.
-    assert_eq!(
-        seen.iter().map(|(done, _)| *done).collect::<Vec<_>>(),
-        (1..=outcome.proven).collect::<Vec<_>>()
-    );
-    assert!(seen.iter().all(|(done, of)| done <= of && *of <= outcome.proven), "{seen:?}");
-    assert!(seen.contains(&(outcome.proven, outcome.proven)), "{seen:?}");
+    // One proof may settle more texts than one.
+    assert!(seen.iter().all(|(done, of)| done <= of && *of <= outcome.texts), "{seen:?}");
+    assert!(seen.contains(&(outcome.texts, outcome.texts)), "{seen:?}");
 }
 
 #[test]

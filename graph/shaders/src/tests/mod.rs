@@ -3,6 +3,7 @@
 mod arbitrary;
 mod broken;
 mod compiling;
+mod composing;
 mod creation;
 mod dead;
 mod exploring;

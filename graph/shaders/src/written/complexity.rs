@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use super::rejection::Rejection;
+use super::rejection::{Rejection, Scope};
 use crate::codes;
 
 /// The longest text of one module, in bytes.
@@ -125,7 +125,8 @@ pub(crate) fn is_of_word(byte: &u8) -> bool {
     byte.is_ascii_alphanumeric() || *byte == b'_' || !byte.is_ascii()
 }
 
-fn comment_end(bytes: &[u8], start: usize) -> usize {
+/// The end of the block comment that begins at a place.
+pub(crate) fn comment_end(bytes: &[u8], start: usize) -> usize {
     let mut depth = 0_usize;
     let mut at = start;
     while at < bytes.len() {
@@ -147,6 +148,7 @@ fn comment_end(bytes: &[u8], start: usize) -> usize {
 
 fn rejection(message: &str, at: usize) -> Rejection {
     let help = "split the template into several passes, or let loops of WGSL do what is written out";
-    let rejection = Rejection::new(codes::WGSL_TOO_LARGE, message, naga::Span::UNDEFINED).help(help);
+    let rejection =
+        Rejection::new(codes::WGSL_TOO_LARGE, message, naga::Span::UNDEFINED).help(help).of(Scope::Text);
     Rejection { range: Some(at..at + 1), ..rejection }
 }

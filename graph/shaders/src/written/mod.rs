@@ -1,6 +1,7 @@
 //! Generated WGSL as text: the origins of its parts, the reasons for its rejection, and analyses that run before naga.
 
 pub(crate) mod complexity;
+pub(crate) mod declarations;
 pub(crate) mod hint;
 pub(crate) mod ir;
 pub(crate) mod operators;

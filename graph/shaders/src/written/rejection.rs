@@ -25,6 +25,19 @@ pub(crate) struct Rejection {
     pub(crate) excess: Option<Excess>,
     /// The override values that cause it, if others do not.
     pub(crate) overrides: AxisValues,
+    pub(crate) scope: Scope,
+}
+
+/// The part of a text that is rejected: every text that has the same part is rejected as well.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Scope {
+    /// The declaration at the place of the rejection, with what it refers to.
+    #[default]
+    Declaration,
+    /// The entry points together, with all that they use.
+    Interface,
+    /// No part is known.
+    Text,
 }
 
 /// More of something than a profile guarantees.
@@ -46,7 +59,12 @@ impl Rejection {
             warning: code == codes::UNIFORM_BRANCH,
             excess: None,
             overrides: AxisValues::new(),
+            scope: Scope::default(),
         }
+    }
+
+    pub(crate) fn of(self, scope: Scope) -> Self {
+        Self { scope, ..self }
     }
 
     pub(crate) fn help(self, help: impl Into<String>) -> Self {

@@ -17,7 +17,7 @@ use naga::{EntryPoint, Handle, Interpolation, Module, Sampling, ShaderStage, Spa
 
 use super::complexity;
 use super::ir::{self, Bound};
-use super::rejection::Rejection;
+use super::rejection::{Rejection, Scope};
 use crate::codes;
 
 /// A variable between stages.
@@ -117,7 +117,8 @@ impl Pair<'_> {
         help: &str,
     ) -> Rejection {
         let at = self.place(input, &self.fragment.name).map_or(Span::UNDEFINED, Span::from);
-        let mut rejection = Rejection::new(codes::STAGES_MISMATCH, message, at).help(help);
+        let mut rejection =
+            Rejection::new(codes::STAGES_MISMATCH, message, at).help(help).of(Scope::Interface);
         rejection.labels.extend(place.map(|place| (place, label)));
         rejection
     }

@@ -27,12 +27,13 @@ mod walk;
 
 use std::collections::HashMap;
 
-use naga::{Expression, Module, SampleLevel, ShaderStage, Span};
+use naga::{Expression, Function, Handle, Module, SampleLevel, ShaderStage, Span};
 
 use crate::codes;
 use crate::written::ir;
 use crate::written::rejection::Rejection;
-use summary::{Finding, Summary};
+use summary::Finding;
+pub(crate) use summary::Summary;
 use walk::Walk;
 
 /// At most so many places are named of the way to a reason.
@@ -40,9 +41,11 @@ const REASONS: usize = 6;
 
 /// Uniformity violations in the order of the text; warnings if the module lowers their severity.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
-    if !demands(module) {
-        return Vec::new();
-    }
+    if demands(module) { analysis(module).1 } else { Vec::new() }
+}
+
+/// What callers see of each function, and the violations.
+pub(crate) fn analysis(module: &Module) -> (HashMap<Handle<Function>, Summary>, Vec<Rejection>) {
     let mut summaries: HashMap<_, Summary> = HashMap::new();
     let mut findings = Vec::new();
     for (handle, function) in module.functions.iter() {
@@ -56,7 +59,7 @@ pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     let start = |span: Span| span.to_range().map_or((0, 0), |range| (range.start, range.end));
     findings.sort_by_key(|finding| (start(finding.need.place), finding.need.warning));
     findings.dedup_by_key(|finding| start(finding.need.place));
-    findings.into_iter().map(rejection).collect()
+    (summaries, findings.into_iter().map(rejection).collect())
 }
 
 /// Whether there is anything that needs uniform control flow.

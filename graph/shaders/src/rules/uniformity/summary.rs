@@ -124,7 +124,7 @@ pub(super) struct Origin {
 }
 
 #[derive(Debug, Default)]
-pub(super) struct Summary {
+pub(crate) struct Summary {
     /// Needs for a uniform control flow at the call.
     pub(super) flow: Vec<Need>,
     /// Needs for a uniform argument.
@@ -133,4 +133,16 @@ pub(super) struct Summary {
     /// The dependencies of the values behind pointer arguments after the call; `None` for an argument that is no
     /// pointer to a function variable.
     pub(super) contents: Vec<Option<Origin>>,
+}
+
+impl Summary {
+    /// All of it that decides what a caller may do, without places.
+    pub(crate) fn digest(&self) -> String {
+        let need = |need: &Need| (need.operation, need.warning, need.is_value);
+        let flow: Vec<_> = self.flow.iter().map(need).collect();
+        let values: Vec<_> = self.values.iter().map(|(passed, value)| (*passed, need(value))).collect();
+        let origin = |origin: &Origin| (origin.differs.is_some(), origin.passed.clone());
+        let contents: Vec<_> = self.contents.iter().map(|each| each.as_ref().map(origin)).collect();
+        format!("{flow:?} {values:?} {:?} {contents:?}", origin(&self.result))
+    }
 }

@@ -1,0 +1,91 @@
+//! Proofs of earlier runs.
+//!
+//! What is kept of a unit is that all profiles accept it, what callers see of it, and the reflection of an interface, under
+//! the hash of everything that it is made of. Units that somebody refuses or advises against are not kept: they are proven
+//! again, and said again. What cannot be read is not there.
+//!
+//! The host keeps the bytes ([`Keep`]), and keeps apart what different versions of this program have proven.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::units::{Profiles, Unit};
+use crate::reflection::Reflection;
+use crate::rules::summary::Summary;
+
+/// The maximum number of units that are kept for one subject; with more, those of earlier runs are left out.
+const MAX_UNITS: usize = 1 << 16;
+
+/// Keeps bytes from one run to the next.
+pub trait Keep: Sync {
+    /// The bytes that were put last under a name, if they are still there.
+    fn get(&self, name: &str) -> Option<Vec<u8>>;
+
+    /// Keeps bytes under a name, in place of others; no bytes where that is not possible.
+    fn put(&self, name: &str, bytes: &[u8]);
+}
+
+/// The units that earlier runs have proven for one subject.
+#[derive(Debug)]
+pub(super) struct Kept {
+    units: BTreeMap<String, Record>,
+    profiles: Profiles,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+struct Record {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    summary: Option<Summary>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    reflection: Option<Reflection>,
+    /// Whether each entry point of the reflection is certain to write every texel, which reports leave out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    covers: Vec<bool>,
+}
+
+impl Kept {
+    /// Reads what was kept; `profiles` are all of the subject.
+    pub(super) fn of(bytes: Option<Vec<u8>>, profiles: Profiles) -> Self {
+        let units = bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default();
+        Self { units, profiles }
+    }
+
+    /// The unit with a hash.
+    pub(super) fn unit(&self, hash: &[u8; 32]) -> Option<Unit> {
+        let Record { summary, reflection, covers } = self.units.get(&name(hash))?.clone();
+        let reflection = reflection.map(|mut reflection| {
+            let entry_points = reflection.entry_points.iter_mut().zip(covers);
+            entry_points.for_each(|(entry_point, covers)| entry_point.covers = covers);
+            Arc::new(reflection)
+        });
+        let summary = summary.map(Arc::new);
+        Some(Unit { accepted: self.profiles, summary, reflection, ..Unit::default() })
+    }
+
+    /// The bytes to keep after a run; `None` if nothing is new.
+    pub(super) fn with(mut self, proven: &[Unit]) -> Option<Vec<u8>> {
+        let is_accepted =
+            |unit: &&Unit| unit.accepted & self.profiles == self.profiles && unit.refusals.is_empty();
+        let record = |unit: &Unit| {
+            let reflection = unit.reflection.as_deref().cloned();
+            let entry_points = reflection.iter().flat_map(|reflection| &reflection.entry_points);
+            let covers = entry_points.map(|entry_point| entry_point.covers).collect();
+            (name(&unit.hash), Record { summary: unit.summary.as_deref().cloned(), reflection, covers })
+        };
+        let own: BTreeMap<String, Record> = proven.iter().filter(is_accepted).map(record).collect();
+        if own.keys().all(|name| self.units.contains_key(name)) {
+            return None;
+        }
+        if self.units.len() + own.len() > MAX_UNITS {
+            self.units.clear();
+        }
+        self.units.extend(own);
+        serde_json::to_vec(&self.units).ok()
+    }
+}
+
+fn name(hash: &[u8; 32]) -> String {
+    blake3::Hash::from_bytes(*hash).to_hex().to_string()
+}

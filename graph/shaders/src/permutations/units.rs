@@ -1,0 +1,440 @@
+//! Units: declarations with all that they see of others, each of which is proven once.
+//!
+//! WGSL resolves names at module scope in any order, so a declaration is valid, or not, by its own text and by what it sees
+//! of what it mentions: of a function its signature and its summary ([`crate::rules::summary`]), of anything else all.
+//! Types and constants that mention one another in a circle are one unit; a text with such functions is proven by itself.
+//! One more unit is the interface of a module: its entry
+//! points with all that they use, and its variables; limits, collisions of bindings, stages that do not fit together and
+//! the reflection depend on nothing else.
+//!
+//! What a summary says is known once some text with the function has been proven. Until then its callers are open.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
+
+use super::kept::Kept;
+use crate::reflection::Reflection;
+use crate::rules::summary::Summary;
+use crate::rules::uniform_branches::Branches;
+use crate::written::declarations::{self, Declaration, Kind};
+use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
+
+use crate::written::rejection::Excess;
+
+type Id = u32;
+type Hash = [u8; 32];
+
+/// Profiles as bits.
+pub(super) type Profiles = u64;
+
+/// Declarations by their texts.
+#[derive(Debug, Default)]
+pub(super) struct Declarations {
+    by_text: HashMap<Arc<str>, Id>,
+    by_name: HashMap<String, Id>,
+    names: Vec<String>,
+    all: Vec<Declared>,
+}
+
+#[derive(Debug)]
+struct Declared {
+    text: Arc<str>,
+    kind: Kind,
+    name: Option<Id>,
+    header: usize,
+    /// The names in the header of a function, or in all of anything else.
+    visible: Vec<Id>,
+    mentions: Vec<Id>,
+}
+
+impl Declarations {
+    /// The declarations of a text; `None` if it cannot be taken apart, or declares a name twice.
+    pub(super) fn of(&mut self, wgsl: &str) -> Option<Box<[Id]>> {
+        let found: Box<[Id]> =
+            declarations::split(wgsl)?.into_iter().map(|range| self.id(&wgsl[range])).collect();
+        let mut names: Vec<Id> = found.iter().filter_map(|id| self.all[*id as usize].name).collect();
+        let count = names.len();
+        names.sort_unstable();
+        names.dedup();
+        (names.len() == count).then_some(found)
+    }
+
+    fn id(&mut self, text: &str) -> Id {
+        if let Some(id) = self.by_text.get(text) {
+            return *id;
+        }
+        let Declaration { kind, name, header, in_header, mentions } = Declaration::new(text);
+        let mut intern = |name: String| {
+            let next = self.names.len() as Id;
+            *self.by_name.entry(name).or_insert_with_key(|name| {
+                self.names.push(name.clone());
+                next
+            })
+        };
+        let declared = Declared {
+            text: text.into(),
+            kind,
+            name: name.map(&mut intern),
+            header,
+            visible: in_header.into_iter().map(&mut intern).collect(),
+            mentions: mentions.into_iter().map(&mut intern).collect(),
+        };
+        let id = self.all.len() as Id;
+        self.by_text.insert(declared.text.clone(), id);
+        self.all.push(declared);
+        id
+    }
+
+    fn is_function(&self, id: Id) -> bool {
+        matches!(self.all[id as usize].kind, Kind::Function | Kind::EntryPoint)
+    }
+
+    fn name(&self, name: Id) -> &str {
+        self.names.get(name as usize).map_or("", String::as_str)
+    }
+}
+
+/// What is wrong with a unit, or with a whole text.
+#[derive(Clone, Debug)]
+pub(super) struct Refusal {
+    /// The diagnostic as the first text shows it.
+    pub(super) diagnostic: Diagnostic,
+    pub(super) profiles: Profiles,
+    pub(super) excess: Option<Excess>,
+    pub(super) overrides: AxisValues,
+    /// Whether it makes texts invalid: naga and the rules do, advice and the validators of others do not.
+    pub(super) is_fatal: bool,
+}
+
+#[derive(Debug, Default)]
+pub(super) struct Unit {
+    /// Of all that it is made of; the same in every run.
+    pub(super) hash: Hash,
+    /// The profiles for which some text with it was accepted.
+    pub(super) accepted: Profiles,
+    pub(super) refusals: Vec<Refusal>,
+    /// Of a function, where some text with it was validated.
+    pub(super) summary: Option<Arc<Summary>>,
+    /// What others see.
+    interface: Option<Id>,
+    /// The reflection of every module with this interface.
+    pub(super) reflection: Option<Arc<Reflection>>,
+    /// The name of the function.
+    name: Option<Id>,
+}
+
+impl Unit {
+    pub(super) fn refused(&self) -> Profiles {
+        self.refusals.iter().filter(|one| one.is_fatal).fold(0, |all, one| all | one.profiles)
+    }
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Key {
+    /// Declarations that mention one another, mostly one, and what they see under which names.
+    Declarations {
+        directives: Id,
+        members: Box<[Id]>,
+        environment: Box<[(Id, Id)]>,
+    },
+    Directives(Box<[Id]>),
+    Module(Box<[Id]>),
+}
+
+/// The units of a text.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Resolved {
+    pub(super) units: Vec<Id>,
+    /// The unit of each declaration, in their order.
+    pub(super) of_declarations: Vec<Option<Id>>,
+    /// Declarations that see a function of which no summary is known.
+    pub(super) open: Vec<Id>,
+    /// The interface of the module.
+    pub(super) module: Option<Id>,
+    /// Whether functions mention one another in a circle.
+    pub(super) is_circular: bool,
+}
+
+/// The units that are proven for one set of profiles, and values of overrides.
+#[derive(Debug, Default)]
+pub(super) struct Units {
+    pub(super) all: Vec<Unit>,
+    by_key: HashMap<Key, Id>,
+    /// The hash of each thing that others see.
+    interfaces: Vec<Hash>,
+    by_interface: HashMap<Hash, Id>,
+    /// The local index of each name in the text at hand.
+    at: Vec<(u32, u32)>,
+    texts: u32,
+    /// The directives of the text at hand.
+    directives: Id,
+    /// What earlier runs have proven.
+    pub(super) kept: Option<Kept>,
+}
+
+impl Units {
+    /// The units of a text. `summaries` are those of its functions, where they were just found.
+    pub(super) fn resolve(
+        &mut self,
+        declarations: &Declarations,
+        text: &[Id],
+        summaries: Option<&BTreeMap<String, Summary>>,
+    ) -> Resolved {
+        let known = |id: &Id| &declarations.all[*id as usize];
+        self.texts += 1;
+        self.at.resize(declarations.names.len(), (0, 0));
+        for (local, id) in text.iter().enumerate() {
+            if let Some(name) = known(id).name {
+                self.at[name as usize] = (self.texts, local as u32);
+            }
+        }
+        let edges: Vec<Vec<u32>> = text
+            .iter()
+            .map(|id| {
+                let mentions = known(id).mentions.iter();
+                mentions.filter_map(|name| self.local(*name)).map(|at| at as u32).collect()
+            })
+            .collect();
+        let mut directives: Vec<Id> =
+            text.iter().copied().filter(|id| known(id).kind == Kind::Directive).collect();
+        directives.sort_unstable();
+        let directives = self.unit(Key::Directives(directives.into()), None, declarations);
+        self.directives = directives;
+
+        let mut resolved = Resolved { of_declarations: vec![None; text.len()], ..Resolved::default() };
+        let mut interfaces: Vec<Option<Id>> = vec![None; text.len()];
+        for component in components(&edges) {
+            let functions =
+                component.iter().filter(|at| declarations.is_function(text[**at as usize])).count();
+            resolved.is_circular |= functions > 0 && component.len() > 1;
+            let is_inside = |at: usize| component.contains(&(at as u32));
+            let mut environment = BTreeSet::new();
+            let mut is_open = false;
+            for at in &component {
+                for name in &known(&text[*at as usize]).mentions {
+                    let Some(other) = self.local(*name).filter(|other| !is_inside(*other)) else { continue };
+                    match interfaces[other] {
+                        Some(interface) => drop(environment.insert((*name, interface))),
+                        None => is_open = true,
+                    }
+                }
+            }
+            if is_open {
+                resolved.open.extend(component.iter().map(|at| text[*at as usize]));
+                continue;
+            }
+            let mut members: Vec<Id> = component.iter().map(|at| text[*at as usize]).collect();
+            members.sort_unstable();
+            let environment = environment.into_iter().collect();
+            let key = Key::Declarations { directives, members: members.into(), environment };
+            let name = known(&text[component[0] as usize]).name;
+            let unit = self.unit(key, name, declarations);
+            resolved.units.push(unit);
+            for at in &component {
+                resolved.of_declarations[*at as usize] = Some(unit);
+            }
+            if self.all[unit as usize].interface.is_none() {
+                self.see(unit, &component, (declarations, text), &resolved, &interfaces, summaries);
+            }
+            component.iter().for_each(|at| interfaces[*at as usize] = self.all[unit as usize].interface);
+        }
+        if resolved.open.is_empty() {
+            let is_of_module = |kind: Kind| matches!(kind, Kind::EntryPoint | Kind::Interface);
+            let mut parts: Vec<Id> = text
+                .iter()
+                .zip(&resolved.of_declarations)
+                .filter_map(|(id, unit)| unit.filter(|_| is_of_module(known(id).kind)))
+                .collect();
+            parts.sort_unstable();
+            let module = self.unit(Key::Module(parts.into()), None, declarations);
+            resolved.units.push(module);
+            resolved.module = Some(module);
+        }
+        resolved
+    }
+
+    /// Works out what others see of a unit: all of it, or of a function the declaration up to its body with what that
+    /// mentions, and its summary with the variables that it is about.
+    fn see(
+        &mut self,
+        unit: Id,
+        component: &[u32],
+        (declarations, text): (&Declarations, &[Id]),
+        resolved: &Resolved,
+        interfaces: &[Option<Id>],
+        summaries: Option<&BTreeMap<String, Summary>>,
+    ) {
+        let hash = match component {
+            [at] if declarations.is_function(text[*at as usize]) => {
+                let declared = &declarations.all[text[*at as usize] as usize];
+                let name = declared.name.map(|name| declarations.name(name));
+                let found =
+                    || name.and_then(|name| summaries?.get(name)).map(|found| Arc::new(found.clone()));
+                let known = &mut self.all[unit as usize];
+                known.summary = known.summary.take().or_else(found);
+                let Some(summary) = known.summary.clone().filter(|_| declared.kind == Kind::Function) else {
+                    return;
+                };
+                let local = |name: Id| self.local(name);
+                let mut parts: Vec<(&str, Hash)> = Vec::new();
+                for name in &declared.visible {
+                    let interface = local(*name).and_then(|at| interfaces[at]);
+                    let hash = interface.map(|interface| self.interfaces[interface as usize]);
+                    parts.extend(hash.map(|hash| (declarations.name(*name), hash)));
+                }
+                for name in &summary.globals {
+                    let at = declarations.by_name.get(name).and_then(|name| local(*name));
+                    let unit = at.and_then(|at| resolved.of_declarations[at]);
+                    parts.extend(unit.map(|unit| (name.as_str(), self.all[unit as usize].hash)));
+                }
+                let mut hash = Content::new("function");
+                hash.add(declared.text[..declared.header].as_bytes()).add(summary.text.as_bytes());
+                hash.add(&self.all[self.directives as usize].hash).all(parts);
+                hash.finish()
+            }
+            _ => self.all[unit as usize].hash,
+        };
+        let next = self.interfaces.len() as Id;
+        let id = *self.by_interface.entry(hash).or_insert(next);
+        self.interfaces.extend((id == next).then_some(hash));
+        self.all[unit as usize].interface = Some(id);
+    }
+
+    fn unit(&mut self, key: Key, name: Option<Id>, declarations: &Declarations) -> Id {
+        if let Some(id) = self.by_key.get(&key) {
+            return *id;
+        }
+        let text = |id: &Id| ("", *blake3::hash(declarations.all[*id as usize].text.as_bytes()).as_bytes());
+        let hash = match &key {
+            Key::Declarations { directives, members, environment } => {
+                let mut hash = Content::new("declarations");
+                hash.add(&self.all[*directives as usize].hash).all(members.iter().map(text));
+                let seen = |(name, interface): &(Id, Id)| {
+                    (declarations.name(*name), self.interfaces[*interface as usize])
+                };
+                hash.all(environment.iter().map(seen));
+                hash.finish()
+            }
+            Key::Directives(all) => Content::new("directives").all(all.iter().map(text)).finish(),
+            Key::Module(units) => {
+                let hashes = units.iter().map(|unit| ("", self.all[*unit as usize].hash));
+                Content::new("module").all(hashes).finish()
+            }
+        };
+        let id = self.all.len() as Id;
+        let known = self.kept.as_ref().and_then(|kept| kept.unit(&hash)).unwrap_or_default();
+        self.all.push(Unit { hash, name, ..known });
+        self.by_key.insert(key, id);
+        id
+    }
+
+    /// The place of a name among the declarations of the text at hand.
+    fn local(&self, name: Id) -> Option<usize> {
+        let (text, at) = self.at[name as usize];
+        (text == self.texts).then_some(at as usize)
+    }
+
+    /// The place of the function of a unit among the declarations of a text.
+    pub(super) fn position(&self, declarations: &Declarations, text: &[Id], unit: Id) -> Option<usize> {
+        let name = self.all.get(unit as usize)?.name?;
+        text.iter().position(|id| declarations.all[*id as usize].name == Some(name))
+    }
+
+    /// The functions among units with branches that matter, by name.
+    pub(super) fn branches<'u>(
+        &'u self,
+        declarations: &'u Declarations,
+        units: &[Id],
+    ) -> BTreeMap<&'u str, (Id, &'u Branches)> {
+        let of = |id: &Id| {
+            let unit = &self.all[*id as usize];
+            let branches = Some(&unit.summary.as_ref()?.branches).filter(|branches| !branches.is_empty())?;
+            Some((declarations.name(unit.name?), (*id, branches)))
+        };
+        units.iter().filter_map(of).collect()
+    }
+}
+
+/// A hash of parts whose order does not matter.
+struct Content(blake3::Hasher);
+
+impl Content {
+    fn new(kind: &str) -> Self {
+        let mut content = Self(blake3::Hasher::new());
+        content.add(kind.as_bytes());
+        content
+    }
+
+    fn add(&mut self, bytes: &[u8]) -> &mut Self {
+        self.0.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
+        self
+    }
+
+    fn all<'n>(&mut self, parts: impl IntoIterator<Item = (&'n str, Hash)>) -> &mut Self {
+        let mut parts: Vec<(&str, Hash)> = parts.into_iter().collect();
+        parts.sort_unstable();
+        self.add(&(parts.len() as u64).to_le_bytes());
+        for (name, hash) in parts {
+            self.add(name.as_bytes()).add(&hash);
+        }
+        self
+    }
+
+    fn finish(&self) -> Hash {
+        *self.0.finalize().as_bytes()
+    }
+}
+
+/// The strongly connected components of a graph, each after those that it leads to (Tarjan 1972).
+fn components(edges: &[Vec<u32>]) -> Vec<Vec<u32>> {
+    struct Search<'e> {
+        edges: &'e [Vec<u32>],
+        number: Vec<u32>,
+        low: Vec<u32>,
+        open: Vec<u32>,
+        is_open: Vec<bool>,
+        found: Vec<Vec<u32>>,
+        count: u32,
+    }
+    impl Search<'_> {
+        fn visit(&mut self, node: u32) {
+            self.count += 1;
+            let at = node as usize;
+            (self.number[at], self.low[at]) = (self.count, self.count);
+            self.open.push(node);
+            self.is_open[at] = true;
+            let edges = self.edges;
+            for next in &edges[at] {
+                let to = *next as usize;
+                if self.number[to] == 0 {
+                    self.visit(*next);
+                    self.low[at] = self.low[at].min(self.low[to]);
+                } else if self.is_open[to] {
+                    self.low[at] = self.low[at].min(self.number[to]);
+                }
+            }
+            if self.low[at] == self.number[at] {
+                let start = self.open.iter().rposition(|each| *each == node).unwrap_or_default();
+                let component = self.open.split_off(start);
+                component.iter().for_each(|each| self.is_open[*each as usize] = false);
+                self.found.push(component);
+            }
+        }
+    }
+    let nodes = edges.len();
+    let mut search = Search {
+        edges,
+        number: vec![0; nodes],
+        low: vec![0; nodes],
+        open: Vec::new(),
+        is_open: vec![false; nodes],
+        found: Vec::new(),
+        count: 0,
+    };
+    for node in 0..nodes as u32 {
+        if search.number[node as usize] == 0 {
+            search.visit(node);
+        }
+    }
+    search.found
+}

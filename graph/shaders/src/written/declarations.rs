@@ -1,0 +1,178 @@
+//! The declarations at module scope of a WGSL text, and the names that each mentions.
+//!
+//! naga's front end reads whole modules. This splitter reads tokens: braces, semicolons and comments bound a declaration,
+//! its keyword says what it is. A declaration mentions more than it refers to (a local variable can hide a module's name),
+//! never less. Text that no declaration is, such as a stray brace, is a declaration without a name.
+//!
+//! Limits: a text with characters beyond ASCII outside of comments, or with the rarer line ends of WGSL anywhere, is not
+//! split.
+
+use std::ops::Range;
+
+use super::complexity::{comment_end, is_of_word, words};
+
+/// The kinds of declarations that differ in what others see of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// `enable`, `requires`, `diagnostic`: everything in the text sees it.
+    Directive,
+    /// A function that can be called: others see its signature and what it does.
+    Function,
+    EntryPoint,
+    /// A variable or override: part of the interface of the module.
+    Interface,
+    /// A structure, alias, constant, or anything else: others see all of it.
+    Other,
+}
+
+/// A declaration, taken by itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Declaration {
+    pub(crate) kind: Kind,
+    pub(crate) name: Option<String>,
+    /// The bytes of a function before its body, and of anything else all.
+    pub(crate) header: usize,
+    /// The names in the header, sorted, each once; its own, names of parameters and of members are left out.
+    pub(crate) in_header: Vec<String>,
+    /// The names in the whole.
+    pub(crate) mentions: Vec<String>,
+}
+
+/// The declarations of a text, in order, without the space and the comments before each; `None` for a text that is not
+/// split.
+pub(crate) fn split(text: &str) -> Option<Vec<Range<usize>>> {
+    let bytes = text.as_bytes();
+    let (mut found, mut start, mut depth) = (Vec::new(), None, 0_usize);
+    let mut at = 0;
+    while let Some(byte) = bytes.get(at) {
+        match byte {
+            b'/' if matches!(bytes.get(at + 1), Some(b'/' | b'*')) => {
+                let end = comment(bytes, at);
+                if has_other_line_end(&bytes[at..end]) {
+                    return None;
+                }
+                at = end;
+                continue;
+            }
+            b' ' | b'\t' | b'\n' => {}
+            b'\r' if bytes.get(at + 1) == Some(&b'\n') => {}
+            b'\r' | 0x0b | 0x0c | 0x80.. => return None,
+            b'{' => {
+                start.get_or_insert(at);
+                depth += 1;
+            }
+            b'}' | b';' => {
+                let first = *start.get_or_insert(at);
+                depth -= usize::from(*byte == b'}' && depth > 0);
+                if depth == 0 {
+                    // A semicolon alone is nothing.
+                    found.extend((*byte == b'}' || first < at).then_some(first..at + 1));
+                    start = None;
+                }
+            }
+            _ => drop(start.get_or_insert(at)),
+        }
+        at += 1;
+    }
+    found.extend(start.map(|start| start..bytes.len()));
+    Some(found)
+}
+
+/// The end of the comment that begins at a place.
+fn comment(bytes: &[u8], start: usize) -> usize {
+    if bytes.get(start + 1) == Some(&b'*') {
+        return comment_end(bytes, start).min(bytes.len());
+    }
+    let length = bytes[start..].iter().position(|byte| *byte == b'\n');
+    length.map_or(bytes.len(), |length| start + length)
+}
+
+/// Whether a comment has a character that ends a line of WGSL and is no `\n`.
+fn has_other_line_end(comment: &[u8]) -> bool {
+    let ends = |window: &[u8]| matches!(window, [0xc2, 0x85] | [b'\r', 0..=9 | 11..]);
+    comment.iter().any(|byte| matches!(byte, 0x0b | 0x0c))
+        || comment.windows(2).any(ends)
+        || comment.windows(3).any(|window| matches!(window, [0xe2, 0x80, 0xa8 | 0xa9]))
+}
+
+impl Declaration {
+    /// Takes a declaration apart.
+    pub(crate) fn new(text: &str) -> Self {
+        let tokens: Vec<&str> = words(text).map(|range| &text[range]).collect();
+        let keyword = after_attributes(&tokens);
+        let is_entry = tokens[..keyword].windows(2).any(|pair| {
+            pair[0] == "@" && matches!(pair[1], "vertex" | "fragment" | "compute" | "task" | "mesh")
+        });
+        let kind = match tokens.get(keyword).copied().unwrap_or_default() {
+            "enable" | "requires" | "diagnostic" => Kind::Directive,
+            "fn" if is_entry => Kind::EntryPoint,
+            "fn" => Kind::Function,
+            "var" | "override" => Kind::Interface,
+            _ => Kind::Other,
+        };
+        let is_named = matches!(
+            tokens.get(keyword).copied(),
+            Some("fn" | "struct" | "alias" | "const" | "override" | "var")
+        );
+        let mut named_at = keyword + 1;
+        if tokens.get(keyword) == Some(&"var") && tokens.get(named_at) == Some(&"<") {
+            let rest = &tokens[named_at..];
+            named_at += rest.iter().position(|token| *token == ">").map_or(rest.len(), |end| end + 1);
+        }
+        let name =
+            tokens.get(named_at).filter(|token| is_named && is_name(token)).map(|name| (*name).to_owned());
+        let is_function = matches!(kind, Kind::Function | Kind::EntryPoint);
+        let body = tokens.iter().position(|token| *token == "{").unwrap_or(tokens.len());
+        // Names before a colon are those of members and parameters.
+        let named = if is_function { ..body } else { ..tokens.len() };
+        let has_members = is_function || tokens.get(keyword) == Some(&"struct");
+        let mentioned = |range: Range<usize>| {
+            let mut names: Vec<String> = range
+                .filter(|at| {
+                    let before = at.checked_sub(1).map(|before| tokens[before]);
+                    let is_member = has_members && *at < named.end && tokens.get(at + 1) == Some(&":");
+                    is_name(tokens[*at])
+                        && *at != named_at
+                        && *at != keyword
+                        && !matches!(before, Some("." | "@"))
+                        && !is_member
+                })
+                .map(|at| tokens[at].to_owned())
+                .collect();
+            names.sort_unstable();
+            names.dedup();
+            names
+        };
+        let start = words(text).nth(body).map_or(text.len(), |brace| brace.start);
+        Self {
+            kind,
+            name,
+            header: if is_function { start } else { text.len() },
+            in_header: mentioned(0..if is_function { body } else { tokens.len() }),
+            mentions: mentioned(0..tokens.len()),
+        }
+    }
+}
+
+fn is_name(token: &str) -> bool {
+    token.bytes().next().is_some_and(|first| is_of_word(&first) && !first.is_ascii_digit())
+}
+
+/// The index of the first token that belongs to no attribute.
+fn after_attributes(tokens: &[&str]) -> usize {
+    let mut at = 0;
+    while tokens.get(at) == Some(&"@") {
+        at += 2;
+        let mut depth = usize::from(tokens.get(at) == Some(&"("));
+        at += depth;
+        while depth > 0 && at < tokens.len() {
+            match tokens[at] {
+                "(" => depth += 1,
+                ")" => depth -= 1,
+                _ => {}
+            }
+            at += 1;
+        }
+    }
+    at.min(tokens.len())
+}
