@@ -14,7 +14,7 @@
 //! Limits: writers name things over the whole module, and validators of others judge whole texts; both see the cover. With
 //! `exhaustive` every text is proven by itself.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -72,6 +72,10 @@ pub(super) struct Composition<'a> {
     unavailable: BTreeMap<usize, String>,
     /// The number of texts that were proven by themselves.
     pub(super) proven: usize,
+    /// The parts of texts that were chosen to be proven.
+    tried: HashSet<u64>,
+    /// How many texts beyond a cover are chosen, where parts were tried in vain.
+    more: usize,
 }
 
 /// Advice about branches, where functions come together: by table and units.
@@ -90,7 +94,17 @@ impl<'a> Composition<'a> {
         tables: usize,
     ) -> Self {
         let tables = std::iter::repeat_with(Units::default).take(tables).collect();
-        Self { templates, explored, declarations, texts, tables, unavailable: BTreeMap::new(), proven: 0 }
+        Self {
+            templates,
+            explored,
+            declarations,
+            texts,
+            tables,
+            unavailable: BTreeMap::new(),
+            proven: 0,
+            tried: HashSet::new(),
+            more: 0,
+        }
     }
 
     /// Takes over what earlier runs have proven.
@@ -160,7 +174,9 @@ impl<'a> Composition<'a> {
             let (table, subject) = (self.texts[at].table, self.texts[at].subject.clone());
             let (request, own) = self.texts[at].at;
             let split = self.explored[request].exploration.texts[own].declarations.as_deref();
-            let split = split.filter(|_| !exhaustive && subject.profiles.len() <= Profiles::BITS as usize);
+            // Without a profile nothing is validated, and no summary ever known.
+            let count = 1..=Profiles::BITS as usize;
+            let split = split.filter(|_| !exhaustive && count.contains(&subject.profiles.len()));
             let units = &mut self.tables[table];
             let resolved = split.map(|split| units.resolve(&self.declarations, split, None));
             let Some(resolved) = resolved.filter(|resolved| !resolved.is_circular) else {
@@ -185,8 +201,16 @@ impl<'a> Composition<'a> {
                 open.push((at, parts));
             }
         }
-        alone.extend(cover(&open));
-        alone
+        // Units that stayed unproven in a text that was proven may do so in all: there are more texts in each round then.
+        let is_stubborn =
+            |(_, parts): &&(usize, Vec<u64>)| parts.iter().any(|part| self.tried.contains(part));
+        let stubborn: Vec<usize> = open.iter().filter(is_stubborn).map(|(at, _)| *at).collect();
+        self.more = if stubborn.is_empty() { 0 } else { (self.more * 2).max(1) };
+        let mut chosen: BTreeSet<usize> = cover(&open).into_iter().chain(alone).collect();
+        chosen.extend(stubborn.into_iter().take(self.more));
+        self.tried
+            .extend(open.into_iter().filter(|(at, _)| chosen.contains(at)).flat_map(|(_, parts)| parts));
+        chosen.into_iter().collect()
     }
 
     /// Takes over what the proof of a text says of it and of its units.

@@ -104,14 +104,26 @@ impl Default for Options<'_> {
 /// The maximum number of threads that are worth their stacks.
 const MAX_THREADS: usize = 256;
 
-/// Takes all paths of the requests, each request on a thread. Diagnostics are those about requests that cannot be explored.
+/// Takes all paths of the requests, each on a thread; those that allow the same values of one template share them.
+/// Diagnostics are those about requests that cannot be explored.
 fn explore<'a>(
     templates: &'a TemplateSet,
     requests: &'a [Request],
     options: &Options<'_>,
 ) -> (Vec<Explored<'a>>, Declarations, Vec<Diagnostic>) {
     let (declarations, texts): (Mutex<Declarations>, _) = (Mutex::default(), AtomicUsize::new(0));
-    let work = |request: &'a Request| {
+    let mut first: HashMap<(&str, String), usize> = HashMap::new();
+    let mut distinct: Vec<&'a Request> = Vec::new();
+    let shared: Vec<usize> = requests
+        .iter()
+        .map(|request| {
+            let next = distinct.len();
+            let at = *first.entry((&request.template, format!("{:?}", request.allowed))).or_insert(next);
+            distinct.extend((at == next).then_some(request));
+            at
+        })
+        .collect();
+    let work = |request: &&'a Request| {
         let space = Arc::new(space_of(templates, request)?);
         let mut explorer = Explorer::new(templates, &request.template, &space, options.report_dead);
         while let Some(source) = explorer.next_text() {
@@ -123,14 +135,18 @@ fn explore<'a>(
                 text.declarations = declarations.of(&source.wgsl);
             }
         }
-        Ok(Explored { request, space, exploration: explorer.finish(), tasks: Vec::new() })
+        Ok((space, Arc::new(explorer.finish())))
     };
-    let found: Vec<Result<Explored<'a>, Vec<Diagnostic>>> = requests.par_iter().map(work).collect();
+    let found: Vec<Result<_, Vec<Diagnostic>>> = distinct.par_iter().map(work).collect();
     let (mut explored, mut diagnostics) = (Vec::new(), Vec::new());
-    for each in found {
-        match each {
-            Ok(each) => explored.push(each),
-            Err(rejected) => diagnostics.extend(rejected),
+    for (request, at) in requests.iter().zip(shared) {
+        match found.get(at) {
+            Some(Ok((space, exploration))) => {
+                let (space, exploration) = (space.clone(), exploration.clone());
+                explored.push(Explored { request, space, exploration, tasks: Vec::new() });
+            }
+            // At the place of this request.
+            _ => diagnostics.extend(space_of(templates, request).err().into_iter().flatten()),
         }
     }
     (explored, declarations.into_inner().unwrap_or_else(PoisonError::into_inner), diagnostics)

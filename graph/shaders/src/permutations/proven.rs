@@ -11,7 +11,7 @@ use crate::reflection::Reflection;
 pub(super) struct Explored<'a> {
     pub(super) request: &'a Request,
     pub(super) space: Arc<Space>,
-    pub(super) exploration: Exploration,
+    pub(super) exploration: Arc<Exploration>,
     /// The index of each distinct text among all of all requests.
     pub(super) tasks: Vec<usize>,
 }

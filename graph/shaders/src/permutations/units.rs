@@ -116,11 +116,11 @@ pub(super) struct Unit {
     /// Of a function, where some text with it was validated.
     pub(super) summary: Option<Arc<Summary>>,
     /// What others see.
-    interface: Option<Id>,
+    pub(super) interface: Option<Id>,
     /// The reflection of every module with this interface.
     pub(super) reflection: Option<Arc<Reflection>>,
     /// The name of the function.
-    name: Option<Id>,
+    pub(super) name: Option<Id>,
 }
 
 impl Unit {

@@ -127,7 +127,8 @@ pub(crate) fn of(module: &Module, function: &Function, stage: Option<ShaderStage
 
 /// The conditions that uniforms alone decide where these functions come together: name and index of each.
 pub(crate) fn decided<'b>(functions: &BTreeMap<&'b str, &Branches>) -> BTreeSet<(&'b str, usize)> {
-    let mut found = BTreeSet::new();
+    // Of the conditions that begin at one place the last is the whole.
+    let mut found: BTreeMap<(&str, usize), usize> = BTreeMap::new();
     for (entry, _) in functions.iter().filter(|(_, branches)| branches.is_fragment) {
         // Of each function that is reached: what its arguments and its result depend on.
         let mut reached: BTreeMap<&str, (Vec<Sources>, Sources)> = BTreeMap::new();
@@ -160,18 +161,21 @@ pub(crate) fn decided<'b>(functions: &BTreeMap<&'b str, &Branches>) -> BTreeSet<
         }
         for (name, branches) in functions {
             let Some((arguments, _)) = reached.get(name) else { continue };
-            for (at, (condition, _)) in branches.conditions.iter().enumerate() {
+            for (at, (condition, place)) in branches.conditions.iter().enumerate() {
                 let sources = condition.open.iter().fold(condition.known, |all, open| {
                     all | match open {
                         Open::Argument(at) => arguments.get(*at as usize).copied().unwrap_or(OTHER),
                         Open::Result(callee) => reached.get(callee.as_str()).map_or(0, |known| known.1),
                     }
                 });
-                found.extend((sources == UNIFORM).then_some((*name, at)));
+                if sources == UNIFORM {
+                    let last = found.entry((*name, place.start)).or_default();
+                    *last = (*last).max(at);
+                }
             }
         }
     }
-    found
+    found.into_iter().map(|((name, _), at)| (name, at)).collect()
 }
 
 /// The conditions of a module's fragment stages that uniforms alone decide.

@@ -99,7 +99,7 @@ fn the_cover_of_the_project_s_templates_says_what_every_text_says() {
         }
     }
     println!("{compared} templates with {texts} texts, {proven} of them proven");
-    assert!(compared > 4 && proven * 2 < texts, "{compared} {texts} {proven}");
+    assert!(compared > 4 && proven < texts, "{compared} {texts} {proven}");
 }
 
 const AXES: &str = r#"{ "axes": {
@@ -383,5 +383,5 @@ fn the_cover_of_random_templates_says_what_every_text_says() {
         mixed += usize::from(valid > 0 && valid < outcome.templates[0].variants.len());
     }
     println!("{texts} texts, {proven} of them proven; {sound} templates without errors, {mixed} with some");
-    assert!(sound > 3 && mixed > 3, "{sound} {mixed}");
+    assert!(sound > 0 && mixed > 3 && proven < texts, "{sound} {mixed}");
 }
