@@ -205,6 +205,8 @@ pub(crate) struct CheckArguments {
     pub(crate) dry_run: bool,
     #[command(flatten)]
     pub(crate) choices: Choices,
+    #[command(flatten)]
+    pub(crate) cache: CacheArguments,
 }
 
 #[derive(Args)]
@@ -239,11 +241,31 @@ pub(crate) struct PermutationsArguments {
     /// The time limit of a further validator for one text.
     #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=3600))]
     pub(crate) also_time_limit: u64,
+    /// Proves every distinct text by itself, not only as many as hold all declarations with what these see of others.
+    #[arg(long)]
+    pub(crate) exhaustive: bool,
+    /// A line for each pass as well: combinations, texts and their sizes.
+    #[arg(long)]
+    pub(crate) verbose: bool,
     /// The form of the diagnostics: human, json, github or sarif.
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: DiagnosticsFormat,
     #[command(flatten)]
     pub(crate) files: Files,
+    #[command(flatten)]
+    pub(crate) cache: CacheArguments,
+}
+
+/// Where the results of earlier runs are.
+#[derive(Args)]
+pub(crate) struct CacheArguments {
+    /// The folder of results of earlier runs; without it that of the variable UMBRAGRAPH_CACHE (empty: none), or one
+    /// among the user's caches.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "no_cache")]
+    pub(crate) cache: Option<PathBuf>,
+    /// Neither reads nor keeps results of other runs.
+    #[arg(long)]
+    pub(crate) no_cache: bool,
 }
 
 /// The form of diagnostics.

@@ -9,6 +9,7 @@ use umbragraph::low_level::session::Surveyed;
 use umbragraph::low_level::shader::permutations::Count;
 
 use crate::arguments::CheckArguments;
+use crate::cache::Cache;
 use crate::mend::mend;
 use crate::parts;
 use crate::remarks;
@@ -29,13 +30,26 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
         }
         session.diagnostics.extend(mended.write());
     }
+    let cache = Cache::new(&arguments.cache);
+    let is_text = !arguments.fix && !arguments.format.is_data();
+    let cached = cache.filter(|_| is_text).map(|cache| {
+        session.read_all(&arguments.pipelines, &arguments.choices.files.extension);
+        let name = cache.run(session.sources());
+        (cache, name)
+    });
+    if let Some(said) = cached.as_ref().and_then(|(cache, name)| cache.said(name)) {
+        print(&said.text);
+        complain(&said.diagnostics);
+        return true;
+    }
     let mut is_sound = true;
+    let mut text = String::new();
     let mut pipelines = Vec::new();
     for path in &arguments.pipelines {
         let before = session.diagnostics.error_count();
         if let Some(kind) = session.check_part(path) {
             if session.diagnostics.error_count() == before && !arguments.format.is_data() {
-                print(&parts::summary(path, kind));
+                text.push_str(&parts::summary(path, kind));
             }
             continue;
         }
@@ -50,13 +64,21 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
             is_sound = false;
         }
         if session.diagnostics.error_count() == before && !arguments.format.is_data() {
-            print(&summary(path, &covered, arguments.verify));
-            print(&remarks::lines(path, &covered));
+            text.push_str(&summary(path, &covered, arguments.verify));
+            text.push_str(&remarks::lines(path, &covered));
         }
     }
-    session.report_as(arguments.format, String::new, |diagnostics| {
-        format!("{:#}", serde_json::json!({ "diagnostics": diagnostics, "pipelines": pipelines }))
-    }) && is_sound
+    let is_fine = session.report_as(
+        arguments.format,
+        || text.clone(),
+        |diagnostics| {
+            format!("{:#}", serde_json::json!({ "diagnostics": diagnostics, "pipelines": pipelines }))
+        },
+    );
+    if let Some((cache, name)) = cached.filter(|_| is_fine && is_sound) {
+        cache.keep(&name, &session.said(arguments.format, text));
+    }
+    is_fine && is_sound
 }
 
 /// The coverage of a pipeline's check, as JSON.

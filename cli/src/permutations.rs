@@ -14,19 +14,36 @@ use umbragraph::low_level::compiler::PlanOptions;
 use umbragraph::low_level::document::Document;
 use umbragraph::low_level::pipeline::{self, Configurations, Overrides};
 use umbragraph::low_level::shader::TargetProfile;
-use umbragraph::low_level::shader::permutations::{self, Options, Request, Validator};
+use umbragraph::low_level::shader::permutations::{self, Keep, Options, Request, Validator};
 use umbragraph::low_level::source::FileId;
 
 use crate::arguments::{DiagnosticsFormat, PermutationsArguments};
 use crate::axes;
+use crate::cache::Cache;
 use crate::session::{Session, dry_run, profiles};
-use crate::streams::{print, print_json};
+use crate::streams::{complain, print, print_json};
 use crate::validator::ExternalValidator;
-use crate::variants::{Outcome, ReachedConfigurations, write};
+use crate::variants::{Outcome, ReachedConfigurations, proven_now, write};
 
 /// Proves variants; whether there were no errors.
 pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     let mut session = Session::new(&arguments.files);
+    let cache = Cache::new(&arguments.cache);
+    // What is more than a text for people is made anew.
+    let is_text = !arguments.format.is_data()
+        && arguments.write.is_none()
+        && arguments.also.is_empty()
+        && !arguments.axes
+        && !arguments.exhaustive;
+    let cached = cache.as_ref().filter(|_| is_text).map(|cache| {
+        session.read_all(&arguments.pipelines, &arguments.files.extension);
+        (cache, cache.run(session.sources()))
+    });
+    if let Some(said) = cached.as_ref().and_then(|(cache, name)| cache.said(name)) {
+        print(&format!("{}{}", said.text, proven_now(0, 0)));
+        complain(&said.diagnostics);
+        return true;
+    }
     let mut outcome = Outcome::default();
     if let Some((requests, reached)) = requests(arguments, &mut session) {
         outcome.reached = reached;
@@ -36,7 +53,7 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
         }
         let external = validators(arguments, &mut session);
         let external: Vec<&dyn Validator> = external.iter().map(|one| one as &dyn Validator).collect();
-        outcome.permutations = prove(arguments, &session, &requests, &external);
+        outcome.permutations = prove(arguments, &session, &requests, &external, cache.as_ref());
         session.diagnostics.extend(std::mem::take(&mut outcome.permutations.diagnostics));
         if let Some(folder) = &arguments.write
             && let Err(diagnostic) = write(folder, &session.templates, &outcome.permutations.templates)
@@ -44,7 +61,17 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
             session.diagnostics.push(diagnostic);
         }
     }
-    session.report_as(arguments.format, || outcome.human(), |diagnostics| outcome.json(diagnostics))
+    let text = outcome.human(arguments.verbose);
+    let proven = proven_now(outcome.permutations.proven, outcome.permutations.texts);
+    let is_fine = session.report_as(
+        arguments.format,
+        || format!("{text}{proven}"),
+        |diagnostics| outcome.json(diagnostics),
+    );
+    if let Some((cache, name)) = cached.filter(|_| is_fine) {
+        cache.keep(&name, &session.said(arguments.format, text));
+    }
+    is_fine
 }
 
 /// The variants to prove; `None` if the command line names something that does not exist.
@@ -230,10 +257,11 @@ fn prove(
     session: &Session,
     requests: &[Request],
     external: &[&dyn Validator],
+    cache: Option<&Cache>,
 ) -> permutations::Permutations {
     let bar = std::io::stderr().is_terminal().then(|| {
         let bar = ProgressBar::new(0);
-        match ProgressStyle::with_template("{bar:40} {pos} of {len} texts") {
+        match ProgressStyle::with_template("{bar:40} {pos} of {len} texts, {eta} left") {
             Ok(style) => bar.with_style(style),
             Err(_) => bar,
         }
@@ -256,6 +284,8 @@ fn prove(
     let options = Options {
         threads: arguments.threads.map_or(defaults.threads, usize::from),
         external,
+        exhaustive: arguments.exhaustive,
+        keep: cache.map(|cache| cache as &dyn Keep),
         // An error elsewhere, such as a word that an axis never is, may be why.
         report_dead: everything && !session.diagnostics.has_errors(),
         shared: shared.clone(),

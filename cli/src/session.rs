@@ -30,6 +30,7 @@ use umbragraph::scene::Scene;
 use umbragraph::scene::interface;
 
 use crate::arguments::{Choices, DiagnosticsFormat, Files};
+use crate::cache::Said;
 #[cfg(feature = "gpu")]
 use crate::device::Graphics;
 use crate::streams::{complain, print, print_json};
@@ -143,6 +144,14 @@ impl Session {
     pub(crate) fn open(&mut self, path: &Path, extensions: &[PathBuf]) -> Option<Loaded> {
         let target = self.target(path, extensions);
         self.load(&target).filter(|loaded| loaded.document().is_some())
+    }
+
+    /// Reads all files that pipelines are made of.
+    pub(crate) fn read_all(&mut self, paths: &[PathBuf], extensions: &[PathBuf]) {
+        for path in paths {
+            // What cannot be read is said when the pipeline is loaded.
+            let _ = self.session.load_exactly(&self.target(path, extensions));
+        }
     }
 
     /// Holds a file that is no pipeline to the schema of its kind; `None` for a pipeline and for what cannot be read.
@@ -330,8 +339,28 @@ impl Session {
     }
 
     fn complain(&self) -> bool {
-        complain(&render::human_all(&self.diagnostics, self.sources()));
+        complain(&self.rendered());
         !self.diagnostics.has_errors()
+    }
+
+    /// The diagnostics for people.
+    fn rendered(&self) -> String {
+        render::human_all(&self.diagnostics, self.sources())
+    }
+
+    /// The diagnostics as annotations of GitHub.
+    fn annotations(&self) -> String {
+        self.diagnostics.iter().map(|diagnostic| render::github(diagnostic, self.sources())).collect()
+    }
+
+    /// What [`Self::report_as`] has printed in a form that is no data.
+    pub(crate) fn said(&self, format: DiagnosticsFormat, text: String) -> Said {
+        match format {
+            DiagnosticsFormat::Github => {
+                Said { text: self.annotations() + &text, diagnostics: String::new() }
+            }
+            _ => Said { text, diagnostics: self.rendered() },
+        }
     }
 
     /// Prints the diagnostics in a form, with what a command has found besides: as a text for people, and as JSON to be
@@ -354,11 +383,7 @@ impl Session {
                 print_json(&(json(diagnostics.collect()) + "\n"));
             }
             DiagnosticsFormat::Sarif => print_json(&format!("{:#}\n", render::sarif(diagnostics, sources))),
-            DiagnosticsFormat::Github => {
-                let lines: String =
-                    diagnostics.iter().map(|diagnostic| render::github(diagnostic, sources)).collect();
-                print(&(lines + &text()));
-            }
+            DiagnosticsFormat::Github => print(&(self.annotations() + &text())),
         }
         !diagnostics.has_errors()
     }

@@ -36,7 +36,11 @@ struct Document<'a> {
     pipelines: &'a [ReachedConfigurations],
     templates: &'a [TemplateReport],
     combinations: Count,
+    texts: usize,
+    /// How many of the texts were proven by themselves; the verdicts of the others follow.
     proven: usize,
+    /// Declarations with what they see of others.
+    declarations: usize,
 }
 
 /// The reports of one pass together.
@@ -53,8 +57,9 @@ impl Outcome {
         self.permutations.templates.iter().fold(Count::ZERO, |sum, report| sum.plus(report.covered))
     }
 
-    /// The coverage, for people.
-    pub(crate) fn human(&self) -> String {
+    /// What was covered, for people; with a line for each pass where that is asked. The end of the last line is
+    /// [`proven_now`].
+    pub(crate) fn human(&self, verbose: bool) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.
         for reached in &self.reached {
@@ -68,6 +73,7 @@ impl Outcome {
             if *rejected > 0 {
                 let _ = write!(text, ", {rejected} with values that do not go together");
             }
+            self.sum(&mut text, pipeline);
             text.push('\n');
         }
         let mut passes: Vec<(&str, Summary<'_>)> = Vec::new();
@@ -93,7 +99,7 @@ impl Outcome {
                 .extend(report.variants.iter().map(|variant| (variant.hash.as_str(), variant.bytes)));
             summary.dead.retain(|name| report.dead_axes.iter().any(|dead| dead == name));
         }
-        for (name, summary) in &passes {
+        for (name, summary) in passes.iter().filter(|_| verbose) {
             let bytes: usize = summary.texts.values().sum();
             let max = summary.texts.values().max().copied().unwrap_or_default();
             let of =
@@ -111,9 +117,32 @@ impl Outcome {
             }
             text.push('\n');
         }
-        let proven = counted(self.permutations.proven, "distinct text");
-        let _ = writeln!(text, "{} covered by {proven}", plural(self.combinations(), "combination"));
+        let texts = counted(self.permutations.texts, "distinct text");
+        let _ = write!(text, "{} covered by {texts}", plural(self.combinations(), "combination"));
         text
+    }
+
+    /// The passes of a pipeline together.
+    fn sum(&self, text: &mut String, pipeline: &str) {
+        let stem = Path::new(pipeline).file_stem().unwrap_or_default().to_string_lossy();
+        let is_of = |report: &&TemplateReport| {
+            report.name.strip_prefix(&*stem).is_some_and(|rest| rest.starts_with('.'))
+        };
+        let reports = || self.permutations.templates.iter().filter(is_of);
+        let passes: BTreeSet<&str> = reports().map(|report| report.name.as_str()).collect();
+        let hashes = reports().flat_map(|report| report.variants.iter().map(|variant| variant.hash.as_str()));
+        let texts: BTreeSet<&str> = hashes.collect();
+        let combinations = reports().fold(Count::ZERO, |sum, report| sum.plus(report.covered));
+        let profiles = reports().next().map(|report| report.profiles.join(", ")).unwrap_or_default();
+        if !passes.is_empty() {
+            let programs = counted(passes.len(), "program");
+            let texts = counted(texts.len(), "distinct text");
+            let _ = write!(
+                text,
+                "; {programs}, {}, {texts}, for {profiles}",
+                plural(combinations, "combination")
+            );
+        }
     }
 
     /// Everything as JSON.
@@ -123,9 +152,20 @@ impl Outcome {
             pipelines: &self.reached,
             templates: &self.permutations.templates,
             combinations: self.combinations(),
+            texts: self.permutations.texts,
             proven: self.permutations.proven,
+            declarations: self.permutations.declarations,
         };
         serde_json::to_string_pretty(&document).unwrap_or_default()
+    }
+}
+
+/// How many of the texts had to be proven; the end of the last line.
+pub(crate) fn proven_now(proven: usize, texts: usize) -> String {
+    match proven {
+        0 => "; nothing had to be proven again\n".to_owned(),
+        all if all == texts => "; all of them proven now\n".to_owned(),
+        some => format!("; {some} of them proven now, from which the others follow\n"),
     }
 }
 

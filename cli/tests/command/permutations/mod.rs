@@ -44,7 +44,8 @@ impl Project {
         let folder = self.folder.to_str().unwrap();
         let pipeline = self.folder.join("small.json");
         let first = [command, pipeline.to_str().unwrap(), "--templates", folder];
-        umbragraph(&[&first, further].concat())
+        let verbose: &[&str] = if command == "permutations" { &["--verbose"] } else { &[] };
+        umbragraph(&[&first, verbose, further].concat())
     }
 
     /// Runs `permutations`, which must find an error that says all of this.
@@ -58,6 +59,11 @@ fn umbragraph(arguments: &[&str]) -> Output {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
     command.args(arguments).current_dir(root).output().expect("the command")
+}
+
+/// Runs `permutations` with a line for each pass.
+fn verbose(arguments: &[&str]) -> Output {
+    umbragraph(&[&["permutations", "--verbose"], arguments].concat())
 }
 
 fn json(output: &Output) -> serde_json::Value {
@@ -84,7 +90,7 @@ fn every_pipeline_of_the_tree_holds_in_all_its_configurations() {
         names = ["pipelines", "pipelines/extended"].iter().flat_map(|folder| pipelines(folder)).collect();
     }
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let output = umbragraph(&[&["permutations"], &names[..]].concat());
+    let output = verbose(&names);
     let said = text(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{said}{}", text(&output.stderr));
     assert!(said.contains("(depth.wgsl.jinja): 4 combinations, 3 distinct texts"), "{said}");
@@ -369,4 +375,60 @@ fn a_variant_is_shown_in_a_target_language_with_its_map() {
     assert!(!text(&show(&["--properties="]).stdout).contains("fn cut_out("));
     assert_eq!(show(&["--target", "spriv"]).status.code(), Some(2));
     assert!(text(&show(&["--properties=alpha_maskd"]).stderr).contains("did you mean \"alpha_masked\"?"));
+}
+
+#[test]
+fn a_second_run_proves_nothing_and_a_changed_one_what_changed() {
+    let project = Project::new("permutations-cache", PIPELINE, AXES, TEMPLATE);
+    let folder = project.folder.join("cache");
+    let cache = ["--cache", folder.to_str().unwrap()];
+    let last = |further: &[&str]| {
+        let output = project.run("permutations", &[&cache[..], further].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let first = last(&[]);
+    assert!(first.contains("all of them proven now"), "{first}");
+    let second = last(&[]);
+    assert!(second.contains("nothing had to be proven again"), "{second}");
+    let said =
+        |text: &str| text.lines().map(|line| line.split("; ").next().unwrap().to_owned()).collect::<Vec<_>>();
+    assert_eq!(said(&first), said(&second));
+    // Other arguments are another run, of which all declarations are known.
+    let third = last(&["--threads", "1"]);
+    assert!(third.contains("nothing had to be proven again"), "{third}");
+    let json: serde_json::Value = serde_json::from_str(&last(&["--format", "json"])).unwrap();
+    assert_eq!((&json["proven"], &json["texts"]), (&0.into(), &2.into()));
+    // Files that are cut short or changed are not there.
+    for entry in std::fs::read_dir(&folder).unwrap().flatten() {
+        let mut bytes = std::fs::read(entry.path()).unwrap();
+        let at = bytes.len() / 2;
+        bytes[at] ^= 1;
+        std::fs::write(entry.path(), bytes).unwrap();
+    }
+    assert_eq!(last(&[]), first);
+    let changed = TEMPLATE.replace("0.0, 0.0, 1.0);", "0.5, 0.0, 1.0);");
+    assert_ne!(changed, TEMPLATE);
+    std::fs::write(project.folder.join("fill.wgsl.jinja"), changed).unwrap();
+    assert!(last(&[]).contains("proven now"));
+    let without = project.run("permutations", &["--no-cache"]);
+    assert!(text(&without.stdout).contains("all of them proven now"));
+    assert_eq!(project.run("permutations", &["--cache", "x", "--no-cache"]).status.code(), Some(2));
+    let blocked = project.folder.join("small.json/cache");
+    let output = project.run("permutations", &["--cache", blocked.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+}
+
+#[test]
+fn every_text_can_be_proven_by_itself_with_the_same_outcome() {
+    let template = TEMPLATE
+        .replace("return vec4<f32>({{", "{% if warm %}let x: f32 = 1u;{% endif %}\n  return vec4<f32>({{");
+    for template in [TEMPLATE, &template] {
+        let project = Project::new("permutations-exhaustive", PIPELINE, AXES, template);
+        let run = |further: &[&str]| {
+            let output = project.run("permutations", further);
+            (output.status.code(), text(&output.stderr))
+        };
+        assert_eq!(run(&["--exhaustive"]), run(&[]));
+    }
 }
