@@ -133,7 +133,7 @@ fn on_a_terminal(arguments: &str) -> Option<String> {
 #[cfg(target_os = "linux")]
 #[test]
 fn progress_is_shown_on_terminals_only() {
-    let arguments = ["permutations", "pipelines/mantis.json"];
+    let arguments = ["permutations", "pipelines/mantis.json", "--no-cache"];
     let output = command(&arguments).output().unwrap();
     let piped = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!piped.contains("texts") && !piped.contains('\u{1b}') && !piped.contains('\r'), "{piped}");

@@ -90,6 +90,16 @@ pub(crate) fn written(bytes: usize) -> Result<(), Error> {
     if calls.is_multiple_of(16) { in_time() } else { Ok(()) }
 }
 
+/// The bytes written by expressions and the work since [`begin`].
+pub(crate) fn spent() -> (usize, usize) {
+    (WRITTEN.get(), WORK.get())
+}
+
+/// Whether one rendering may write and do so much.
+pub(crate) fn is_within(written: usize, work: usize) -> bool {
+    written <= MAX_WRITTEN && work <= MAX_WORK
+}
+
 fn in_time() -> Result<(), Error> {
     match DEADLINE.get() {
         Some(deadline) if Instant::now() > deadline => Err(limit("rendering takes longer than a second")),

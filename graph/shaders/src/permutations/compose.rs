@@ -140,6 +140,9 @@ impl<'a> Composition<'a> {
                 return;
             }
             let prove = |at: &usize| {
+                if options.is_cancelled() {
+                    return None;
+                }
                 let text = self.texts.get(*at)?;
                 let each = self.explored.get(text.at.0)?;
                 let source = each.exploration.source(self.templates, &each.request.template, text.at.1)?;

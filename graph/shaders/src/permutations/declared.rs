@@ -34,9 +34,9 @@ pub fn declares(
     wgsl::with_stack(|| {
         let space = Arc::new(Space::new(axes, &allowed));
         let mut explorer = Explorer::new(templates, template, &space, false).nearest_first();
-        while let Some(source) = explorer.next_text() {
-            if source.wgsl.contains(member.unwrap_or(binding))
-                && wgsl::parse(&source.wgsl).map_or(true, |module| has(&module, binding, member))
+        while let Some(text) = explorer.next_text() {
+            if text.contains(member.unwrap_or(binding))
+                && wgsl::parse(&text).map_or(true, |module| has(&module, binding, member))
             {
                 let exploration = &explorer.exploration;
                 let leaf = exploration.texts.last().and_then(|text| exploration.leaves.get(text.leaf));

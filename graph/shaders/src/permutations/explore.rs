@@ -15,7 +15,7 @@
 
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use minijinja::value::{Object, Value};
 
@@ -23,9 +23,10 @@ use crate::axes::AxisKind;
 use crate::axes::Domain;
 use crate::axes::Space;
 use crate::rendering::context::to_template_value;
+use crate::rendering::parts::{Decide, Parts};
 use crate::rendering::render;
 use crate::written::text_map::{Origin, Segment, Source};
-use umbragraph_text::diagnostic::{AxisValues, Diagnostic, Place};
+use umbragraph_text::diagnostic::{AxisValue, AxisValues, Diagnostic, Place};
 use umbragraph_text::source::FileId;
 
 use crate::codes;
@@ -34,6 +35,8 @@ use crate::rendering::templates::TemplateSet;
 
 /// The maximum number of paths through one template.
 const MAX_PATHS: usize = 1 << 16;
+/// The number of paths from which on a template is taken apart. Doing so takes as long as some dozens of renderings.
+const MANY_PATHS: usize = 64;
 /// The maximum number of distinct texts of one template.
 const MAX_TEXTS: usize = 1 << 15;
 /// The maximum number of bytes of all distinct texts of one template.
@@ -115,6 +118,8 @@ pub(crate) struct Explorer<'a> {
     space: Arc<Space>,
     /// Whether a note is taken of the literal text that paths write.
     track: bool,
+    /// The template taken apart, where only its texts are wanted; done once there are many.
+    parts: Option<&'a OnceLock<Option<Parts>>>,
     unknown: BTreeSet<String>,
     /// Whether paths come by the number of their decisions that differ from the first path's, not depth first.
     nearest_first: bool,
@@ -131,6 +136,7 @@ impl<'a> Explorer<'a> {
             template,
             space: space.clone(),
             track,
+            parts: None,
             unknown: BTreeSet::new(),
             nearest_first: false,
             by_hash: HashMap::new(),
@@ -140,13 +146,18 @@ impl<'a> Explorer<'a> {
         }
     }
 
+    /// The same, with texts joined from parts. No note is taken of literal text then.
+    pub(crate) fn of_parts(self, parts: Option<&'a OnceLock<Option<Parts>>>) -> Self {
+        Self { parts: parts.filter(|_| !self.track), ..self }
+    }
+
     /// The same, with paths in the order of their distance from the first: for a search that ends soon.
     pub(crate) fn nearest_first(self) -> Self {
         Self { nearest_first: true, ..self }
     }
 
     /// Goes on to the next distinct text, which is the last of `exploration.texts` then; `None` after the last path.
-    pub(crate) fn next_text(&mut self) -> Option<Source> {
+    pub(crate) fn next_text(&mut self) -> Option<String> {
         while let Some(start) = self.next.take() {
             if self.exploration.is_full() {
                 self.exploration.complete = false;
@@ -173,33 +184,53 @@ impl<'a> Explorer<'a> {
         true
     }
 
+    /// The text of the path that begins with these values, with the decisions on its way.
+    fn text(&mut self, start: AxisValues) -> (Arc<Fork>, Result<String, Box<Diagnostic>>) {
+        let fork = || {
+            let state = State { decided: start.clone(), ..State::default() };
+            Arc::new(Fork { space: self.space.clone(), state: Mutex::new(state) })
+        };
+        let is_worth_it = |parts: &&OnceLock<Option<Parts>>| {
+            parts.get().is_some() || self.exploration.leaves.len() >= MANY_PATHS
+        };
+        let parts = self.parts.filter(is_worth_it);
+        let parts = parts.and_then(|parts| parts.get_or_init(|| Parts::of(self.set, self.template)).as_ref());
+        if let Some(parts) = parts {
+            let fork = fork();
+            let decide: Arc<dyn Decide> = fork.clone();
+            if let Some(text) = parts.render(self.set, &decide) {
+                return (fork, Ok(text));
+            }
+        }
+        let fork = fork();
+        let source = render::render_with(self.set, self.template, Value::from_dyn_object(fork.clone()));
+        if let Ok(source) = &source
+            && self.track
+        {
+            let literal = |segment: &Segment| match segment.origin {
+                Some(Origin::Literal(file, offset)) => Some((file, offset)),
+                _ => None,
+            };
+            self.exploration.literals.extend(source.map.segments.iter().filter_map(literal));
+        }
+        (fork, source.map(|source| source.wgsl))
+    }
+
     /// Renders the path that begins with these values; the text, if it is a new one.
-    fn take_path(&mut self, start: AxisValues) -> Option<Source> {
+    fn take_path(&mut self, start: AxisValues) -> Option<String> {
         let before = start.clone();
-        let fork = Arc::new(Fork {
-            space: self.space.clone(),
-            state: Mutex::new(State { decided: start, ..State::default() }),
-        });
-        let context = Value::from_dyn_object(fork.clone());
-        let result = render::render_with(self.set, self.template, context);
+        let (fork, result) = self.text(start);
         let state = std::mem::take(&mut *fork.state.lock().unwrap_or_else(PoisonError::into_inner));
         self.unknown.extend(state.unknown);
         let exploration = &mut self.exploration;
         let leaf = exploration.leaves.len();
         let mut new = None;
         let text = match result {
-            Ok(source) => {
-                if self.track {
-                    let literal = |segment: &Segment| match segment.origin {
-                        Some(Origin::Literal(file, offset)) => Some((file, offset)),
-                        _ => None,
-                    };
-                    exploration.literals.extend(source.map.segments.iter().filter_map(literal));
-                }
-                let hash = *blake3::hash(source.wgsl.as_bytes()).as_bytes();
+            Ok(wgsl) => {
+                let hash = *blake3::hash(wgsl.as_bytes()).as_bytes();
                 let known = *self.by_hash.entry(hash).or_insert(exploration.texts.len());
                 if known == exploration.texts.len() {
-                    let bytes = source.wgsl.len();
+                    let bytes = wgsl.len();
                     exploration.bytes += bytes;
                     exploration.texts.push(Text {
                         hash,
@@ -208,7 +239,7 @@ impl<'a> Explorer<'a> {
                         leaves: Vec::new(),
                         declarations: None,
                     });
-                    new = Some(source);
+                    new = Some(wgsl);
                 }
                 if let Some(text) = exploration.texts.get_mut(known) {
                     text.leaves.push(leaf);
@@ -363,9 +394,15 @@ impl Object for Fork {
     }
 
     fn get_value_by_str(self: &Arc<Self>, key: &str) -> Option<Value> {
+        self.decide(key).as_ref().map(to_template_value)
+    }
+}
+
+impl Decide for Fork {
+    fn decide(&self, key: &str) -> Option<AxisValue> {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(value) = state.decided.get(key) {
-            return Some(to_template_value(value));
+            return Some(value.clone());
         }
         if key == guard::FITS {
             return None;
@@ -379,6 +416,6 @@ impl Object for Fork {
         let domain = narrowed(&self.space, key, domain);
         let taken = first_possible(&self.space, &domain, key, &mut state.decided, 0)?;
         state.forks.push((key.to_owned(), taken));
-        state.decided.get(key).map(to_template_value)
+        state.decided.get(key).cloned()
     }
 }

@@ -44,12 +44,12 @@ pub use validator::{Opinion, Validator};
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use cause::{Causes, Failure, Ground};
 use compose::{Composition, State, Text};
 use dead::Examined;
-use explore::Explorer;
+pub(crate) use explore::Explorer;
 use prove::Subject;
 use proven::{Explored, Verdict};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
@@ -57,7 +57,8 @@ use units::Declarations;
 
 use super::{Reflection, TemplateSet};
 use crate::module::wgsl;
-use crate::written::complexity;
+use crate::rendering::parts::Parts;
+use crate::written::declarations::Split;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic, Diagnostics};
 use umbragraph_text::source::FileId;
 
@@ -101,6 +102,12 @@ impl Default for Options<'_> {
     }
 }
 
+impl Options<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+}
+
 /// The maximum number of threads that are worth their stacks.
 const MAX_THREADS: usize = 256;
 
@@ -123,17 +130,31 @@ fn explore<'a>(
             at
         })
         .collect();
+    // Where bindings give way to an author's, a text depends on where each piece of it is from.
+    let can_be_joined = !options.report_dead && !templates.has_own_templates();
+    let parts: HashMap<&str, OnceLock<Option<Parts>>> = distinct
+        .iter()
+        .filter(|_| can_be_joined)
+        .map(|request| (request.template.as_str(), OnceLock::new()))
+        .collect();
     let work = |request: &&'a Request| {
         let space = Arc::new(space_of(templates, request)?);
-        let mut explorer = Explorer::new(templates, &request.template, &space, options.report_dead);
-        while let Some(source) = explorer.next_text() {
+        let parts = parts.get(request.template.as_str());
+        let mut explorer =
+            Explorer::new(templates, &request.template, &space, options.report_dead).of_parts(parts);
+        let (mut split, mut before) = (Split::default(), Box::default());
+        while !options.is_cancelled()
+            && let Some(text) = explorer.next_text()
+        {
             (options.progress)(0, texts.fetch_add(1, Ordering::Relaxed) + 1);
-            // What is too much altogether is said of the text.
-            let is_small = complexity::check(&source.wgsl).is_ok();
-            if let Some(text) = explorer.exploration.texts.last_mut().filter(|_| is_small) {
-                let mut declarations = declarations.lock().unwrap_or_else(PoisonError::into_inner);
-                text.declarations = declarations.of(&source.wgsl);
+            let Some(common) = split.go_on(text) else { continue };
+            let mut declarations = declarations.lock().unwrap_or_else(PoisonError::into_inner);
+            let (found, can_be_taken_apart) = declarations.of(&split, common, &before);
+            drop(declarations);
+            if let Some(known) = explorer.exploration.texts.last_mut().filter(|_| can_be_taken_apart) {
+                known.declarations = Some(found.clone());
             }
+            before = found;
         }
         Ok((space, Arc::new(explorer.finish())))
     };
@@ -191,6 +212,7 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
         let keep = options.keep.filter(|_| options.external.is_empty() && !options.exhaustive);
         keep.into_iter().for_each(|keep| composition.recall(keep));
         composition.prove(options);
+        let keep = keep.filter(|_| !options.is_cancelled());
         keep.into_iter().for_each(|keep| composition.remember(keep));
         (composition, rejected)
     };
@@ -201,6 +223,9 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
         Ok(pool) => pool.install(work),
         Err(_) => work(),
     };
+    if options.is_cancelled() {
+        return Permutations { diagnostics, ..Permutations::default() };
+    }
     diagnostics.extend(rejected);
     let failures = composition.failures();
     let mut reflections = HashSet::new();
@@ -263,7 +288,8 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
 pub(crate) fn paths(templates: &TemplateSet, request: &Request, max: usize) -> Option<usize> {
     let space = Arc::new(space_of(templates, request).ok()?);
     let mut explorer = Explorer::new(templates, &request.template, &space, false);
-    explorer.take_all(max).then(|| explorer.exploration.leaves.len())
+    let is_all = explorer.take_all(max);
+    is_all.then_some(explorer.exploration.leaves.len())
 }
 
 /// The verdict with one reflection for all that are equal.

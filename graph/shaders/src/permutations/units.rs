@@ -16,7 +16,8 @@ use super::kept::Kept;
 use crate::reflection::Reflection;
 use crate::rules::summary::Summary;
 use crate::rules::uniform_branches::Branches;
-use crate::written::declarations::{self, Declaration, Kind};
+use crate::written::complexity;
+use crate::written::declarations::{Common, Declaration, Kind, Split};
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
 use crate::written::rejection::Excess;
@@ -45,18 +46,30 @@ struct Declared {
     /// The names in the header of a function, or in all of anything else.
     visible: Vec<Id>,
     mentions: Vec<Id>,
+    /// At most so many; `None` for a declaration that is too large by itself.
+    statements: Option<usize>,
 }
 
 impl Declarations {
-    /// The declarations of a text; `None` if it cannot be taken apart, or declares a name twice.
-    pub(super) fn of(&mut self, wgsl: &str) -> Option<Box<[Id]>> {
-        let found: Box<[Id]> =
-            declarations::split(wgsl)?.into_iter().map(|range| self.id(&wgsl[range])).collect();
-        let mut names: Vec<Id> = found.iter().filter_map(|id| self.all[*id as usize].name).collect();
+    /// The declarations of a text, given those of the one `before`, and whether it can be proven by them: not if it
+    /// declares a name twice, or is too large.
+    pub(super) fn of(&mut self, split: &Split, common: Common, before: &[Id]) -> (Box<[Id]>, bool) {
+        let new = split.ranges.len() - common.first - common.last;
+        let ranges = split.ranges.iter().skip(common.first).take(new);
+        let found: Box<[Id]> = before[..common.first]
+            .iter()
+            .copied()
+            .chain(ranges.map(|range| self.id(&split.text[range.clone()])))
+            .chain(before[before.len() - common.last..].iter().copied())
+            .collect();
+        let known = |id: &Id| &self.all[*id as usize];
+        let mut names: Vec<Id> = found.iter().filter_map(|id| known(id).name).collect();
         let count = names.len();
         names.sort_unstable();
         names.dedup();
-        (names.len() == count).then_some(found)
+        let is_small = complexity::is_small(&split.text, found.iter().map(|id| known(id).statements));
+        let can_be_taken_apart = names.len() == count && is_small;
+        (found, can_be_taken_apart)
     }
 
     fn id(&mut self, text: &str) -> Id {
@@ -78,6 +91,7 @@ impl Declarations {
             header,
             visible: in_header.into_iter().map(&mut intern).collect(),
             mentions: mentions.into_iter().map(&mut intern).collect(),
+            statements: complexity::statements(text),
         };
         let id = self.all.len() as Id;
         self.by_text.insert(declared.text.clone(), id);

@@ -3,6 +3,7 @@
 pub(crate) mod aside;
 pub(crate) mod context;
 pub(crate) mod markers;
+pub(crate) mod parts;
 pub(crate) mod placement;
 pub(crate) mod render;
 pub(crate) mod template_error;

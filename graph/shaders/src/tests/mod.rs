@@ -8,6 +8,7 @@ mod creation;
 mod dead;
 mod exploring;
 mod mutations;
+mod parts;
 mod provenance;
 mod random_wgsl;
 mod reflecting;

@@ -75,6 +75,20 @@ pub(crate) fn check(text: &str) -> Result<(), Rejection> {
     Ok(())
 }
 
+/// The number of statements of a declaration, or more; `None` if it exceeds a limit by itself.
+pub(crate) fn statements(declaration: &str) -> Option<usize> {
+    check(declaration).ok()?;
+    Some(declaration.bytes().filter(|byte| *byte == b';').count())
+}
+
+/// Whether a text of declarations with so many statements exceeds no limit.
+pub(crate) fn is_small(text: &str, statements: impl Iterator<Item = Option<usize>>) -> bool {
+    let add = |(count, sum): (usize, usize), each: Option<usize>| Some((count + 1, sum + each?));
+    let all = statements.into_iter().try_fold((0, 0), add);
+    text.len() <= MAX_BYTES
+        && all.is_some_and(|(count, sum)| count <= MAX_DECLARATIONS && sum <= MAX_STATEMENTS)
+}
+
 /// Whether a text has too few operators, statements and blocks altogether to exceed any limit; a quick look at all bytes.
 fn is_far_below(bytes: &[u8]) -> bool {
     let (mut operators, mut ends) = (0, 0);

@@ -38,12 +38,80 @@ pub(crate) struct Declaration {
     pub(crate) mentions: Vec<String>,
 }
 
-/// The declarations of a text, in order, without the space and the comments before each; `None` for a text that is not
-/// split.
+/// A text with the bytes of its declarations, in order, without the space and the comments before each.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Split {
+    pub(crate) text: String,
+    pub(crate) ranges: Vec<Range<usize>>,
+    /// Whether the last declaration ends before the text does.
+    is_closed: bool,
+}
+
+/// The numbers of declarations, first and last ones, that a text has in common with the one before.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Common {
+    pub(crate) first: usize,
+    pub(crate) last: usize,
+}
+
+impl Split {
+    /// Splits a text that differs in few places from the one before; `None` for one that is not split, with nothing left
+    /// of the one before.
+    pub(crate) fn go_on(&mut self, text: String) -> Option<Common> {
+        let before = std::mem::take(self);
+        let (old, new) = (before.text.as_bytes(), text.as_bytes());
+        let (prefix, suffix) = if before.is_closed { in_common(old, new) } else { (0, 0) };
+        let first = before.ranges.partition_point(|range| range.end <= prefix);
+        let mut ranges = before.ranges[..first].to_vec();
+        let start = ranges.last().map_or(0, |range| range.end);
+        // Where a declaration ends in bytes that both have at the end, those behind it are the same.
+        let place = |end: usize| (end + old.len()).checked_sub(new.len());
+        let known = |end: usize| {
+            let end = place(end).filter(|_| new.len() - end <= suffix)?;
+            before.ranges.binary_search_by_key(&end, |range| range.end).ok()
+        };
+        let (is_closed, same) = split_from(new, start, &mut ranges, known)?;
+        let last = same.map_or(0, |at| before.ranges.len() - at - 1);
+        let rest = &before.ranges[before.ranges.len() - last..];
+        ranges.extend(
+            rest.iter().map(|range| range.start + new.len() - old.len()..range.end + new.len() - old.len()),
+        );
+        *self = Self { ranges, is_closed, text };
+        Some(Common { first, last })
+    }
+}
+
+/// The bytes that two texts have in common at the beginning and at the end, without overlap.
+fn in_common(one: &[u8], other: &[u8]) -> (usize, usize) {
+    const PIECE: usize = 64;
+    let pieces = one.chunks_exact(PIECE).zip(other.chunks_exact(PIECE));
+    let whole = PIECE * pieces.take_while(|(one, other)| one == other).count();
+    let bytes = one[whole..].iter().zip(&other[whole..]);
+    let prefix = whole + bytes.take_while(|(one, other)| one == other).count();
+    let (one, other) = (&one[prefix..], &other[prefix..]);
+    let pieces = one.rchunks_exact(PIECE).zip(other.rchunks_exact(PIECE));
+    let whole = PIECE * pieces.take_while(|(one, other)| one == other).count();
+    let (one, other) = (&one[..one.len() - whole], &other[..other.len() - whole]);
+    let bytes = one.iter().rev().zip(other.iter().rev());
+    (prefix, whole + bytes.take_while(|(one, other)| one == other).count())
+}
+
+/// The declarations of a text; `None` for a text that is not split.
 pub(crate) fn split(text: &str) -> Option<Vec<Range<usize>>> {
-    let bytes = text.as_bytes();
-    let (mut found, mut start, mut depth) = (Vec::new(), None, 0_usize);
-    let mut at = 0;
+    let mut found = Vec::new();
+    split_from(text.as_bytes(), 0, &mut found, |_| None)?;
+    Some(found)
+}
+
+/// Adds the declarations of a text from a place between two of them on, until one ends where all that follows is `known`;
+/// whether the last one is closed, and what is known there.
+fn split_from(
+    bytes: &[u8],
+    mut at: usize,
+    found: &mut Vec<Range<usize>>,
+    known: impl Fn(usize) -> Option<usize>,
+) -> Option<(bool, Option<usize>)> {
+    let (mut start, mut depth) = (None, 0_usize);
     while let Some(byte) = bytes.get(at) {
         match byte {
             b'/' if matches!(bytes.get(at + 1), Some(b'/' | b'*')) => {
@@ -65,9 +133,14 @@ pub(crate) fn split(text: &str) -> Option<Vec<Range<usize>>> {
                 let first = *start.get_or_insert(at);
                 depth -= usize::from(*byte == b'}' && depth > 0);
                 if depth == 0 {
-                    // A semicolon alone is nothing.
-                    found.extend((*byte == b'}' || first < at).then_some(first..at + 1));
                     start = None;
+                    // A semicolon alone is nothing.
+                    if *byte == b'}' || first < at {
+                        found.push(first..at + 1);
+                        if let Some(known) = known(at + 1) {
+                            return Some((true, Some(known)));
+                        }
+                    }
                 }
             }
             _ => drop(start.get_or_insert(at)),
@@ -75,7 +148,7 @@ pub(crate) fn split(text: &str) -> Option<Vec<Range<usize>>> {
         at += 1;
     }
     found.extend(start.map(|start| start..bytes.len()));
-    Some(found)
+    Some((start.is_none(), None))
 }
 
 /// The end of the comment that begins at a place.

@@ -1,0 +1,210 @@
+//! Templates in parts, each rendered once for the values that it reads.
+//!
+//! A template with many axes has many texts, of which most parts are the same: an include depends on a few axes, a
+//! branch on one or two more. So a template is taken apart, through its includes, blocks and branches, into literal text
+//! and parts that the engine renders one by one. A part remembers, as a tree of what it has read in order, the text that
+//! it wrote; a further text of the template is looked up part by part and joined.
+//!
+//! Variables that tags bind (`set`, `macro`, `import`) are seen by the parts behind them. A part is rendered behind all
+//! tags before it that bind a name which it mentions, itself or through what these mention or include; these tags run once
+//! more, and what they read the part has read. What a tag that also writes text binds is bound by its text captured.
+//!
+//! Limits: a template that calls `super` or `self`, that extends another by a name that is computed, or that nests blocks
+//! in those that it overrides, is not taken apart. Fuel, and the sizes that rendering is limited to, are added up over the
+//! parts; a text above a limit, or with an error, is rendered as a whole, which says what is wrong.
+
+mod divide;
+
+use std::fmt::Debug;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use minijinja::value::{Object, Value};
+
+use super::context::to_template_value;
+use super::templates::TemplateSet;
+use crate::jinja::guard;
+use crate::written::complexity;
+use umbragraph_text::diagnostic::AxisValue;
+
+/// Gives the values of axes as they are read; `None` for a name that is no axis.
+pub(crate) trait Decide: Debug + Send + Sync {
+    fn decide(&self, name: &str) -> Option<AxisValue>;
+}
+
+/// A template taken apart. Threads can share it.
+#[derive(Debug, Default)]
+pub(crate) struct Parts {
+    steps: Vec<Step>,
+    parts: Vec<Part>,
+}
+
+/// One piece of a template, in the order of its text.
+#[derive(Debug)]
+enum Step {
+    Literal(String),
+    /// The index of a part.
+    Part(usize),
+    /// A branch: the part that writes something where it is taken.
+    Branch {
+        condition: usize,
+        then: Vec<Step>,
+        otherwise: Vec<Step>,
+    },
+}
+
+#[derive(Debug)]
+struct Part {
+    template: String,
+    source: String,
+    known: Mutex<Vec<Node>>,
+}
+
+/// What a part does next, after the reads that led here.
+#[derive(Debug, Default)]
+enum Node {
+    /// No rendering has come here.
+    #[default]
+    Open,
+    /// It reads a name, and goes on by its value.
+    Reads(Arc<str>, Vec<(Option<AxisValue>, usize)>),
+    Writes(Arc<str>, Cost),
+}
+
+/// What a rendering takes of its limits.
+#[derive(Clone, Copy, Debug, Default)]
+struct Cost {
+    fuel: u64,
+    written: usize,
+    work: usize,
+}
+
+impl Parts {
+    /// Takes a template apart; `None` for one that is not to be taken apart.
+    pub(crate) fn of(set: &TemplateSet, template: &str) -> Option<Self> {
+        divide::divide(set, template)
+    }
+
+    /// The text of the template with the values that `decide` gives; `None` where it has to be rendered as a whole.
+    pub(crate) fn render(&self, set: &TemplateSet, decide: &Arc<dyn Decide>) -> Option<String> {
+        let mut text = String::with_capacity(1 << 15);
+        let mut cost = Cost::default();
+        self.walk(&self.steps, set, decide, (&mut text, &mut cost))?;
+        Some(text)
+    }
+
+    fn walk(
+        &self,
+        steps: &[Step],
+        set: &TemplateSet,
+        decide: &Arc<dyn Decide>,
+        (text, cost): (&mut String, &mut Cost),
+    ) -> Option<()> {
+        for step in steps {
+            match step {
+                Step::Literal(literal) => text.push_str(literal),
+                Step::Part(part) => text.push_str(&self.parts[*part].text(set, decide, cost)?),
+                Step::Branch { condition, then, otherwise } => {
+                    let is_taken = !self.parts[*condition].text(set, decide, cost)?.is_empty();
+                    self.walk(if is_taken { then } else { otherwise }, set, decide, (text, cost))?;
+                }
+            }
+        }
+        (text.len() <= complexity::MAX_BYTES).then_some(())
+    }
+}
+
+impl Part {
+    fn text(&self, set: &TemplateSet, decide: &Arc<dyn Decide>, cost: &mut Cost) -> Option<Arc<str>> {
+        let known = {
+            let nodes = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut at = 0;
+            loop {
+                match nodes.get(at) {
+                    Some(Node::Reads(name, next)) => {
+                        let value = decide.decide(name);
+                        match next.iter().find(|(known, _)| *known == value) {
+                            Some((_, next)) => at = *next,
+                            None => break None,
+                        }
+                    }
+                    Some(Node::Writes(text, cost)) => break Some((text.clone(), *cost)),
+                    Some(Node::Open) | None => break None,
+                }
+            }
+        };
+        let (text, own) = match known {
+            Some(known) => known,
+            None => self.render(set, decide)?,
+        };
+        cost.fuel += own.fuel;
+        cost.written += own.written;
+        cost.work += own.work;
+        let is_within = set.environment.fuel().is_none_or(|fuel| cost.fuel <= fuel)
+            && guard::is_within(cost.written, cost.work);
+        is_within.then_some(text)
+    }
+
+    /// Renders the part, and remembers what it reads and writes.
+    fn render(&self, set: &TemplateSet, decide: &Arc<dyn Decide>) -> Option<(Arc<str>, Cost)> {
+        let reads = Arc::new(Recorder { decide: decide.clone(), reads: Mutex::default() });
+        let template = set.environment.template_from_named_str(&self.template, &self.source).ok()?;
+        guard::begin();
+        let mut text = Vec::new();
+        let done = template.render_captured_to(Value::from_dyn_object(reads.clone()), &mut text).ok()?;
+        let fuel = done.state().fuel_levels().map_or(0, |(consumed, _)| consumed);
+        let (written, work) = guard::spent();
+        let (text, cost): (Arc<str>, _) =
+            (String::from_utf8(text).ok()?.into(), Cost { fuel, written, work });
+        let reads = std::mem::take(&mut *reads.reads.lock().unwrap_or_else(PoisonError::into_inner));
+        let mut nodes = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if nodes.is_empty() {
+            nodes.push(Node::Open);
+        }
+        let mut at = 0;
+        for (name, value) in reads {
+            let new = nodes.len();
+            let Some(node) = nodes.get_mut(at) else { break };
+            if matches!(node, Node::Open) {
+                *node = Node::Reads(name.clone(), Vec::new());
+            }
+            // The same values lead to the same reads, so this is the name.
+            let Node::Reads(_, next) = node else { break };
+            at = match next.iter().find(|(known, _)| *known == value) {
+                Some((_, at)) => *at,
+                None => {
+                    next.push((value, new));
+                    nodes.push(Node::Open);
+                    new
+                }
+            };
+        }
+        if let Some(node @ Node::Open) = nodes.get_mut(at) {
+            *node = Node::Writes(text.clone(), cost);
+        }
+        Some((text, cost))
+    }
+}
+
+/// The context of rendering one part: notes each name when it is first read.
+#[derive(Debug)]
+struct Recorder {
+    decide: Arc<dyn Decide>,
+    reads: Mutex<Vec<(Arc<str>, Option<AxisValue>)>>,
+}
+
+impl Object for Recorder {
+    fn get_value(self: &Arc<Self>, key: &Value) -> Option<Value> {
+        self.get_value_by_str(key.as_str()?)
+    }
+
+    fn get_value_by_str(self: &Arc<Self>, key: &str) -> Option<Value> {
+        let mut reads = self.reads.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = reads.iter().find(|(name, _)| **name == *key).map(|(_, value)| value.clone());
+        let value = known.unwrap_or_else(|| {
+            let value = self.decide.decide(key);
+            reads.push((key.into(), value.clone()));
+            value
+        });
+        value.as_ref().map(to_template_value)
+    }
+}
