@@ -95,6 +95,16 @@ pub(crate) fn validation(code: Code, module: &Module, error: &WithSpan<Validatio
     });
     let scope = match error.as_inner() {
         ValidationError::EntryPoint { source: EntryPointError::Function(_), .. } => Scope::Declaration,
+        ValidationError::EntryPoint {
+            name,
+            source:
+                EntryPointError::ForbiddenStageOperations
+                | EntryPointError::Argument(..)
+                | EntryPointError::Result(_)
+                | EntryPointError::MissingVertexOutputPosition
+                | EntryPointError::OutOfRangeWorkgroupSize,
+            ..
+        } => Scope::EntryPoint(name.clone()),
         ValidationError::EntryPoint { .. } => Scope::Interface,
         _ => Scope::Declaration,
     };

@@ -34,7 +34,7 @@ use crate::codes;
 use crate::reflection::Reflection;
 use crate::rendering::templates::TemplateSet;
 use crate::rules::uniform_branches;
-use crate::written::declarations;
+use crate::written::declarations::{self, Kind};
 use crate::written::rejection::{Rejection, Scope};
 use crate::written::text_map::Source;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
@@ -53,6 +53,8 @@ pub(super) struct Text<'a> {
 #[derive(Default)]
 pub(super) struct State {
     units: Vec<u32>,
+    /// Declarations that see a function of which no summary is known.
+    open: Vec<u32>,
     module: Option<u32>,
     /// Whether nothing more has to be proven for it.
     is_settled: bool,
@@ -76,6 +78,16 @@ pub(super) struct Composition<'a> {
     tried: HashSet<u64>,
     /// How many texts beyond a cover are chosen, where parts were tried in vain.
     more: usize,
+}
+
+/// What is to be proven of a text.
+#[derive(Clone, Copy)]
+enum Part {
+    Unit,
+    /// A declaration of which no unit is known yet.
+    Open,
+    /// A unit in a text where an entry point reaches it.
+    Reached,
 }
 
 /// Advice about branches, where functions come together: by table and units.
@@ -180,25 +192,59 @@ impl<'a> Composition<'a> {
             // Without a profile nothing is validated, and no summary ever known.
             let count = 1..=Profiles::BITS as usize;
             let split = split.filter(|_| !exhaustive && count.contains(&subject.profiles.len()));
-            let units = &mut self.tables[table];
-            let resolved = split.map(|split| units.resolve(&self.declarations, split, None));
-            let Some(resolved) = resolved.filter(|resolved| !resolved.is_circular) else {
+            let Some(split) = split else {
                 alone.push(at);
                 continue;
             };
-            let refused =
-                resolved.units.iter().fold(0, |all, unit| all | units.all[*unit as usize].refused());
-            let pending = all(&subject) & !refused;
-            let part =
-                |id: &u32, is_open: bool| u64::from(*id) | (table as u64) << 33 | u64::from(is_open) << 32;
-            let is_unproven = |unit: &&u32| units.all[**unit as usize].accepted & pending != pending;
-            let mut parts: Vec<u64> =
-                resolved.units.iter().filter(is_unproven).map(|unit| part(unit, false)).collect();
-            if pending != 0 {
-                parts.extend(resolved.open.iter().map(|id| part(id, true)));
+            let units = &mut self.tables[table];
+            let part = |id: u32, kind: Part| u64::from(id) | (table as u64) << 34 | (kind as u64) << 32;
+            let everything = all(&subject);
+            let unproven = |units: &Units, state: &State| -> (Profiles, Vec<u64>) {
+                let refused = |all, unit: &u32| all | units.all[*unit as usize].refused();
+                let pending = everything & !state.units.iter().fold(0, refused);
+                let is_unproven = |unit: &&u32| units.all[**unit as usize].accepted & pending != pending;
+                let mut parts: Vec<u64> =
+                    state.units.iter().filter(is_unproven).map(|unit| part(*unit, Part::Unit)).collect();
+                if pending != 0 {
+                    parts.extend(state.open.iter().map(|id| part(*id, Part::Open)));
+                }
+                (pending, parts)
+            };
+            let state = &mut self.texts[at].state;
+            // Whatever is not open stays what it is.
+            let is_resolved = !state.units.is_empty() && state.open.is_empty();
+            let mut parts = if is_resolved { unproven(units, state).1 } else { Vec::new() };
+            if parts.is_empty() {
+                let resolved = units.resolve(&self.declarations, split, None);
+                if resolved.is_circular {
+                    alone.push(at);
+                    continue;
+                }
+                (state.units, state.open, state.module) =
+                    (resolved.units.clone(), resolved.open.clone(), resolved.module);
+                let pending;
+                (pending, parts) = unproven(units, state);
+                if parts.is_empty() && pending != 0 && state.module.is_none() {
+                    let Some(interface) = units.interface(&self.declarations, split, &resolved) else {
+                        alone.push(at);
+                        continue;
+                    };
+                    let is_unreached = |unit: &&u32| units.all[**unit as usize].reached & pending != pending;
+                    let unreached = interface.reached.iter().filter(is_unreached);
+                    parts.extend(unreached.map(|unit| part(*unit, Part::Reached)));
+                    let (fits, reflection) = interface.proven(subject.profiles);
+                    let module = &mut units.all[interface.module as usize];
+                    if parts.is_empty() {
+                        module.accepted |= fits & pending;
+                        module.reflection.get_or_insert_with(|| Arc::new(reflection.clone()));
+                    }
+                    state.units.push(interface.module);
+                    state.module = Some(interface.module);
+                    let (_, more) = unproven(units, state);
+                    parts.extend(more);
+                }
             }
             let state = &mut self.texts[at].state;
-            (state.units, state.module) = (resolved.units, resolved.module);
             state.is_settled = parts.is_empty();
             if !state.is_settled {
                 open.push((at, parts));
@@ -238,7 +284,24 @@ impl<'a> Composition<'a> {
         }
         let units = &mut self.tables[text.table];
         let resolved = split.map(|split| units.resolve(&self.declarations, split, summaries.as_ref()));
-        let resolved = resolved.filter(|resolved| !resolved.is_circular);
+        let mut resolved = resolved.filter(|resolved| !resolved.is_circular);
+        let mut reached = Vec::new();
+        if let Some(resolved) = resolved.as_mut().filter(|resolved| resolved.open.is_empty())
+            && let Some(split) = split
+        {
+            if let Some(reflection) = &proof.reflection {
+                units.reflected(&self.declarations, split, resolved, reflection);
+            }
+            let is_seen = |unit: &u32| units.all[*unit as usize].accepted != 0;
+            let is_known = proof.reflection.is_some() || resolved.units.iter().all(is_seen);
+            let interface = is_known.then(|| units.interface(&self.declarations, split, resolved)).flatten();
+            if let Some(interface) = interface {
+                units.is_irregular |= proof.reflection.as_ref().is_some_and(|found| !interface.is(found));
+                reached = interface.reached;
+                resolved.units.push(interface.module);
+                resolved.module = Some(interface.module);
+            }
+        }
         let everything = all(&text.subject);
         let bits = |profiles: &[usize]| match profiles {
             [] => everything,
@@ -246,8 +309,16 @@ impl<'a> Composition<'a> {
         };
         let unit_of = |rejection: &Rejection| {
             let resolved = resolved.as_ref()?;
-            match rejection.scope {
+            match &rejection.scope {
                 Scope::Text => None,
+                Scope::EntryPoint(name) => {
+                    let is_it = |id: &u32| {
+                        let (kind, own) = (self.declarations.kind(*id), self.declarations.name_of(*id));
+                        kind == Kind::EntryPoint && own == name
+                    };
+                    let at = split?.iter().position(is_it)?;
+                    resolved.of_declarations.get(at).copied().flatten()
+                }
                 Scope::Interface => resolved.module,
                 Scope::Declaration => {
                     let start = rejection.range.as_ref()?.start;
@@ -290,11 +361,12 @@ impl<'a> Composition<'a> {
         let state = &mut self.texts[at].state;
         if let Some(resolved) = resolved {
             resolved.units.iter().for_each(|unit| units.all[*unit as usize].accepted |= accepted);
+            reached.iter().for_each(|unit| units.all[*unit as usize].reached |= accepted);
             if let Some(module) = resolved.module {
                 let known = &mut units.all[module as usize].reflection;
                 *known = known.take().or_else(|| proof.reflection.clone());
             }
-            (state.units, state.module) = (resolved.units, resolved.module);
+            (state.units, state.open, state.module) = (resolved.units, resolved.open, resolved.module);
         }
         state.own = Some((own_refusals, proof.reflection));
         state.is_settled = true;

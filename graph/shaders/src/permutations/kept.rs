@@ -12,7 +12,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::units::{Profiles, Unit};
-use crate::reflection::Reflection;
+use crate::reflection::{Binding, EntryPoint, Reflection};
 use crate::rules::summary::Summary;
 
 /// The maximum number of units that are kept for one subject; with more, those of earlier runs are left out.
@@ -40,7 +40,13 @@ struct Record {
     summary: Option<Summary>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     reflection: Option<Reflection>,
-    /// Whether each entry point of the reflection is certain to write every texel, which reports leave out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    binding: Option<Binding>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    entry_point: Option<EntryPoint>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    is_reached: bool,
+    /// Whether each entry point here is certain to write every texel, which reports leave out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     covers: Vec<bool>,
 }
@@ -54,25 +60,41 @@ impl Kept {
 
     /// The unit with a hash.
     pub(super) fn unit(&self, hash: &[u8; 32]) -> Option<Unit> {
-        let Record { summary, reflection, covers } = self.units.get(&name(hash))?.clone();
-        let reflection = reflection.map(|mut reflection| {
-            let entry_points = reflection.entry_points.iter_mut().zip(covers);
-            entry_points.for_each(|(entry_point, covers)| entry_point.covers = covers);
-            Arc::new(reflection)
-        });
-        let summary = summary.map(Arc::new);
-        Some(Unit { accepted: self.profiles, summary, reflection, ..Unit::default() })
+        let Record { summary, mut reflection, binding, mut entry_point, is_reached, covers } =
+            self.units.get(&name(hash))?.clone();
+        let all = reflection.iter_mut().flat_map(|reflection| &mut reflection.entry_points);
+        for (entry_point, covers) in all.chain(&mut entry_point).zip(covers) {
+            entry_point.covers = covers;
+        }
+        Some(Unit {
+            accepted: self.profiles,
+            reached: if is_reached { self.profiles } else { 0 },
+            summary: summary.map(Arc::new),
+            reflection: reflection.map(Arc::new),
+            binding,
+            entry_point,
+            ..Unit::default()
+        })
     }
 
     /// The bytes to keep after a run; `None` if nothing is new.
     pub(super) fn with(mut self, proven: &[Unit]) -> Option<Vec<u8>> {
-        let is_accepted =
-            |unit: &&Unit| unit.accepted & self.profiles == self.profiles && unit.refusals.is_empty();
+        let is_accepted = |unit: &&Unit| {
+            !unit.follows && unit.accepted & self.profiles == self.profiles && unit.refusals.is_empty()
+        };
         let record = |unit: &Unit| {
-            let reflection = unit.reflection.as_deref().cloned();
-            let entry_points = reflection.iter().flat_map(|reflection| &reflection.entry_points);
-            let covers = entry_points.map(|entry_point| entry_point.covers).collect();
-            (name(&unit.hash), Record { summary: unit.summary.as_deref().cloned(), reflection, covers })
+            let (reflection, entry_point) = (unit.reflection.as_deref().cloned(), unit.entry_point.clone());
+            let all = reflection.iter().flat_map(|reflection| &reflection.entry_points);
+            let covers = all.chain(&entry_point).map(|entry_point| entry_point.covers).collect();
+            let record = Record {
+                summary: unit.summary.as_deref().cloned(),
+                reflection,
+                binding: unit.binding.clone(),
+                entry_point,
+                is_reached: unit.reached & self.profiles == self.profiles,
+                covers,
+            };
+            (name(&unit.hash), record)
         };
         let own: BTreeMap<String, Record> = proven.iter().filter(is_accepted).map(record).collect();
         if own.keys().all(|name| self.units.contains_key(name)) {

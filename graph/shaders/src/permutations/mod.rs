@@ -22,6 +22,7 @@ mod declared;
 mod explore;
 mod failure;
 mod kept;
+mod modules;
 mod overrides;
 mod prove;
 mod proven;

@@ -13,7 +13,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
 use super::kept::Kept;
-use crate::reflection::Reflection;
+use super::modules::Used;
+use crate::reflection::{Binding, EntryPoint, Reflection};
 use crate::rules::summary::Summary;
 use crate::rules::uniform_branches::Branches;
 use crate::written::complexity;
@@ -22,7 +23,7 @@ use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
 use crate::written::rejection::Excess;
 
-type Id = u32;
+pub(super) type Id = u32;
 type Hash = [u8; 32];
 
 /// Profiles as bits.
@@ -46,6 +47,7 @@ struct Declared {
     /// The names in the header of a function, or in all of anything else.
     visible: Vec<Id>,
     mentions: Vec<Id>,
+    is_of_whole: bool,
     /// At most so many; `None` for a declaration that is too large by itself.
     statements: Option<usize>,
 }
@@ -76,7 +78,7 @@ impl Declarations {
         if let Some(id) = self.by_text.get(text) {
             return *id;
         }
-        let Declaration { kind, name, header, in_header, mentions } = Declaration::new(text);
+        let Declaration { kind, name, header, in_header, mentions, is_of_whole } = Declaration::new(text);
         let mut intern = |name: String| {
             let next = self.names.len() as Id;
             *self.by_name.entry(name).or_insert_with_key(|name| {
@@ -91,6 +93,7 @@ impl Declarations {
             header,
             visible: in_header.into_iter().map(&mut intern).collect(),
             mentions: mentions.into_iter().map(&mut intern).collect(),
+            is_of_whole,
             statements: complexity::statements(text),
         };
         let id = self.all.len() as Id;
@@ -103,8 +106,25 @@ impl Declarations {
         matches!(self.all[id as usize].kind, Kind::Function | Kind::EntryPoint)
     }
 
-    fn name(&self, name: Id) -> &str {
+    pub(super) fn name(&self, name: Id) -> &str {
         self.names.get(name as usize).map_or("", String::as_str)
+    }
+
+    /// The name with a text, if some declaration has it.
+    pub(super) fn named(&self, name: &str) -> Option<Id> {
+        self.by_name.get(name).copied()
+    }
+
+    pub(super) fn kind(&self, declaration: Id) -> Kind {
+        self.all[declaration as usize].kind
+    }
+
+    pub(super) fn name_id(&self, declaration: Id) -> Option<Id> {
+        self.all[declaration as usize].name
+    }
+
+    pub(super) fn name_of(&self, declaration: Id) -> &str {
+        self.name_id(declaration).map_or("", |name| self.name(name))
     }
 }
 
@@ -129,12 +149,22 @@ pub(super) struct Unit {
     pub(super) refusals: Vec<Refusal>,
     /// Of a function, where some text with it was validated.
     pub(super) summary: Option<Arc<Summary>>,
+    /// The profiles for which some text was accepted in which an entry point reaches it.
+    pub(super) reached: Profiles,
     /// What others see.
     pub(super) interface: Option<Id>,
+    /// Of a function, what its summary says that it uses.
+    pub(super) used: Option<Used>,
+    /// Of a variable, as if nothing used it.
+    pub(super) binding: Option<Binding>,
+    /// Of an entry point, without what it uses.
+    pub(super) entry_point: Option<EntryPoint>,
     /// The reflection of every module with this interface.
     pub(super) reflection: Option<Arc<Reflection>>,
     /// The name of the function.
     pub(super) name: Option<Id>,
+    /// Whether it follows from others, and needs not be kept.
+    pub(super) follows: bool,
 }
 
 impl Unit {
@@ -144,15 +174,23 @@ impl Unit {
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-enum Key {
+pub(super) enum Key {
     /// Declarations that mention one another, mostly one, and what they see under which names.
     Declarations {
         directives: Id,
         members: Box<[Id]>,
         environment: Box<[(Id, Id)]>,
     },
-    Directives(Box<[Id]>),
+    Directives {
+        all: Box<[Id]>,
+        is_whole: bool,
+    },
+    /// Units of a module that is proven as a whole.
     Module(Box<[Id]>),
+    /// Units of a module by what entry points use, apart by numbers of no unit.
+    Interface(Box<[Id]>),
+    /// Interfaces of entry points, which have to fit together.
+    Stages(Box<[Id]>),
 }
 
 /// The units of a text.
@@ -167,6 +205,8 @@ pub(super) struct Resolved {
     pub(super) module: Option<Id>,
     /// Whether functions mention one another in a circle.
     pub(super) is_circular: bool,
+    /// Whether the module can only be proven as a whole.
+    pub(super) is_whole: bool,
 }
 
 /// The units that are proven for one set of profiles, and values of overrides.
@@ -182,6 +222,8 @@ pub(super) struct Units {
     texts: u32,
     /// The directives of the text at hand.
     directives: Id,
+    /// Whether naga has seen something else in a module than its declarations say.
+    pub(super) is_irregular: bool,
     /// What earlier runs have proven.
     pub(super) kept: Option<Kept>,
 }
@@ -212,10 +254,13 @@ impl Units {
         let mut directives: Vec<Id> =
             text.iter().copied().filter(|id| known(id).kind == Kind::Directive).collect();
         directives.sort_unstable();
-        let directives = self.unit(Key::Directives(directives.into()), None, declarations);
+        let is_whole = text.iter().any(|id| known(id).is_of_whole);
+        let directives = Key::Directives { all: directives.into(), is_whole };
+        let directives = self.unit(directives, None, declarations);
         self.directives = directives;
 
-        let mut resolved = Resolved { of_declarations: vec![None; text.len()], ..Resolved::default() };
+        let mut resolved =
+            Resolved { of_declarations: vec![None; text.len()], is_whole, ..Resolved::default() };
         let mut interfaces: Vec<Option<Id>> = vec![None; text.len()];
         for component in components(&edges) {
             let functions =
@@ -247,22 +292,33 @@ impl Units {
             for at in &component {
                 resolved.of_declarations[*at as usize] = Some(unit);
             }
-            if self.all[unit as usize].interface.is_none() {
+            let found = &self.all[unit as usize];
+            let is_function = declarations.is_function(text[component[0] as usize]);
+            if found.interface.is_none() || is_function && found.used.is_none() {
                 self.see(unit, &component, (declarations, text), &resolved, &interfaces, summaries);
             }
             component.iter().for_each(|at| interfaces[*at as usize] = self.all[unit as usize].interface);
         }
         if resolved.open.is_empty() {
-            let is_of_module = |kind: Kind| matches!(kind, Kind::EntryPoint | Kind::Interface);
-            let mut parts: Vec<Id> = text
-                .iter()
-                .zip(&resolved.of_declarations)
-                .filter_map(|(id, unit)| unit.filter(|_| is_of_module(known(id).kind)))
-                .collect();
-            parts.sort_unstable();
-            let module = self.unit(Key::Module(parts.into()), None, declarations);
-            resolved.units.push(module);
-            resolved.module = Some(module);
+            let of = |is_one: fn(Kind) -> bool| {
+                let units = text.iter().zip(&resolved.of_declarations);
+                let mut of: Vec<Id> =
+                    units.filter_map(|(id, unit)| unit.filter(|_| is_one(known(id).kind))).collect();
+                of.sort_unstable();
+                of
+            };
+            if is_whole || self.is_irregular {
+                let parts = of(|kind| matches!(kind, Kind::EntryPoint | Kind::Variable | Kind::Override));
+                let module = self.unit(Key::Module(parts.into()), None, declarations);
+                resolved.units.push(module);
+                resolved.module = Some(module);
+            } else {
+                let entries = of(|kind| kind == Kind::EntryPoint);
+                let mut stages: Vec<Id> =
+                    entries.iter().filter_map(|unit| self.all[*unit as usize].interface).collect();
+                stages.sort_unstable();
+                resolved.units.push(self.unit(Key::Stages(stages.into()), None, declarations));
+            }
         }
         resolved
     }
@@ -286,7 +342,13 @@ impl Units {
                     || name.and_then(|name| summaries?.get(name)).map(|found| Arc::new(found.clone()));
                 let known = &mut self.all[unit as usize];
                 known.summary = known.summary.take().or_else(found);
-                let Some(summary) = known.summary.clone().filter(|_| declared.kind == Kind::Function) else {
+                let summary = known.summary.clone();
+                known.used = summary.as_ref().map(|summary| Used::new(&summary.uses, declarations));
+                // Nobody calls an entry point; others see where it stands in the pipeline.
+                let of_entry = Arc::<Summary>::default();
+                let Some(summary) =
+                    summary.or_else(|| (declared.kind == Kind::EntryPoint).then_some(of_entry))
+                else {
                     return;
                 };
                 let local = |name: Id| self.local(name);
@@ -314,7 +376,7 @@ impl Units {
         self.all[unit as usize].interface = Some(id);
     }
 
-    fn unit(&mut self, key: Key, name: Option<Id>, declarations: &Declarations) -> Id {
+    pub(super) fn unit(&mut self, key: Key, name: Option<Id>, declarations: &Declarations) -> Id {
         if let Some(id) = self.by_key.get(&key) {
             return *id;
         }
@@ -329,7 +391,22 @@ impl Units {
                 hash.all(environment.iter().map(seen));
                 hash.finish()
             }
-            Key::Directives(all) => Content::new("directives").all(all.iter().map(text)).finish(),
+            Key::Directives { all, is_whole } => {
+                let kind = if *is_whole { "directives of a whole" } else { "directives" };
+                Content::new(kind).all(all.iter().map(text)).finish()
+            }
+            Key::Stages(entries) => {
+                let hashes = entries.iter().map(|interface| ("", self.interfaces[*interface as usize]));
+                Content::new("stages").all(hashes).finish()
+            }
+            Key::Interface(parts) => {
+                let mut hash = Content::new("interface");
+                for part in parts {
+                    let bytes = self.all.get(*part as usize).map(|unit| unit.hash);
+                    hash.add(bytes.as_ref().map_or(&[], |hash| &hash[..]));
+                }
+                hash.finish()
+            }
             Key::Module(units) => {
                 let hashes = units.iter().map(|unit| ("", self.all[*unit as usize].hash));
                 Content::new("module").all(hashes).finish()
@@ -343,7 +420,7 @@ impl Units {
     }
 
     /// The place of a name among the declarations of the text at hand.
-    fn local(&self, name: Id) -> Option<usize> {
+    pub(super) fn local(&self, name: Id) -> Option<usize> {
         let (text, at) = self.at[name as usize];
         (text == self.texts).then_some(at as usize)
     }

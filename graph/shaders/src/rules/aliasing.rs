@@ -43,10 +43,11 @@ pub(crate) fn analysis(module: &Module) -> (HashMap<Handle<Function>, Uses>, Vec
     (known, rejections)
 }
 
-/// Accesses in an order of their own, by the names of variables.
-pub(crate) fn digest(module: &Module, uses: &Uses) -> String {
+/// Accesses in an order of their own, by the names of variables; without those of variables of the module, unless wanted.
+pub(crate) fn digest(module: &Module, uses: &Uses, with_globals: bool) -> String {
     let mut all: Vec<String> = uses
         .iter()
+        .filter(|(root, _)| with_globals || !matches!(root, Root::Global(_)))
         .map(|(root, is_written)| match root {
             Root::Argument(at) => format!("{at} {is_written}"),
             Root::Local(variable) => format!("{variable:?} {is_written}"),

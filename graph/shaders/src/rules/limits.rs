@@ -10,7 +10,7 @@ use wgpu_types::{BindGroupLayoutEntry, BindingType, BufferBindingType};
 
 use crate::codes;
 use crate::reflection::{Binding, EntryPoint, Reflection, Stage};
-use crate::targets::profile::TargetProfile;
+use crate::targets::profile::{TargetLanguage, TargetProfile};
 use crate::written::ir;
 use crate::written::ir::Bound;
 use crate::written::rejection::{Excess, Rejection, Scope};
@@ -89,6 +89,28 @@ pub fn exceeded_by_layout<'a>(
         }
     }
     found
+}
+
+/// Whether the bindings of each stage are no more than a profile guarantees, and none of them stands at the place of
+/// another: all that limits ask of what several declarations use together.
+pub(crate) fn fits(reflection: &Reflection, profile: &TargetProfile) -> bool {
+    reflection.entry_points.iter().all(|entry_point| {
+        let is_used = |binding: &&Binding| entry_point.bindings.contains(&(binding.group, binding.binding));
+        let used: Vec<&Binding> = reflection.bindings.iter().filter(is_used).collect();
+        let is_within = |Kind { allowed, is, .. }: Kind| {
+            let those = used.iter().filter(|binding| is(&binding.entry.ty));
+            let count: u64 =
+                those.map(|each| each.entry.count.map_or(1, |count| u64::from(count.get()))).sum();
+            count <= u64::from(allowed)
+        };
+        let is_alone = |pair: &[(u32, u32)]| pair[0] != pair[1];
+        // The language has no sampler apart from its texture.
+        let is_paired = !matches!(profile.language, TargetLanguage::Glsl | TargetLanguage::GlslWebgl2)
+            || entry_point.sampling_pairs.windows(2).all(|pairs| pairs[0].0 != pairs[1].0);
+        entry_point.bindings.windows(2).all(is_alone)
+            && is_paired
+            && kinds(profile, entry_point.stage).into_iter().all(is_within)
+    })
 }
 
 struct Check<'a> {

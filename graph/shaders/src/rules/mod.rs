@@ -7,3 +7,4 @@ pub(crate) mod limits;
 pub(crate) mod summary;
 pub(crate) mod uniform_branches;
 pub(crate) mod uniformity;
+pub(crate) mod uses;

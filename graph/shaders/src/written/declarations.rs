@@ -19,8 +19,10 @@ pub(crate) enum Kind {
     /// A function that can be called: others see its signature and what it does.
     Function,
     EntryPoint,
-    /// A variable or override: part of the interface of the module.
-    Interface,
+    /// A variable: part of the interface of the module.
+    Variable,
+    /// An override: part of it too.
+    Override,
     /// A structure, alias, constant, or anything else: others see all of it.
     Other,
 }
@@ -36,6 +38,9 @@ pub(crate) struct Declaration {
     pub(crate) in_header: Vec<String>,
     /// The names in the whole.
     pub(crate) mentions: Vec<String>,
+    /// Whether it speaks of pointers to variables of the module, or is a variable of which a module can have only so much:
+    /// functions then cannot be judged without what all of them use.
+    pub(crate) is_of_whole: bool,
 }
 
 /// A text with the bytes of its declarations, in order, without the space and the comments before each.
@@ -180,7 +185,8 @@ impl Declaration {
             "enable" | "requires" | "diagnostic" => Kind::Directive,
             "fn" if is_entry => Kind::EntryPoint,
             "fn" => Kind::Function,
-            "var" | "override" => Kind::Interface,
+            "var" => Kind::Variable,
+            "override" => Kind::Override,
             _ => Kind::Other,
         };
         let is_named = matches!(
@@ -216,6 +222,12 @@ impl Declaration {
             names.dedup();
             names
         };
+        let mut spaces = tokens.windows(3).filter(|three| three[1] == "<");
+        let is_of_whole = spaces.any(|three| match three[0] {
+            "ptr" => three[2] != "function",
+            "var" => !matches!(three[2], "private" | "uniform" | "storage"),
+            _ => false,
+        });
         let start = words(text).nth(body).map_or(text.len(), |brace| brace.start);
         Self {
             kind,
@@ -223,6 +235,7 @@ impl Declaration {
             header: if is_function { start } else { text.len() },
             in_header: mentioned(0..if is_function { body } else { tokens.len() }),
             mentions: mentioned(0..tokens.len()),
+            is_of_whole,
         }
     }
 }

@@ -29,11 +29,13 @@ pub(crate) struct Rejection {
 }
 
 /// The part of a text that is rejected: every text that has the same part is rejected as well.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Scope {
     /// The declaration at the place of the rejection, with what it refers to.
     #[default]
     Declaration,
+    /// The entry point of this name, with what it sees of all that it calls.
+    EntryPoint(String),
     /// The entry points together, with all that they use.
     Interface,
     /// No part is known.
