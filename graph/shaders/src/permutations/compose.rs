@@ -432,9 +432,15 @@ impl<'a> Composition<'a> {
 
     /// The branches of a text that uniforms alone decide: unit and index of the condition.
     fn conditions(&self, table: usize, units: &[u32], known: &mut Advised) -> Vec<(u32, usize)> {
-        let all = self.tables[table].branches(&self.declarations, units);
-        let key: Vec<u32> = all.values().map(|(unit, _)| *unit).collect();
+        let known_units = &self.tables[table].all;
+        let branches = |unit: &&u32| {
+            let summary = known_units[**unit as usize].summary.as_ref();
+            summary.is_some_and(|summary| !summary.branches.is_empty())
+        };
+        let mut key: Vec<u32> = units.iter().filter(branches).copied().collect();
+        key.sort_unstable();
         let work = || {
+            let all = self.tables[table].branches(&self.declarations, units);
             let branches = all.iter().map(|(name, (_, branches))| (*name, *branches)).collect();
             let decided = uniform_branches::decided(&branches).into_iter();
             decided.filter_map(|(name, at)| Some((all.get(name)?.0, at))).collect()

@@ -9,7 +9,7 @@
 //! A read without effect gives paths with the same text; the hash of the text identifies them, and each text is
 //! validated once. Texts are passed on as they are found and not kept; rendering the path again reproduces them.
 //!
-//! Limits: 65,536 paths, 32,768 distinct texts, 512 MiB of text. An axis with more than 16,384 values that the text
+//! Limits: 262,144 paths, 131,072 distinct texts, 8 GiB of text. An axis with more than 16,384 values that the text
 //! reads is explored at its first, default and last value only. Each limit is an error, since an untried value may
 //! fail; the exploration lists the axes that are incomplete.
 
@@ -34,13 +34,13 @@ use crate::jinja::guard;
 use crate::rendering::templates::TemplateSet;
 
 /// The maximum number of paths through one template.
-const MAX_PATHS: usize = 1 << 16;
+const MAX_PATHS: usize = 1 << 18;
 /// The number of paths from which on a template is taken apart. Doing so takes as long as some dozens of renderings.
 const MANY_PATHS: usize = 64;
 /// The maximum number of distinct texts of one template.
-const MAX_TEXTS: usize = 1 << 15;
+const MAX_TEXTS: usize = 1 << 17;
 /// The maximum number of bytes of all distinct texts of one template.
-const MAX_BYTES: usize = 512 << 20;
+const MAX_BYTES: usize = 8 << 30;
 /// The maximum number of values of an axis that are all taken.
 const MAX_VALUES: u64 = 1 << 14;
 
