@@ -256,7 +256,7 @@ pub(crate) struct PermutationsArguments {
     pub(crate) cache: CacheArguments,
 }
 
-/// Where the results of earlier runs are.
+/// The folder of the results of earlier runs.
 #[derive(Args)]
 pub(crate) struct CacheArguments {
     /// The folder of results of earlier runs; without it that of the variable UMBRAGRAPH_CACHE (empty: none), or one

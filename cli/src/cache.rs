@@ -1,4 +1,4 @@
-//! What earlier runs found out, in a folder of plain files.
+//! Results of earlier runs, in a folder of plain files.
 //!
 //! Two kinds: shader declarations that were proven, and what a whole run without errors printed. Every name is a hash of
 //! all that the contents follow from: this program (its own bytes, and so naga and every rule), the command line and the
@@ -12,6 +12,7 @@ use std::path::PathBuf;
 use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
+use umbragraph::low_level::compose::read_bytes;
 use umbragraph::low_level::shader::permutations::Keep;
 use umbragraph::low_level::source::Sources;
 
@@ -27,7 +28,7 @@ pub(crate) struct Cache {
     program: blake3::Hash,
 }
 
-/// What a run without errors printed.
+/// The output of a run without errors.
 #[derive(Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Said {
     /// On standard output.
@@ -43,7 +44,7 @@ impl Cache {
             return None;
         }
         let folder = arguments.cache.clone().or_else(users_folder)?;
-        let program = std::fs::read(std::env::current_exe().ok()?).ok()?;
+        let program = read_bytes(&std::env::current_exe().ok()?, u64::MAX).ok()??;
         Some(Self { folder, program: blake3::hash(&program) })
     }
 
@@ -63,7 +64,7 @@ impl Cache {
         format!("run {}", hash.finalize())
     }
 
-    /// What was said under a name.
+    /// The output that was kept under a name.
     pub(crate) fn said(&self, name: &str) -> Option<Said> {
         serde_json::from_slice(&self.get(name)?).ok()
     }
@@ -106,7 +107,7 @@ impl Cache {
 
 impl Keep for Cache {
     fn get(&self, name: &str) -> Option<Vec<u8>> {
-        let mut bytes = std::fs::read(self.path(name)).ok()?;
+        let mut bytes = read_bytes(&self.path(name), MAX_BYTES).ok()??;
         let contents = bytes.split_off(bytes.len().min(blake3::OUT_LEN));
         (bytes == blake3::hash(&contents).as_bytes()).then_some(contents)
     }
@@ -167,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn another_program_and_a_folder_that_cannot_be_written_keep_nothing() {
+    fn another_program_and_a_read_only_folder_keep_nothing() {
         let folder = ScratchFolder::new("cache-others");
         let own = cache(&folder);
         own.put("one", b"contents");

@@ -353,7 +353,7 @@ impl Session {
         self.diagnostics.iter().map(|diagnostic| render::github(diagnostic, self.sources())).collect()
     }
 
-    /// What [`Self::report_as`] has printed in a form that is no data.
+    /// The text that [`Self::report_as`] has printed in a form that is no data.
     pub(crate) fn said(&self, format: DiagnosticsFormat, text: String) -> Said {
         match format {
             DiagnosticsFormat::Github => {

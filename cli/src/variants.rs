@@ -37,7 +37,7 @@ struct Document<'a> {
     templates: &'a [TemplateReport],
     combinations: Count,
     texts: usize,
-    /// How many of the texts were proven by themselves; the verdicts of the others follow.
+    /// The number of texts that were proven by themselves; the verdicts of the others follow.
     proven: usize,
     /// Declarations with what they see of others.
     declarations: usize,
@@ -57,7 +57,7 @@ impl Outcome {
         self.permutations.templates.iter().fold(Count::ZERO, |sum, report| sum.plus(report.covered))
     }
 
-    /// What was covered, for people; with a line for each pass where that is asked. The end of the last line is
+    /// The coverage, for people; with a line for each pass where that is asked. The end of the last line is
     /// [`proven_now`].
     pub(crate) fn human(&self, verbose: bool) -> String {
         let mut text = String::new();
@@ -160,7 +160,7 @@ impl Outcome {
     }
 }
 
-/// How many of the texts had to be proven; the end of the last line.
+/// The number of texts that had to be proven; the end of the last line.
 pub(crate) fn proven_now(proven: usize, texts: usize) -> String {
     match proven {
         0 => "; nothing had to be proven again\n".to_owned(),

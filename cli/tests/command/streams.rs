@@ -143,7 +143,7 @@ fn progress_is_shown_on_terminals_only() {
     };
     let shown = |each: &str| -> Option<(usize, usize)> {
         let (done, all) = each.trim_start_matches(['█', '░', ' ']).trim_end().split_once(" of ")?;
-        Some((done.parse().ok()?, all.strip_suffix(" texts")?.parse().ok()?))
+        Some((done.parse().ok()?, all.split_once(" texts")?.0.parse().ok()?))
     };
     let bars: Vec<(usize, usize)> =
         seen.split(['\r', '\n']).map(|line| line.trim_start_matches("\u{1b}[2K")).filter_map(shown).collect();

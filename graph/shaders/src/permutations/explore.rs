@@ -9,7 +9,7 @@
 //! A read without effect gives paths with the same text; the hash of the text identifies them, and each text is
 //! validated once. Texts are passed on as they are found and not kept; rendering the path again reproduces them.
 //!
-//! Limits: 262,144 paths, 131,072 distinct texts, 8 GiB of text. An axis with more than 16,384 values that the text
+//! Limits: 65,536 paths, 32,768 distinct texts, 512 MiB of text; eight times as much where texts are joined from parts. An axis with more than 16,384 values that the text
 //! reads is explored at its first, default and last value only. Each limit is an error, since an untried value may
 //! fail; the exploration lists the axes that are incomplete.
 
@@ -34,13 +34,15 @@ use crate::jinja::guard;
 use crate::rendering::templates::TemplateSet;
 
 /// The maximum number of paths through one template.
-const MAX_PATHS: usize = 1 << 18;
+const MAX_PATHS: usize = 1 << 16;
 /// The number of paths from which on a template is taken apart. Doing so takes as long as some dozens of renderings.
 const MANY_PATHS: usize = 64;
 /// The maximum number of distinct texts of one template.
-const MAX_TEXTS: usize = 1 << 17;
+const MAX_TEXTS: usize = 1 << 15;
 /// The maximum number of bytes of all distinct texts of one template.
-const MAX_BYTES: usize = 8 << 30;
+const MAX_BYTES: usize = 512 << 20;
+/// The number of times that these are exceeded where texts are joined from parts, which takes a small part of the time.
+const JOINED: usize = 8;
 /// The maximum number of values of an axis that are all taken.
 const MAX_VALUES: u64 = 1 << 14;
 
@@ -83,6 +85,8 @@ pub(crate) struct Exploration {
     pub(crate) read: BTreeSet<String>,
     /// The bytes of all distinct texts.
     bytes: usize,
+    /// Whether texts are joined from parts.
+    is_joined: bool,
     /// The starts of the literal texts that some path writes.
     pub(crate) literals: HashSet<(FileId, u32)>,
 }
@@ -100,7 +104,9 @@ impl Exploration {
     }
 
     fn is_full(&self) -> bool {
-        self.leaves.len() >= MAX_PATHS || self.texts.len() >= MAX_TEXTS || self.bytes >= MAX_BYTES
+        let times = if self.is_joined { JOINED } else { 1 };
+        let [paths, texts, bytes] = [MAX_PATHS, MAX_TEXTS, MAX_BYTES].map(|limit| limit * times);
+        self.leaves.len() >= paths || self.texts.len() >= texts || self.bytes >= bytes
     }
 }
 
@@ -199,6 +205,7 @@ impl<'a> Explorer<'a> {
             let fork = fork();
             let decide: Arc<dyn Decide> = fork.clone();
             if let Some(text) = parts.render(self.set, &decide) {
+                self.exploration.is_joined = true;
                 return (fork, Ok(text));
             }
         }

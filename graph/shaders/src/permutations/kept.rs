@@ -1,6 +1,6 @@
 //! Proofs of earlier runs.
 //!
-//! What is kept of a unit is that all profiles accept it, what callers see of it, and the reflection of an interface, under
+//! Of a unit is kept that all profiles accept it, what callers see of it, and the reflection of an interface, under
 //! the hash of everything that it is made of. Units that somebody refuses or advises against are not kept: they are proven
 //! again, and said again. What cannot be read is not there.
 //!

@@ -15,13 +15,18 @@ mod agree;
 mod blame;
 mod cache;
 mod cause;
+mod choose;
+mod components;
 mod compose;
+mod content;
 mod cover;
 mod dead;
 mod declared;
 mod explore;
 mod failure;
+mod interned;
 mod kept;
+mod learn;
 mod modules;
 mod overrides;
 mod prove;
@@ -31,6 +36,7 @@ mod request;
 mod summary;
 mod units;
 mod validator;
+mod verdicts;
 
 pub use crate::axes::Space;
 pub use cache::ShaderCache;
@@ -51,10 +57,10 @@ use cause::{Causes, Failure, Ground};
 use compose::{Composition, State, Text};
 use dead::Examined;
 pub(crate) use explore::Explorer;
+use interned::Declarations;
 use prove::Subject;
 use proven::{Explored, Verdict};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
-use units::Declarations;
 
 use super::{Reflection, TemplateSet};
 use crate::module::wgsl;
@@ -71,7 +77,7 @@ pub struct Options<'a> {
     pub external: &'a [&'a dyn Validator],
     /// Whether every distinct text is proven by itself.
     pub exhaustive: bool,
-    /// Where proofs of earlier runs are, and those of this run go.
+    /// The store of proofs of earlier runs and of this one.
     pub keep: Option<&'a dyn Keep>,
     /// Whether axes without effect and text in no variant are diagnostics. They are where the requests are all that a
     /// template can express; what one pipeline does not reach, another may.

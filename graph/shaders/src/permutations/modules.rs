@@ -1,6 +1,6 @@
 //! Interfaces of modules, worked out from those of their declarations.
 //!
-//! What naga, limits and the reflection ask of an entry point beyond its own declaration adds up over the functions that
+//! All that naga, limits and the reflection ask of an entry point beyond its own declaration adds up over the functions that
 //! it reaches: the variables that they use, and textures with their samplers. Each function says what it uses itself
 //! ([`crate::rules::uses`]); here it is followed through the calls of one text. Variants that agree in what is found are
 //! one interface. It is valid without a proof of its own if its bindings are no more than every profile guarantees and no
@@ -13,7 +13,8 @@ use std::collections::BTreeMap;
 
 use wgpu_types::{BindingType, ShaderStages, TextureSampleType};
 
-use super::units::{Declarations, Id, Key, Profiles, Resolved, Units};
+use super::interned::{Declarations, Id};
+use super::units::{Key, Profiles, Resolved, Units};
 use crate::reflection::{Binding, EntryPoint, Reflection};
 use crate::rules::limits;
 use crate::rules::uses::Uses;
@@ -25,7 +26,7 @@ type Root = u32;
 const ARGUMENT: Root = 1 << 31;
 const UNKNOWN: Root = Root::MAX;
 
-/// What a function itself uses, by names.
+/// The uses of a function by itself, by names.
 #[derive(Debug, Default)]
 pub(super) struct Used {
     globals: Vec<Id>,
@@ -50,7 +51,7 @@ impl Used {
     }
 }
 
-/// What an entry point uses through all that it calls.
+/// The uses of an entry point through all that it calls.
 #[derive(Debug, Default)]
 struct Reached {
     entry: Id,

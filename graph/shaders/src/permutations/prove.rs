@@ -56,7 +56,7 @@ pub(crate) struct Proof {
     pub(crate) advice: Vec<Rejection>,
     /// Advice about functions where they come together.
     pub(crate) branches: Vec<Rejection>,
-    /// What callers see of its functions, if at least one profile has them validated.
+    /// The summaries of its functions for their callers, if at least one profile has them validated.
     pub(crate) summaries: Option<BTreeMap<String, Summary>>,
     /// The reflection, if at least one profile accepts the text.
     pub(crate) reflection: Option<Arc<Reflection>>,

@@ -16,7 +16,7 @@ pub(super) struct Explored<'a> {
     pub(super) tasks: Vec<usize>,
 }
 
-/// What is known of a text.
+/// The verdict of a text.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Verdict {
     /// Whether every profile accepts it.

@@ -3,132 +3,31 @@
 //! WGSL resolves names at module scope in any order, so a declaration is valid, or not, by its own text and by what it sees
 //! of what it mentions: of a function its signature and its summary ([`crate::rules::summary`]), of anything else all.
 //! Types and constants that mention one another in a circle are one unit; a text with such functions is proven by itself.
-//! One more unit is the interface of a module: its entry
-//! points with all that they use, and its variables; limits, collisions of bindings, stages that do not fit together and
-//! the reflection depend on nothing else.
+//! All that adds up over the functions that an entry point reaches, as limits and collisions of bindings do, is worked out from
+//! them ([`super::modules`]); whether the stages of a module fit together is one more unit.
 //!
-//! What a summary says is known once some text with the function has been proven. Until then its callers are open.
+//! A summary is known once some text with the function has been proven. Until then its callers are open.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
+use super::components::components;
+use super::content::{Content, Hash};
+use super::interned::{Declarations, Id};
 use super::kept::Kept;
 use super::modules::Used;
 use crate::reflection::{Binding, EntryPoint, Reflection};
 use crate::rules::summary::Summary;
 use crate::rules::uniform_branches::Branches;
-use crate::written::complexity;
-use crate::written::declarations::{Common, Declaration, Kind, Split};
+use crate::written::declarations::Kind;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
 use crate::written::rejection::Excess;
 
-pub(super) type Id = u32;
-type Hash = [u8; 32];
-
 /// Profiles as bits.
 pub(super) type Profiles = u64;
 
-/// Declarations by their texts.
-#[derive(Debug, Default)]
-pub(super) struct Declarations {
-    by_text: HashMap<Arc<str>, Id>,
-    by_name: HashMap<String, Id>,
-    names: Vec<String>,
-    all: Vec<Declared>,
-}
-
-#[derive(Debug)]
-struct Declared {
-    text: Arc<str>,
-    kind: Kind,
-    name: Option<Id>,
-    header: usize,
-    /// The names in the header of a function, or in all of anything else.
-    visible: Vec<Id>,
-    mentions: Vec<Id>,
-    is_of_whole: bool,
-    /// At most so many; `None` for a declaration that is too large by itself.
-    statements: Option<usize>,
-}
-
-impl Declarations {
-    /// The declarations of a text, given those of the one `before`, and whether it can be proven by them: not if it
-    /// declares a name twice, or is too large.
-    pub(super) fn of(&mut self, split: &Split, common: Common, before: &[Id]) -> (Box<[Id]>, bool) {
-        let new = split.ranges.len() - common.first - common.last;
-        let ranges = split.ranges.iter().skip(common.first).take(new);
-        let found: Box<[Id]> = before[..common.first]
-            .iter()
-            .copied()
-            .chain(ranges.map(|range| self.id(&split.text[range.clone()])))
-            .chain(before[before.len() - common.last..].iter().copied())
-            .collect();
-        let known = |id: &Id| &self.all[*id as usize];
-        let mut names: Vec<Id> = found.iter().filter_map(|id| known(id).name).collect();
-        let count = names.len();
-        names.sort_unstable();
-        names.dedup();
-        let is_small = complexity::is_small(&split.text, found.iter().map(|id| known(id).statements));
-        let can_be_taken_apart = names.len() == count && is_small;
-        (found, can_be_taken_apart)
-    }
-
-    fn id(&mut self, text: &str) -> Id {
-        if let Some(id) = self.by_text.get(text) {
-            return *id;
-        }
-        let Declaration { kind, name, header, in_header, mentions, is_of_whole } = Declaration::new(text);
-        let mut intern = |name: String| {
-            let next = self.names.len() as Id;
-            *self.by_name.entry(name).or_insert_with_key(|name| {
-                self.names.push(name.clone());
-                next
-            })
-        };
-        let declared = Declared {
-            text: text.into(),
-            kind,
-            name: name.map(&mut intern),
-            header,
-            visible: in_header.into_iter().map(&mut intern).collect(),
-            mentions: mentions.into_iter().map(&mut intern).collect(),
-            is_of_whole,
-            statements: complexity::statements(text),
-        };
-        let id = self.all.len() as Id;
-        self.by_text.insert(declared.text.clone(), id);
-        self.all.push(declared);
-        id
-    }
-
-    fn is_function(&self, id: Id) -> bool {
-        matches!(self.all[id as usize].kind, Kind::Function | Kind::EntryPoint)
-    }
-
-    pub(super) fn name(&self, name: Id) -> &str {
-        self.names.get(name as usize).map_or("", String::as_str)
-    }
-
-    /// The name with a text, if some declaration has it.
-    pub(super) fn named(&self, name: &str) -> Option<Id> {
-        self.by_name.get(name).copied()
-    }
-
-    pub(super) fn kind(&self, declaration: Id) -> Kind {
-        self.all[declaration as usize].kind
-    }
-
-    pub(super) fn name_id(&self, declaration: Id) -> Option<Id> {
-        self.all[declaration as usize].name
-    }
-
-    pub(super) fn name_of(&self, declaration: Id) -> &str {
-        self.name_id(declaration).map_or("", |name| self.name(name))
-    }
-}
-
-/// What is wrong with a unit, or with a whole text.
+/// A defect of a unit, or of a whole text.
 #[derive(Clone, Debug)]
 pub(super) struct Refusal {
     /// The diagnostic as the first text shows it.
@@ -151,7 +50,7 @@ pub(super) struct Unit {
     pub(super) summary: Option<Arc<Summary>>,
     /// The profiles for which some text was accepted in which an entry point reaches it.
     pub(super) reached: Profiles,
-    /// What others see.
+    /// The hash of all that others see.
     pub(super) interface: Option<Id>,
     /// Of a function, what its summary says that it uses.
     pub(super) used: Option<Used>,
@@ -224,7 +123,7 @@ pub(super) struct Units {
     directives: Id,
     /// Whether naga has seen something else in a module than its declarations say.
     pub(super) is_irregular: bool,
-    /// What earlier runs have proven.
+    /// The units that earlier runs have proven.
     pub(super) kept: Option<Kept>,
 }
 
@@ -444,88 +343,4 @@ impl Units {
         };
         units.iter().filter_map(of).collect()
     }
-}
-
-/// A hash of parts whose order does not matter.
-struct Content(blake3::Hasher);
-
-impl Content {
-    fn new(kind: &str) -> Self {
-        let mut content = Self(blake3::Hasher::new());
-        content.add(kind.as_bytes());
-        content
-    }
-
-    fn add(&mut self, bytes: &[u8]) -> &mut Self {
-        self.0.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
-        self
-    }
-
-    fn all<'n>(&mut self, parts: impl IntoIterator<Item = (&'n str, Hash)>) -> &mut Self {
-        let mut parts: Vec<(&str, Hash)> = parts.into_iter().collect();
-        parts.sort_unstable();
-        self.add(&(parts.len() as u64).to_le_bytes());
-        for (name, hash) in parts {
-            self.add(name.as_bytes()).add(&hash);
-        }
-        self
-    }
-
-    fn finish(&self) -> Hash {
-        *self.0.finalize().as_bytes()
-    }
-}
-
-/// The strongly connected components of a graph, each after those that it leads to (Tarjan 1972).
-fn components(edges: &[Vec<u32>]) -> Vec<Vec<u32>> {
-    struct Search<'e> {
-        edges: &'e [Vec<u32>],
-        number: Vec<u32>,
-        low: Vec<u32>,
-        open: Vec<u32>,
-        is_open: Vec<bool>,
-        found: Vec<Vec<u32>>,
-        count: u32,
-    }
-    impl Search<'_> {
-        fn visit(&mut self, node: u32) {
-            self.count += 1;
-            let at = node as usize;
-            (self.number[at], self.low[at]) = (self.count, self.count);
-            self.open.push(node);
-            self.is_open[at] = true;
-            let edges = self.edges;
-            for next in &edges[at] {
-                let to = *next as usize;
-                if self.number[to] == 0 {
-                    self.visit(*next);
-                    self.low[at] = self.low[at].min(self.low[to]);
-                } else if self.is_open[to] {
-                    self.low[at] = self.low[at].min(self.number[to]);
-                }
-            }
-            if self.low[at] == self.number[at] {
-                let start = self.open.iter().rposition(|each| *each == node).unwrap_or_default();
-                let component = self.open.split_off(start);
-                component.iter().for_each(|each| self.is_open[*each as usize] = false);
-                self.found.push(component);
-            }
-        }
-    }
-    let nodes = edges.len();
-    let mut search = Search {
-        edges,
-        number: vec![0; nodes],
-        low: vec![0; nodes],
-        open: Vec::new(),
-        is_open: vec![false; nodes],
-        found: Vec::new(),
-        count: 0,
-    };
-    for node in 0..nodes as u32 {
-        if search.number[node as usize] == 0 {
-            search.visit(node);
-        }
-    }
-    search.found
 }

@@ -59,7 +59,7 @@ struct Part {
     known: Mutex<Vec<Node>>,
 }
 
-/// What a part does next, after the reads that led here.
+/// The next thing that a part does, after the reads that led here.
 #[derive(Debug, Default)]
 enum Node {
     /// No rendering has come here.
@@ -70,7 +70,7 @@ enum Node {
     Writes(Arc<str>, Cost),
 }
 
-/// What a rendering takes of its limits.
+/// The share of its limits that a rendering takes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Cost {
     fuel: u64,

@@ -5,7 +5,7 @@
 //! uniformity and of aliases pass to callers. Two functions with one signature and one summary can stand for each other in
 //! any module, but for what adds up over all functions ([`super::uses`]).
 //!
-//! Where pointers to variables of the module are passed, a caller is also judged by the variables that a callee uses; so
+//! If pointers to variables of the module are passed, a caller is also judged by the variables that a callee uses; so
 //! the summaries of such a module say which variables functions use with all their callees, and how.
 
 use std::collections::BTreeMap;

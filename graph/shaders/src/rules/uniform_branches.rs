@@ -30,11 +30,11 @@ type Sources = u8;
 const UNIFORM: Sources = 1;
 const OTHER: Sources = 2;
 
-/// What a function leaves open.
+/// Something that a function leaves open.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 enum Open {
     Argument(u32),
-    /// What a function of this name returns.
+    /// The result of the function of this name.
     Result(String),
 }
 

@@ -1,4 +1,4 @@
-//! What adds up over the functions that an entry point reaches: variables of the module, and textures with their samplers.
+//! Uses that add up over the functions that an entry point reaches: variables of the module, and textures with samplers.
 //!
 //! A function says what it uses itself and what it calls with which arguments; the rest follows where functions come
 //! together, without looking at any of them again.
@@ -13,7 +13,7 @@ use crate::written::ir;
 /// The origin of a value: the name of a variable of the module, the number of an argument, or "?".
 type Root = String;
 
-/// What a function itself uses.
+/// The uses of a function by itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Uses {
     /// Variables of the module.
@@ -24,7 +24,7 @@ pub(crate) struct Uses {
     pub(crate) calls: BTreeSet<(String, Vec<Root>)>,
 }
 
-/// What a validated function itself uses.
+/// The uses of a validated function by itself.
 pub(crate) fn of(module: &Module, function: &Function, info: &FunctionInfo) -> Uses {
     let name = |variable: Handle<naga::GlobalVariable>| {
         module.global_variables[variable].name.clone().unwrap_or_default()

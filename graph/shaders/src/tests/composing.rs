@@ -79,7 +79,7 @@ fn request(fixture: &Fixture, root: &str, profiles: &[TargetProfile]) -> Request
 }
 
 #[test]
-fn the_cover_of_the_project_s_templates_says_what_every_text_says() {
+fn the_cover_of_our_templates_says_what_every_text_says() {
     let fixture = Fixture::sound(umbragraph_shaders_templates::FILES);
     let profiles: Vec<TargetProfile> = ["webgpu", "vulkan", "metal", "dx12"]
         .iter()
@@ -255,7 +255,7 @@ fn fault(text: &str) -> Fixture {
 }
 
 #[test]
-fn faults_behind_the_meeting_of_axes_are_found_with_their_smallest_values() {
+fn faults_where_axes_meet_are_found_with_their_smallest_values() {
     for (text, code, provoked) in FAULTS {
         // Axes that have nothing to do with it multiply the texts.
         let text = format!(

@@ -1,4 +1,4 @@
-//! Where a template is taken apart.
+//! The places at which a template is taken apart.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -37,7 +37,7 @@ struct Division<'s> {
     known: BTreeMap<String, Arc<Words>>,
 }
 
-/// What the text of a template says by itself.
+/// The names in the text of a template by itself.
 #[derive(Default)]
 struct Words {
     binds: BTreeSet<String>,

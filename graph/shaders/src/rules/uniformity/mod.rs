@@ -44,7 +44,7 @@ pub(crate) fn found(module: &Module) -> Vec<Rejection> {
     if demands(module) { analysis(module).1 } else { Vec::new() }
 }
 
-/// What callers see of each function, and the violations.
+/// The summary of each function for its callers, and the violations.
 pub(crate) fn analysis(module: &Module) -> (HashMap<Handle<Function>, Summary>, Vec<Rejection>) {
     let mut summaries: HashMap<_, Summary> = HashMap::new();
     let mut findings = Vec::new();

@@ -1,0 +1,103 @@
+//! The texts that are to be proven next: few that hold all of what nobody has proven.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use super::compose::{Composition, State, all};
+use super::cover::cover;
+use super::units::{Profiles, Units};
+
+/// Something that is to be proven of a text.
+#[derive(Clone, Copy)]
+enum Part {
+    Unit,
+    /// A declaration of which no unit is known yet.
+    Open,
+    /// A unit in a text where an entry point reaches it.
+    Reached,
+}
+
+impl Composition<'_> {
+    /// The texts that are to be proven next.
+    pub(super) fn choose(&mut self, exhaustive: bool) -> Vec<usize> {
+        let (mut alone, mut open) = (Vec::new(), Vec::new());
+        for at in 0..self.texts.len() {
+            if self.texts[at].state.is_settled {
+                continue;
+            }
+            let (table, subject) = (self.texts[at].table, self.texts[at].subject.clone());
+            let (request, own) = self.texts[at].at;
+            let split = self.explored[request].exploration.texts[own].declarations.as_deref();
+            // Without a profile nothing is validated, and no summary ever known.
+            let count = 1..=Profiles::BITS as usize;
+            let split = split.filter(|_| !exhaustive && count.contains(&subject.profiles.len()));
+            let Some(split) = split else {
+                alone.push(at);
+                continue;
+            };
+            let units = &mut self.tables[table];
+            let part = |id: u32, kind: Part| u64::from(id) | (table as u64) << 34 | (kind as u64) << 32;
+            let everything = all(&subject);
+            let unproven = |units: &Units, state: &State| -> (Profiles, Vec<u64>) {
+                let refused = |all, unit: &u32| all | units.all[*unit as usize].refused();
+                let pending = everything & !state.units.iter().fold(0, refused);
+                let is_unproven = |unit: &&u32| units.all[**unit as usize].accepted & pending != pending;
+                let mut parts: Vec<u64> =
+                    state.units.iter().filter(is_unproven).map(|unit| part(*unit, Part::Unit)).collect();
+                if pending != 0 {
+                    parts.extend(state.open.iter().map(|id| part(*id, Part::Open)));
+                }
+                (pending, parts)
+            };
+            let state = &mut self.texts[at].state;
+            // Whatever is not open stays what it is.
+            let is_resolved = !state.units.is_empty() && state.open.is_empty();
+            let mut parts = if is_resolved { unproven(units, state).1 } else { Vec::new() };
+            if parts.is_empty() {
+                let resolved = units.resolve(&self.declarations, split, None);
+                if resolved.is_circular {
+                    alone.push(at);
+                    continue;
+                }
+                (state.units, state.open, state.module) =
+                    (resolved.units.clone(), resolved.open.clone(), resolved.module);
+                let pending;
+                (pending, parts) = unproven(units, state);
+                if parts.is_empty() && pending != 0 && state.module.is_none() {
+                    let Some(interface) = units.interface(&self.declarations, split, &resolved) else {
+                        alone.push(at);
+                        continue;
+                    };
+                    let is_unreached = |unit: &&u32| units.all[**unit as usize].reached & pending != pending;
+                    let unreached = interface.reached.iter().filter(is_unreached);
+                    parts.extend(unreached.map(|unit| part(*unit, Part::Reached)));
+                    let (fits, reflection) = interface.proven(subject.profiles);
+                    let module = &mut units.all[interface.module as usize];
+                    if parts.is_empty() {
+                        module.accepted |= fits & pending;
+                        module.reflection.get_or_insert_with(|| Arc::new(reflection.clone()));
+                    }
+                    state.units.push(interface.module);
+                    state.module = Some(interface.module);
+                    let (_, more) = unproven(units, state);
+                    parts.extend(more);
+                }
+            }
+            let state = &mut self.texts[at].state;
+            state.is_settled = parts.is_empty();
+            if !state.is_settled {
+                open.push((at, parts));
+            }
+        }
+        // Units that stayed unproven in a text that was proven may do so in all: there are more texts in each round then.
+        let is_stubborn =
+            |(_, parts): &&(usize, Vec<u64>)| parts.iter().any(|part| self.tried.contains(part));
+        let stubborn: Vec<usize> = open.iter().filter(is_stubborn).map(|(at, _)| *at).collect();
+        self.more = if stubborn.is_empty() { 0 } else { (self.more * 2).max(1) };
+        let mut chosen: BTreeSet<usize> = cover(&open).into_iter().chain(alone).collect();
+        chosen.extend(stubborn.into_iter().take(self.more));
+        self.tried
+            .extend(open.into_iter().filter(|(at, _)| chosen.contains(at)).flat_map(|(_, parts)| parts));
+        chosen.into_iter().collect()
+    }
+}

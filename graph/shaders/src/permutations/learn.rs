@@ -1,0 +1,132 @@
+//! The lesson of a proof: about its text, and about the units that this is made of.
+
+use super::Options;
+use super::compose::{Composition, all};
+use super::failure::{self, place_rejection};
+use super::prove::Proof;
+use super::units::Refusal;
+use super::validator::Opinion;
+use crate::written::declarations::{self, Kind};
+use crate::written::rejection::{Rejection, Scope};
+use crate::written::text_map::Source;
+
+impl Composition<'_> {
+    /// Takes over what the proof of a text says of it and of its units.
+    pub(super) fn learn(
+        &mut self,
+        at: usize,
+        source: &Source,
+        proof: Proof,
+        opinions: &[Opinion],
+        options: &Options<'_>,
+    ) {
+        let text = &self.texts[at];
+        let (request, own) = text.at;
+        let each = &self.explored[request];
+        let split = each.exploration.texts[own].declarations.as_deref().filter(|_| !options.exhaustive);
+        let ranges = split.and_then(|_| declarations::split(&source.wgsl)).unwrap_or_default();
+        let mut summaries = proof.summaries;
+        for range in &ranges {
+            let name = declarations::Declaration::new(&source.wgsl[range.clone()]).name;
+            let known = summaries.as_mut().zip(name).and_then(|(all, name)| all.get_mut(&name));
+            known.into_iter().for_each(|summary| summary.branches.counted_from(range.start));
+        }
+        let units = &mut self.tables[text.table];
+        let resolved = split.map(|split| units.resolve(&self.declarations, split, summaries.as_ref()));
+        let mut resolved = resolved.filter(|resolved| !resolved.is_circular);
+        let mut reached = Vec::new();
+        if let Some(resolved) = resolved.as_mut().filter(|resolved| resolved.open.is_empty())
+            && let Some(split) = split
+        {
+            if let Some(reflection) = &proof.reflection {
+                units.reflected(&self.declarations, split, resolved, reflection);
+            }
+            let is_seen = |unit: &u32| units.all[*unit as usize].accepted != 0;
+            let is_known = proof.reflection.is_some() || resolved.units.iter().all(is_seen);
+            let interface = is_known.then(|| units.interface(&self.declarations, split, resolved)).flatten();
+            if let Some(interface) = interface {
+                units.is_irregular |= proof.reflection.as_ref().is_some_and(|found| !interface.is(found));
+                reached = interface.reached;
+                resolved.units.push(interface.module);
+                resolved.module = Some(interface.module);
+            }
+        }
+        let everything = all(&text.subject);
+        let bits = |profiles: &[usize]| match profiles {
+            [] => everything,
+            some => some.iter().fold(0, |all, at| all | 1_u64.checked_shl(*at as u32).unwrap_or(everything)),
+        };
+        let unit_of = |rejection: &Rejection| {
+            let resolved = resolved.as_ref()?;
+            match &rejection.scope {
+                Scope::Text => None,
+                Scope::EntryPoint(name) => {
+                    let is_it = |id: &u32| {
+                        let (kind, own) = (self.declarations.kind(*id), self.declarations.name_of(*id));
+                        kind == Kind::EntryPoint && own == name
+                    };
+                    let at = split?.iter().position(is_it)?;
+                    resolved.of_declarations.get(at).copied().flatten()
+                }
+                Scope::Interface => resolved.module,
+                Scope::Declaration => {
+                    let start = rejection.range.as_ref()?.start;
+                    // What is missing at the end is missing in the last declaration.
+                    let behind = ranges.iter().rposition(|range| range.start <= start)?;
+                    resolved.of_declarations.get(behind).copied().flatten()
+                }
+            }
+        };
+        let external: Vec<Rejection> = opinions
+            .iter()
+            .zip(options.external)
+            .filter_map(|(opinion, validator)| failure::disagreement(opinion, *validator, source))
+            .collect();
+        // Where functions come together is looked at for every text that is of units.
+        let branches = proof.branches.iter().filter(|_| resolved.is_none());
+        let fatal = proof.rejections.iter().map(|(one, profiles)| (one, bits(profiles), true));
+        let others = proof.advice.iter().chain(branches).chain(&external).map(|one| (one, everything, false));
+        let mut own_refusals = Vec::new();
+        for (rejection, profiles, is_fatal) in fatal.chain(others) {
+            let refusal = Refusal {
+                diagnostic: place_rejection(self.templates, each, own, source, rejection),
+                profiles,
+                excess: rejection.excess.clone(),
+                overrides: rejection.overrides.clone(),
+                is_fatal,
+            };
+            match unit_of(rejection) {
+                Some(unit) => add(&mut units.all[unit as usize].refusals, refusal),
+                None => own_refusals.push(refusal),
+            }
+        }
+        let rejected = proof.rejections.iter().fold(0, |all, (_, profiles)| all | bits(profiles));
+        let accepted = if external.is_empty() { everything & !rejected } else { 0 };
+        for (at, opinion) in opinions.iter().enumerate() {
+            if let Opinion::Unavailable(message) = opinion {
+                self.unavailable.entry(at).or_insert_with(|| message.clone());
+            }
+        }
+        let state = &mut self.texts[at].state;
+        if let Some(resolved) = resolved {
+            resolved.units.iter().for_each(|unit| units.all[*unit as usize].accepted |= accepted);
+            reached.iter().for_each(|unit| units.all[*unit as usize].reached |= accepted);
+            if let Some(module) = resolved.module {
+                let known = &mut units.all[module as usize].reflection;
+                *known = known.take().or_else(|| proof.reflection.clone());
+            }
+            (state.units, state.open, state.module) = (resolved.units, resolved.open, resolved.module);
+        }
+        state.own = Some((own_refusals, proof.reflection));
+        state.is_settled = true;
+    }
+}
+
+/// Adds a refusal, or its profiles to one like it.
+fn add(refusals: &mut Vec<Refusal>, refusal: Refusal) {
+    let key = |one: &Refusal| (one.diagnostic.key(), one.overrides.clone(), one.is_fatal);
+    match refusals.iter_mut().find(|known| key(known) == key(&refusal)) {
+        Some(known) => known.profiles |= refusal.profiles,
+        None => refusals.push(refusal),
+    }
+}
