@@ -31,7 +31,9 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
         session.diagnostics.extend(mended.write());
     }
     let cache = Cache::new(&arguments.cache);
-    let is_text = !arguments.fix && !arguments.format.is_data();
+    // Parameter files are read later than the name is made.
+    let has_files = !arguments.choices.settings.params.is_empty();
+    let is_text = !arguments.fix && !arguments.format.is_data() && !has_files;
     let cached = cache.filter(|_| is_text).map(|cache| {
         session.read_all(&arguments.pipelines, &arguments.choices.files.extension);
         let name = cache.run(session.sources());

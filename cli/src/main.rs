@@ -31,10 +31,10 @@ mod permutations;
 mod plan;
 #[cfg(feature = "gpu")]
 mod progress;
-#[cfg(feature = "gpu")]
 mod read;
 mod reference;
 mod remarks;
+#[cfg(feature = "gpu")]
 mod render;
 mod replace;
 mod schema;

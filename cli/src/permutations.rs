@@ -33,6 +33,8 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     let is_text = !arguments.format.is_data()
         && arguments.write.is_none()
         && arguments.also.is_empty()
+        // Parameter files are read later than the name is made.
+        && arguments.settings.params.is_empty()
         && !arguments.axes
         && !arguments.exhaustive;
     let cached = cache.as_ref().filter(|_| is_text).map(|cache| {

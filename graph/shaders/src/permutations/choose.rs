@@ -36,6 +36,10 @@ impl Composition<'_> {
                 continue;
             };
             let units = &mut self.tables[table];
+            if units.is_irregular {
+                alone.push(at);
+                continue;
+            }
             let part = |id: u32, kind: Part| u64::from(id) | (table as u64) << 34 | (kind as u64) << 32;
             let everything = all(&subject);
             let unproven = |units: &Units, state: &State| -> (Profiles, Vec<u64>) {

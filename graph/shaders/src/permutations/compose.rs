@@ -27,8 +27,11 @@ use super::kept::{Keep, Kept};
 use super::prove::{self, Subject, Task};
 use super::proven::Explored;
 use super::units::{Profiles, Refusal, Units};
+use crate::codes;
 use crate::reflection::Reflection;
 use crate::rendering::templates::TemplateSet;
+use umbragraph_text::diagnostic::{AxisValues, Diagnostic, Place};
+use umbragraph_text::source::Span;
 
 /// A distinct text.
 pub(super) struct Text<'a> {
@@ -111,7 +114,7 @@ impl<'a> Composition<'a> {
     pub(super) fn remember(&mut self, keep: &dyn Keep) {
         for text in &self.texts {
             let units = &mut self.tables[text.table];
-            if let Some(kept) = units.kept.take()
+            if let Some(kept) = units.kept.take().filter(|_| !units.is_irregular)
                 && let Some(bytes) = kept.with(&units.all)
             {
                 keep.put(&text.subject.key(), &bytes);
@@ -136,6 +139,12 @@ impl<'a> Composition<'a> {
                 let text = self.texts.get(*at)?;
                 let each = self.explored.get(text.at.0)?;
                 let source = each.exploration.source(self.templates, &each.request.template, text.at.1)?;
+                // Parts that join to something else would be a defect; a proof of another text says nothing.
+                let is_same = *blake3::hash(source.wgsl.as_bytes()).as_bytes()
+                    == each.exploration.texts.get(text.at.1)?.hash;
+                if !is_same {
+                    return None;
+                }
                 let task = Task { source, subject: text.subject.clone() };
                 let proof = prove::prove(&task);
                 let opinions = failure::judge(&task, &proof, options.external);
@@ -147,13 +156,36 @@ impl<'a> Composition<'a> {
             for (at, source, proof, opinions) in found.into_iter().flatten() {
                 self.learn(at, &source, proof, &opinions, options);
             }
-            // Whatever could not be rendered again has nothing to prove.
             for at in chosen {
-                if let Some(text) = self.texts.get_mut(at) {
-                    text.state.is_settled = true;
-                    text.state.own.get_or_insert_default();
-                }
+                self.settle(at, options.is_cancelled());
             }
         }
+    }
+
+    /// Settles a text that was chosen. One that could not be rendered again as it was is no valid one.
+    fn settle(&mut self, at: usize, is_cancelled: bool) {
+        let Some(text) = self.texts.get_mut(at) else { return };
+        if text.state.is_settled {
+            return;
+        }
+        text.state.is_settled = true;
+        if is_cancelled {
+            text.state.own.get_or_insert_default();
+            return;
+        }
+        let template = self.explored.get(text.at.0).map_or("", |each| each.request.template.as_str());
+        let place =
+            self.templates.file(template).map_or(Place::Nowhere, |file| Place::Span(Span::new(file, 0..0)));
+        let message =
+            format!("a text of \"{template}\" could not be rendered a second time as it was at first");
+        let help = "run it again: a machine that does much else can be too slow for a large text";
+        let refusal = Refusal {
+            diagnostic: Diagnostic::error(codes::PATHS_LIMIT, place, message).help(help),
+            profiles: Profiles::MAX,
+            excess: None,
+            overrides: AxisValues::new(),
+            is_fatal: true,
+        };
+        text.state.own = Some((vec![refusal], None));
     }
 }

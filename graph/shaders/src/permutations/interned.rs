@@ -33,7 +33,8 @@ pub(super) struct Declared {
 
 impl Declarations {
     /// The declarations of a text, given those of the one `before`, and whether it can be proven by them: not if it
-    /// declares a name twice, or is too large.
+    /// declares a name twice, has a directive behind others or a declaration that says something of the whole, or is too
+    /// large.
     pub(super) fn of(&mut self, split: &Split, common: Common, before: &[Id]) -> (Box<[Id]>, bool) {
         let new = split.ranges.len() - common.first - common.last;
         let ranges = split.ranges.iter().skip(common.first).take(new);
@@ -48,8 +49,11 @@ impl Declarations {
         let count = names.len();
         names.sort_unstable();
         names.dedup();
+        let is_of_parts = found.iter().all(|id| !known(id).is_of_whole);
+        let mut kinds = found.iter().map(|id| known(id).kind).skip_while(|kind| *kind == Kind::Directive);
+        let begins_with_directives = kinds.all(|kind| kind != Kind::Directive);
         let is_small = complexity::is_small(&split.text, found.iter().map(|id| known(id).statements));
-        let can_be_taken_apart = names.len() == count && is_small;
+        let can_be_taken_apart = names.len() == count && is_of_parts && begins_with_directives && is_small;
         (found, can_be_taken_apart)
     }
 

@@ -97,7 +97,7 @@ impl Kept {
             (name(&unit.hash), record)
         };
         let own: BTreeMap<String, Record> = proven.iter().filter(is_accepted).map(record).collect();
-        if own.keys().all(|name| self.units.contains_key(name)) {
+        if own.iter().all(|(name, record)| self.units.get(name) == Some(record)) {
             return None;
         }
         if self.units.len() + own.len() > MAX_UNITS {

@@ -1,7 +1,7 @@
 //! The lesson of a proof: about its text, and about the units that this is made of.
 
 use super::Options;
-use super::compose::{Composition, all};
+use super::compose::{Composition, State, all};
 use super::failure::{self, place_rejection};
 use super::prove::Proof;
 use super::units::Refusal;
@@ -21,6 +21,7 @@ impl Composition<'_> {
         options: &Options<'_>,
     ) {
         let text = &self.texts[at];
+        let table = text.table;
         let (request, own) = text.at;
         let each = &self.explored[request];
         let split = each.exploration.texts[own].declarations.as_deref().filter(|_| !options.exhaustive);
@@ -34,7 +35,7 @@ impl Composition<'_> {
         let units = &mut self.tables[text.table];
         let resolved = split.map(|split| units.resolve(&self.declarations, split, summaries.as_ref()));
         let mut resolved = resolved.filter(|resolved| !resolved.is_circular);
-        let mut reached = Vec::new();
+        let (mut reached, mut distrusted) = (Vec::new(), false);
         if let Some(resolved) = resolved.as_mut().filter(|resolved| resolved.open.is_empty())
             && let Some(split) = split
         {
@@ -45,7 +46,9 @@ impl Composition<'_> {
             let is_known = proof.reflection.is_some() || resolved.units.iter().all(is_seen);
             let interface = is_known.then(|| units.interface(&self.declarations, split, resolved)).flatten();
             if let Some(interface) = interface {
-                units.is_irregular |= proof.reflection.as_ref().is_some_and(|found| !interface.is(found));
+                let is_other = proof.reflection.as_ref().is_some_and(|found| !interface.is(found));
+                distrusted = is_other && !units.is_irregular;
+                units.is_irregular |= is_other;
                 reached = interface.reached;
                 resolved.units.push(interface.module);
                 resolved.module = Some(interface.module);
@@ -119,6 +122,12 @@ impl Composition<'_> {
         }
         state.own = Some((own_refusals, proof.reflection));
         state.is_settled = true;
+        if distrusted {
+            // Nothing of the family follows from its units: all of it is proven, as far as it was not.
+            for text in self.texts.iter_mut().filter(|text| text.table == table && text.state.own.is_none()) {
+                text.state = State::default();
+            }
+        }
     }
 }
 

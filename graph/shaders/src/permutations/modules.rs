@@ -6,8 +6,8 @@
 //! one interface. It is valid without a proof of its own if its bindings are no more than every profile guarantees and no
 //! two stand at one place: all else was seen where each part was proven, reached by an entry point.
 //!
-//! Limits: modules in which pointers to variables of the module are passed, and those with workgroup variables, are
-//! proven one by one.
+//! Limits: modules in which pointers to variables of the module are passed, and those with workgroup variables or numbered
+//! overrides, are proven one by one; so are all of a family in which naga has seen something else than what is found here.
 
 use std::collections::BTreeMap;
 
@@ -91,7 +91,7 @@ impl Units {
         text: &[Id],
         resolved: &Resolved,
     ) -> Option<Interface> {
-        if resolved.is_whole || self.is_irregular {
+        if self.is_irregular {
             return None;
         }
         let of_kind = |wanted: Kind| {

@@ -80,12 +80,7 @@ pub(super) enum Key {
         members: Box<[Id]>,
         environment: Box<[(Id, Id)]>,
     },
-    Directives {
-        all: Box<[Id]>,
-        is_whole: bool,
-    },
-    /// Units of a module that is proven as a whole.
-    Module(Box<[Id]>),
+    Directives(Box<[Id]>),
     /// Units of a module by what entry points use, apart by numbers of no unit.
     Interface(Box<[Id]>),
     /// Interfaces of entry points, which have to fit together.
@@ -104,8 +99,6 @@ pub(super) struct Resolved {
     pub(super) module: Option<Id>,
     /// Whether functions mention one another in a circle.
     pub(super) is_circular: bool,
-    /// Whether the module can only be proven as a whole.
-    pub(super) is_whole: bool,
 }
 
 /// The units that are proven for one set of profiles, and values of overrides.
@@ -153,13 +146,10 @@ impl Units {
         let mut directives: Vec<Id> =
             text.iter().copied().filter(|id| known(id).kind == Kind::Directive).collect();
         directives.sort_unstable();
-        let is_whole = text.iter().any(|id| known(id).is_of_whole);
-        let directives = Key::Directives { all: directives.into(), is_whole };
-        let directives = self.unit(directives, None, declarations);
+        let directives = self.unit(Key::Directives(directives.into()), None, declarations);
         self.directives = directives;
 
-        let mut resolved =
-            Resolved { of_declarations: vec![None; text.len()], is_whole, ..Resolved::default() };
+        let mut resolved = Resolved { of_declarations: vec![None; text.len()], ..Resolved::default() };
         let mut interfaces: Vec<Option<Id>> = vec![None; text.len()];
         for component in components(&edges) {
             let functions =
@@ -194,30 +184,17 @@ impl Units {
             let found = &self.all[unit as usize];
             let is_function = declarations.is_function(text[component[0] as usize]);
             if found.interface.is_none() || is_function && found.used.is_none() {
-                self.see(unit, &component, (declarations, text), &resolved, &interfaces, summaries);
+                self.see(unit, &component, (declarations, text), &interfaces, summaries);
             }
             component.iter().for_each(|at| interfaces[*at as usize] = self.all[unit as usize].interface);
         }
         if resolved.open.is_empty() {
-            let of = |is_one: fn(Kind) -> bool| {
-                let units = text.iter().zip(&resolved.of_declarations);
-                let mut of: Vec<Id> =
-                    units.filter_map(|(id, unit)| unit.filter(|_| is_one(known(id).kind))).collect();
-                of.sort_unstable();
-                of
-            };
-            if is_whole || self.is_irregular {
-                let parts = of(|kind| matches!(kind, Kind::EntryPoint | Kind::Variable | Kind::Override));
-                let module = self.unit(Key::Module(parts.into()), None, declarations);
-                resolved.units.push(module);
-                resolved.module = Some(module);
-            } else {
-                let entries = of(|kind| kind == Kind::EntryPoint);
-                let mut stages: Vec<Id> =
-                    entries.iter().filter_map(|unit| self.all[*unit as usize].interface).collect();
-                stages.sort_unstable();
-                resolved.units.push(self.unit(Key::Stages(stages.into()), None, declarations));
-            }
+            let entries = text.iter().zip(&resolved.of_declarations);
+            let entries = entries.filter(|(id, _)| known(id).kind == Kind::EntryPoint);
+            let interface = |unit: &Option<Id>| self.all[(*unit)? as usize].interface;
+            let mut stages: Vec<Id> = entries.filter_map(|(_, unit)| interface(unit)).collect();
+            stages.sort_unstable();
+            resolved.units.push(self.unit(Key::Stages(stages.into()), None, declarations));
         }
         resolved
     }
@@ -229,7 +206,6 @@ impl Units {
         unit: Id,
         component: &[u32],
         (declarations, text): (&Declarations, &[Id]),
-        resolved: &Resolved,
         interfaces: &[Option<Id>],
         summaries: Option<&BTreeMap<String, Summary>>,
     ) {
@@ -256,11 +232,6 @@ impl Units {
                     let interface = local(*name).and_then(|at| interfaces[at]);
                     let hash = interface.map(|interface| self.interfaces[interface as usize]);
                     parts.extend(hash.map(|hash| (declarations.name(*name), hash)));
-                }
-                for name in &summary.globals {
-                    let at = declarations.by_name.get(name).and_then(|name| local(*name));
-                    let unit = at.and_then(|at| resolved.of_declarations[at]);
-                    parts.extend(unit.map(|unit| (name.as_str(), self.all[unit as usize].hash)));
                 }
                 let mut hash = Content::new("function");
                 hash.add(declared.text[..declared.header].as_bytes()).add(summary.text.as_bytes());
@@ -290,10 +261,7 @@ impl Units {
                 hash.all(environment.iter().map(seen));
                 hash.finish()
             }
-            Key::Directives { all, is_whole } => {
-                let kind = if *is_whole { "directives of a whole" } else { "directives" };
-                Content::new(kind).all(all.iter().map(text)).finish()
-            }
+            Key::Directives(all) => Content::new("directives").all(all.iter().map(text)).finish(),
             Key::Stages(entries) => {
                 let hashes = entries.iter().map(|interface| ("", self.interfaces[*interface as usize]));
                 Content::new("stages").all(hashes).finish()
@@ -305,10 +273,6 @@ impl Units {
                     hash.add(bytes.as_ref().map_or(&[], |hash| &hash[..]));
                 }
                 hash.finish()
-            }
-            Key::Module(units) => {
-                let hashes = units.iter().map(|unit| ("", self.all[*unit as usize].hash));
-                Content::new("module").all(hashes).finish()
             }
         };
         let id = self.all.len() as Id;

@@ -43,19 +43,14 @@ pub(crate) fn analysis(module: &Module) -> (HashMap<Handle<Function>, Uses>, Vec
     (known, rejections)
 }
 
-/// Accesses in an order of their own, by the names of variables; without those of variables of the module, unless wanted.
-pub(crate) fn digest(module: &Module, uses: &Uses, with_globals: bool) -> String {
-    let mut all: Vec<String> = uses
-        .iter()
-        .filter(|(root, _)| with_globals || !matches!(root, Root::Global(_)))
-        .map(|(root, is_written)| match root {
-            Root::Argument(at) => format!("{at} {is_written}"),
-            Root::Local(variable) => format!("{variable:?} {is_written}"),
-            Root::Global(variable) => {
-                format!("{:?} {is_written}", module.global_variables[*variable].name)
-            }
-        })
-        .collect();
+/// Accesses to pointer arguments in an order of their own. Those to variables of the module matter to callers that pass
+/// pointers to such variables; modules with such pointers are judged as a whole.
+pub(crate) fn digest(uses: &Uses) -> String {
+    let of_argument = |(root, is_written): (&Root, &Written)| match root {
+        Root::Argument(at) => Some(format!("{at} {is_written}")),
+        Root::Local(_) | Root::Global(_) => None,
+    };
+    let mut all: Vec<String> = uses.iter().filter_map(of_argument).collect();
     all.sort_unstable();
     all.join(", ")
 }

@@ -220,6 +220,39 @@ const FAULTS: &[(&str, &str, &[&str])] = &[
         "",
         &["a=true", "b=true", "o=0"],
     ),
+    // Workgroup memory that only the sum of two uses exceeds.
+    (
+        "{% if a != b %}const N{{ 1 if a else 2 }} = 1; const M{{ 1 if a else 2 }} = 1;{% endif %}
+         var<workgroup> first: array<f32, 3000>; var<workgroup> second: array<f32, 3000>;
+         fn one() { {% if a %}first[0] = 1.0;{% endif %} } fn two() { {% if b %}second[0] = 1.0;{% endif %} }
+         @compute @workgroup_size(1) fn main() { one(); two(); }",
+        "UG0530",
+        &["a=true", "b=true"],
+    ),
+    // An assertion about a constant, without parentheses.
+    (
+        "{% if a == b %}const N1 = {{ 1 if a else 2 }}; const M1 = {{ 1 if a else 2 }};{% endif %}
+         const LIMIT = {{ 5 if a else 4 }}u; {% if b %}const_assert LIMIT == 4u;{% endif %}
+         @compute @workgroup_size(1) fn main() {}",
+        "",
+        &["a=true", "b=true"],
+    ),
+    // A directive behind a declaration.
+    (
+        "{% if not a %}diagnostic(off, derivative_uniformity);{% endif %} const FIRST = 1;
+         {% if a %}diagnostic(off, derivative_uniformity);{% endif %}
+         @compute @workgroup_size(1) fn main() {}",
+        "",
+        &["a=true"],
+    ),
+    // Two overrides of one number.
+    (
+        "{% if a != b %}const N{{ 1 if a else 2 }} = 1; const M{{ 1 if a else 2 }} = 1;{% endif %}
+         {% if a %}@id(1) override x: f32 = 1.0;{% endif %} {% if b %}@id(1) override y: f32 = 1.0;{% endif %}
+         @compute @workgroup_size(1) fn main() {}",
+        "",
+        &["a=true", "b=true"],
+    ),
     // Workgroup memory that only the sum of two exceeds.
     (
         "var<workgroup> first: array<f32, {{ 3000 if a else 4 }}>; var<workgroup> second: array<f32, {{ 3000 if b else 4 }}>;
@@ -384,4 +417,15 @@ fn the_cover_of_random_templates_says_what_every_text_says() {
     }
     println!("{texts} texts, {proven} of them proven; {sound} templates without errors, {mixed} with some");
     assert!(sound > 0 && mixed > 3 && proven < texts, "{sound} {mixed}");
+}
+
+#[test]
+fn texts_with_open_comments_are_not_split() {
+    let split = crate::written::declarations::split;
+    for open in ["const A = 1; /* note", "const A = 1; /* /* */", "/*/ const A = 1;"] {
+        assert!(split(open).is_none(), "{open}");
+    }
+    for closed in ["/* /* */ */ const A = 1;", "const A = 1; // note", "/**/ const A = 1;"] {
+        assert_eq!(split(closed).map(|found| found.len()), Some(1), "{closed}");
+    }
 }

@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use super::complexity::{comment_end, is_of_word, words};
+use super::complexity::{is_of_word, words};
 
 /// The kinds of declarations that differ in what others see of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,8 +38,8 @@ pub(crate) struct Declaration {
     pub(crate) in_header: Vec<String>,
     /// The names in the whole.
     pub(crate) mentions: Vec<String>,
-    /// Whether it speaks of pointers to variables of the module, or is a variable of which a module can have only so much:
-    /// functions then cannot be judged without what all of them use.
+    /// Whether it speaks of pointers to variables of the module, or is a workgroup variable, an immediate or a numbered
+    /// override: a module with it is valid or not as a whole.
     pub(crate) is_of_whole: bool,
 }
 
@@ -120,7 +120,7 @@ fn split_from(
     while let Some(byte) = bytes.get(at) {
         match byte {
             b'/' if matches!(bytes.get(at + 1), Some(b'/' | b'*')) => {
-                let end = comment(bytes, at);
+                let end = comment(bytes, at)?;
                 if has_other_line_end(&bytes[at..end]) {
                     return None;
                 }
@@ -139,7 +139,10 @@ fn split_from(
                 depth -= usize::from(*byte == b'}' && depth > 0);
                 if depth == 0 {
                     start = None;
-                    // A semicolon alone is nothing.
+                    // A semicolon alone is nothing, but before others: directives stand before it.
+                    if *byte == b';' && first == at && found.is_empty() {
+                        return None;
+                    }
                     if *byte == b'}' || first < at {
                         found.push(first..at + 1);
                         if let Some(known) = known(at + 1) {
@@ -156,13 +159,30 @@ fn split_from(
     Some((start.is_none(), None))
 }
 
-/// The end of the comment that begins at a place.
-fn comment(bytes: &[u8], start: usize) -> usize {
-    if bytes.get(start + 1) == Some(&b'*') {
-        return comment_end(bytes, start).min(bytes.len());
+/// The end of the comment that begins at a place; `None` for one that is not closed.
+fn comment(bytes: &[u8], start: usize) -> Option<usize> {
+    if bytes.get(start + 1) != Some(&b'*') {
+        let length = bytes[start..].iter().position(|byte| *byte == b'\n');
+        return Some(length.map_or(bytes.len(), |length| start + length));
     }
-    let length = bytes[start..].iter().position(|byte| *byte == b'\n');
-    length.map_or(bytes.len(), |length| start + length)
+    let (mut at, mut depth) = (start, 0_usize);
+    loop {
+        let length = match bytes.get(at..at + 2)? {
+            b"/*" => {
+                depth += 1;
+                2
+            }
+            b"*/" => {
+                depth -= 1;
+                2
+            }
+            _ => 1,
+        };
+        at += length;
+        if depth == 0 {
+            return Some(at);
+        }
+    }
 }
 
 /// Whether a comment has a character that ends a line of WGSL and is no `\n`.
@@ -211,7 +231,7 @@ impl Declaration {
                     let before = at.checked_sub(1).map(|before| tokens[before]);
                     let is_member = has_members && *at < named.end && tokens.get(at + 1) == Some(&":");
                     is_name(tokens[*at])
-                        && *at != named_at
+                        && (!is_named || *at != named_at)
                         && *at != keyword
                         && !matches!(before, Some("." | "@"))
                         && !is_member
@@ -223,11 +243,14 @@ impl Declaration {
             names
         };
         let mut spaces = tokens.windows(3).filter(|three| three[1] == "<");
-        let is_of_whole = spaces.any(|three| match three[0] {
-            "ptr" => three[2] != "function",
-            "var" => !matches!(three[2], "private" | "uniform" | "storage"),
-            _ => false,
-        });
+        let is_numbered =
+            kind == Kind::Override && tokens[..keyword].windows(2).any(|pair| pair == ["@", "id"]);
+        let is_of_whole = is_numbered
+            || spaces.any(|three| match three[0] {
+                "ptr" => three[2] != "function",
+                "var" => !matches!(three[2], "private" | "uniform" | "storage"),
+                _ => false,
+            });
         let start = words(text).nth(body).map_or(text.len(), |brace| brace.start);
         Self {
             kind,

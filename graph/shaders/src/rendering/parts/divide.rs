@@ -171,8 +171,12 @@ impl Division<'_> {
                 let range = open.range(branch.span())?;
                 if self.binds(&open.text[range.clone()]).is_empty() {
                     let tag = open.tag_at(range.start)?.clone();
-                    let condition = open.text[tag].replacen("elif", "if", 1);
-                    let condition = self.part(open, &format!("{condition}1{{% endif %}}"));
+                    let tag = &open.text[tag];
+                    let keyword = tag.find(|each: char| each.is_ascii_alphabetic())?;
+                    let (before, condition) = tag.split_at(keyword);
+                    // `elif` begins a branch of its own.
+                    let condition = condition.strip_prefix("el").unwrap_or(condition);
+                    let condition = self.part(open, &format!("{before}{condition}1{{% endif %}}"));
                     let then = self.body(&branch.true_body, open, overrides)?;
                     let otherwise = self.body(&branch.false_body, open, overrides)?;
                     steps.push(Step::Branch { condition, then, otherwise });
