@@ -8,7 +8,7 @@
 //! A [`Request`] names a template, the values that its axes can have (all, those that pipelines reach, or one
 //! configuration), and the profiles that have to accept it. [`check`] takes every path through the template that these
 //! values allow, proves as many of the distinct texts as hold all declarations with all that these see of others
-//! ([`compose`]), and reports: diagnostics, coverage, sizes, what is dead. The outcome does not depend on the number of
+//! (`compose`), and reports: diagnostics, coverage, sizes, what is dead. The outcome does not depend on the number of
 //! threads.
 
 mod agree;
