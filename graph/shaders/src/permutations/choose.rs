@@ -1,7 +1,6 @@
 //! The texts that are to be proven next: few that hold all of what nobody has proven.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use super::compose::{Composition, State, all};
 use super::cover::cover;
@@ -75,11 +74,11 @@ impl Composition<'_> {
                     let is_unreached = |unit: &&u32| units.all[**unit as usize].reached & pending != pending;
                     let unreached = interface.reached.iter().filter(is_unreached);
                     parts.extend(unreached.map(|unit| part(*unit, Part::Reached)));
-                    let (fits, reflection) = interface.proven(subject.profiles);
                     let module = &mut units.all[interface.module as usize];
-                    if parts.is_empty() {
+                    if parts.is_empty() && module.accepted & pending != pending {
+                        let (fits, reflection) = interface.proven(subject.profiles);
                         module.accepted |= fits & pending;
-                        module.reflection.get_or_insert_with(|| Arc::new(reflection.clone()));
+                        module.reflection.get_or_insert_with(|| reflection.clone());
                     }
                     state.units.push(interface.module);
                     state.module = Some(interface.module);

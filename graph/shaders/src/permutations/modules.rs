@@ -10,6 +10,7 @@
 //! overrides, are proven one by one; so are all of a family in which naga has seen something else than what is found here.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use wgpu_types::{BindingType, ShaderStages, TextureSampleType};
 
@@ -67,19 +68,19 @@ pub(super) struct Interface {
     pub(super) module: Id,
     /// The units that entry points reach: functions and variables.
     pub(super) reached: Vec<Id>,
-    reflection: Reflection,
+    reflection: Arc<Reflection>,
 }
 
 impl Interface {
     /// The profiles for which nothing about it is left to prove, and its reflection.
-    pub(super) fn proven(&self, profiles: &[TargetProfile]) -> (Profiles, &Reflection) {
+    pub(super) fn proven(&self, profiles: &[TargetProfile]) -> (Profiles, &Arc<Reflection>) {
         let fits = profiles.iter().enumerate().filter(|(_, profile)| limits::fits(&self.reflection, profile));
         (fits.fold(0, |all, (at, _)| all | 1 << at), &self.reflection)
     }
 
     /// Whether naga has found the same.
     pub(super) fn is(&self, reflection: &Reflection) -> bool {
-        self.reflection == *reflection
+        *self.reflection == *reflection
     }
 }
 
@@ -129,8 +130,8 @@ impl Units {
         let reached = reached_by_any.iter().zip(&resolved.of_declarations);
         let reached = reached.filter_map(|(is_reached, unit)| unit.filter(|_| *is_reached)).collect();
         let reflection = match &self.all[module as usize].reflection {
-            Some(known) => (**known).clone(),
-            None => self.reflection(&all, &variables, &overrides, declarations)?,
+            Some(known) => known.clone(),
+            None => self.reflection(&all, &variables, &overrides, declarations)?.into(),
         };
         Some(Interface { module, reached, reflection })
     }
