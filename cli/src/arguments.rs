@@ -241,7 +241,7 @@ pub(crate) struct PermutationsArguments {
     /// The time limit of a further validator for one text.
     #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=3600))]
     pub(crate) also_time_limit: u64,
-    /// Proves every distinct text by itself, not only as many as hold all declarations with what these see of others.
+    /// Proves each distinct text by itself, not only a few that together hold every declaration.
     #[arg(long)]
     pub(crate) exhaustive: bool,
     /// A line for each pass as well: combinations, texts and their sizes.
@@ -259,8 +259,8 @@ pub(crate) struct PermutationsArguments {
 /// The folder of the results of earlier runs.
 #[derive(Args)]
 pub(crate) struct CacheArguments {
-    /// The folder of results of earlier runs; without it that of the variable UMBRAGRAPH_CACHE (empty: none), or one
-    /// among the user's caches.
+    /// The folder of results of earlier runs. The default is the variable UMBRAGRAPH_CACHE (empty: none), then the user's
+    /// cache folder.
     #[arg(long, value_name = "FOLDER", conflicts_with = "no_cache")]
     pub(crate) cache: Option<PathBuf>,
     /// Neither reads nor keeps results of other runs.

@@ -121,7 +121,7 @@ impl Keep for Cache {
     }
 }
 
-/// The folder that the environment names, or one below which programs of the user keep what can be made again.
+/// The folder that the environment names, or `umbragraph` in the user's cache folder.
 fn users_folder() -> Option<PathBuf> {
     if let Some(folder) = std::env::var_os("UMBRAGRAPH_CACHE") {
         return (!folder.is_empty()).then(|| folder.into());
@@ -192,7 +192,7 @@ mod tests {
                     for _ in 0..20 {
                         cache.put("one", contents);
                         let found = cache.get("one");
-                        assert!(found.is_none_or(|found| found.iter().all(|byte| *byte == found[0])));
+                        assert!(found.is_some_and(|found| found.iter().all(|byte| *byte == found[0])));
                     }
                 });
             }

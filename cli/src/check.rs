@@ -30,11 +30,11 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
         }
         session.diagnostics.extend(mended.write());
     }
-    let cache = Cache::new(&arguments.cache);
     // Parameter files are read later than the name is made.
     let has_files = !arguments.choices.settings.params.is_empty();
     let is_text = !arguments.fix && !arguments.format.is_data() && !has_files;
-    let cached = cache.filter(|_| is_text).map(|cache| {
+    let cache = if is_text { Cache::new(&arguments.cache) } else { None };
+    let cached = cache.map(|cache| {
         session.read_all(&arguments.pipelines, &arguments.choices.files.extension);
         let name = cache.run(session.sources());
         (cache, name)

@@ -9,7 +9,8 @@ use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use umbragraph::diagnostic::{Diagnostic, codes};
+use umbragraph::diagnostic::Diagnostic;
+use umbragraph::low_level::compose;
 use umbragraph::low_level::report::Observed;
 
 use crate::read::read_file;
@@ -77,12 +78,5 @@ fn read(path: &Path) -> Result<Vec<u8>, Diagnostic> {
 }
 
 fn unreadable(path: &Path, reason: &str) -> Diagnostic {
-    let name = path.display().to_string();
-    Diagnostic::in_file(
-        codes::FILE_UNREADABLE,
-        &name,
-        "",
-        format!("the file \"{name}\" cannot be read: {reason}"),
-    )
-    .help(HELP)
+    compose::unreadable(&path.display().to_string(), &std::io::Error::other(reason)).help(HELP)
 }

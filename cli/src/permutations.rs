@@ -120,6 +120,7 @@ fn requests(
                     configurations: reached.configurations,
                     loaded: reached.loaded,
                     rejected: reached.rejected,
+                    requests: begin..begin,
                 });
             }
             for program in reached.programs {
@@ -150,6 +151,9 @@ fn requests(
                     });
                 }
             }
+        }
+        if let Some(own) = counts.last_mut().filter(|own| own.requests.start == begin) {
+            own.requests.end = requests.len();
         }
     }
     if arguments.all || arguments.pipelines.is_empty() {

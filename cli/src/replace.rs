@@ -45,7 +45,8 @@ impl Unfinished {
         let place =
             if permissions.is_some() { path.canonicalize().map_err(failed)? } else { path.to_owned() };
         let mut temporary = place.clone().into_os_string();
-        temporary.push(format!(".{}.part", std::process::id()));
+        // Other jobs and other threads may write the same file.
+        temporary.push(format!(".{}.{:?}.part", std::process::id(), std::thread::current().id()));
         let unfinished = Self { path: path.to_owned(), place, temporary: temporary.into(), permissions };
         #[cfg(feature = "gpu")]
         interrupt::begun(&unfinished.temporary);

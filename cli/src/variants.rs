@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
+use std::ops::Range;
 use std::path::Path;
 
 use serde::Serialize;
@@ -27,6 +28,9 @@ pub(crate) struct ReachedConfigurations {
     pub(crate) loaded: usize,
     /// Loaded ones in which values of parameters do not go together.
     pub(crate) rejected: usize,
+    /// The requests that reach them.
+    #[serde(skip)]
+    pub(crate) requests: Range<usize>,
 }
 
 /// The JSON output. `templates` has one entry for each pass and product of axis values.
@@ -63,7 +67,7 @@ impl Outcome {
         let mut text = String::new();
         // Writing to a string cannot fail.
         for reached in &self.reached {
-            let ReachedConfigurations { pipeline, configurations, loaded, rejected } = reached;
+            let ReachedConfigurations { pipeline, configurations, loaded, rejected, requests } = reached;
             let _ = write!(text, "{pipeline}: {}", plural(*configurations, "configuration"));
             if configurations.number != *loaded as u128 {
                 let states = if configurations.exact { "every pass in all its states in " } else { "" };
@@ -73,7 +77,7 @@ impl Outcome {
             if *rejected > 0 {
                 let _ = write!(text, ", {rejected} with values that do not go together");
             }
-            self.sum(&mut text, pipeline);
+            self.sum(&mut text, requests);
             text.push('\n');
         }
         let mut passes: Vec<(&str, Summary<'_>)> = Vec::new();
@@ -123,17 +127,23 @@ impl Outcome {
     }
 
     /// The passes of a pipeline together.
-    fn sum(&self, text: &mut String, pipeline: &str) {
-        let stem = Path::new(pipeline).file_stem().unwrap_or_default().to_string_lossy();
-        let is_of = |report: &&TemplateReport| {
-            report.name.strip_prefix(&*stem).is_some_and(|rest| rest.starts_with('.'))
-        };
+    fn sum(&self, text: &mut String, requests: &Range<usize>) {
+        let is_of = |report: &&TemplateReport| requests.contains(&report.request);
         let reports = || self.permutations.templates.iter().filter(is_of);
-        let passes: BTreeSet<&str> = reports().map(|report| report.name.as_str()).collect();
+        // A program that a profile draws otherwise is one all the same.
+        let name =
+            |report: &'_ TemplateReport| report.name.split(" on ").next().unwrap_or_default().to_owned();
+        let passes: BTreeSet<String> = reports().map(name).collect();
         let hashes = reports().flat_map(|report| report.variants.iter().map(|variant| variant.hash.as_str()));
         let texts: BTreeSet<&str> = hashes.collect();
         let combinations = reports().fold(Count::ZERO, |sum, report| sum.plus(report.covered));
-        let profiles = reports().next().map(|report| report.profiles.join(", ")).unwrap_or_default();
+        let mut profiles: Vec<&str> = Vec::new();
+        for profile in reports().flat_map(|report| &report.profiles) {
+            if !profiles.contains(&profile.as_str()) {
+                profiles.push(profile);
+            }
+        }
+        let profiles = profiles.join(", ");
         if !passes.is_empty() {
             let programs = counted(passes.len(), "program");
             let texts = counted(texts.len(), "distinct text");

@@ -13,7 +13,6 @@ use umbragraph_graph::compiler::PlanOptions;
 use umbragraph_graph::compose::read_bytes;
 use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place, Severity};
 use umbragraph_graph::document::{Document, Entry, Kind};
-
 use umbragraph_graph::pipeline::{FileKind, claimed_profiles};
 use umbragraph_graph::shader::TargetProfile;
 use umbragraph_graph::source::Span;

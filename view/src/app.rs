@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use eframe::egui::{self, Color32};
 use eframe::egui_wgpu::RenderState;
+use umbragraph::low_level::capture::Capture;
 use umbragraph::low_level::report::Report;
 use umbragraph::wgpu;
 
@@ -63,7 +64,7 @@ pub(crate) struct Viewer {
     planning: Option<Planning>,
     planned: Option<Planned>,
     /// The index of the frame after the last captures.
-    captured: u64,
+    captured: (u64, Vec<Capture>),
     /// The size of the frame's area in pixels, and since when.
     area: ([u32; 2], Instant),
     pub(crate) size: Option<[u32; 2]>,
@@ -82,7 +83,7 @@ impl Viewer {
         let bookmarks = match &arguments.camera {
             None => Vec::new(),
             Some(path) => {
-                let text = std::fs::read_to_string(path).map_err(|error| error.to_string());
+                let text = crate::files::read(path);
                 let known =
                     text.and_then(|text| keys(&text).ok_or_else(|| "it is no camera path".to_owned()));
                 known.map_err(|error| crate::start::unusable_camera(path, &error))?
@@ -118,7 +119,7 @@ impl Viewer {
             adapter: format!("{} ({})", info.name, info.backend),
             planning: None,
             planned: None,
-            captured: 0,
+            captured: (0, Vec::new()),
             area: ([0; 2], Instant::now()),
             size: None,
             was_broken: false,
@@ -243,14 +244,15 @@ impl Viewer {
         }
         match self.planned.take().filter(|planned| planned.is_for(&plan, &wanted)) {
             Some(planned) => {
-                if self.captured != self.stage.index || !self.inspector.contents.has(&wanted) {
+                if self.captured.0 != self.stage.index || self.captured.1 != wanted {
                     let shot =
                         Shot { size, values: &self.values, view: &mut self.view, time: self.clock.time };
                     match self.stage.capture(state, &planned, &shot) {
-                        Ok(texels) => self.inspector.contents.take(wanted, texels),
+                        Ok(texels) => self.inspector.contents.take(wanted.clone(), texels),
                         Err(error) => self.inspector.contents.error = Some(error.to_string()),
                     }
-                    self.captured = self.stage.index;
+                    // Once for each frame and look, whatever came of it.
+                    self.captured = (self.stage.index, wanted);
                     context.request_repaint();
                 }
                 self.planned = Some(planned);

@@ -62,11 +62,7 @@ pub(crate) fn is_bundled(path: &Path) -> bool {
 
 /// A value of the command line: JSON, or else a word.
 pub(crate) fn value(text: &str) -> Value {
-    match text {
-        "on" => Value::Bool(true),
-        "off" => Value::Bool(false),
-        text => serde_json::from_str(text).unwrap_or_else(|_| Value::from(text)),
-    }
+    serde_json::from_str(text).unwrap_or_else(|_| Value::from(text))
 }
 
 fn setting(text: &str) -> Result<(String, Value), String> {
@@ -76,7 +72,12 @@ fn setting(text: &str) -> Result<(String, Value), String> {
 
 fn feature(text: &str) -> Result<(String, Value), String> {
     let (name, text) = text.split_once('=').unwrap_or((text, "true"));
-    Ok((name.to_owned(), value(text)))
+    let value = match text {
+        "on" => Value::Bool(true),
+        "off" => Value::Bool(false),
+        text => value(text),
+    };
+    Ok((name.to_owned(), value))
 }
 
 fn toggle(text: &str) -> Result<(String, bool), String> {
@@ -105,6 +106,7 @@ mod tests {
     fn values_are_json_or_words() {
         assert_eq!(setting("far=[1, 2]"), Ok(("far".to_owned(), serde_json::json!([1, 2]))));
         assert_eq!(setting("filter=pcss"), Ok(("filter".to_owned(), Value::from("pcss"))));
+        assert_eq!(setting("debug_view=off"), Ok(("debug_view".to_owned(), Value::from("off"))));
         assert_eq!(feature("msaa"), Ok(("msaa".to_owned(), Value::Bool(true))));
         assert_eq!(feature("msaa=off"), Ok(("msaa".to_owned(), Value::Bool(false))));
         assert!(setting("far").is_err() && scale("2").is_err() && size("3x").is_err());

@@ -88,11 +88,6 @@ impl Contents {
         }
     }
 
-    /// Whether captures are those that are shown.
-    pub(crate) fn has(&self, captures: &[Capture]) -> bool {
-        self.of == captures && !self.captured.is_empty()
-    }
-
     /// Takes captures of a frame.
     pub(crate) fn take(&mut self, captures: Vec<Capture>, texels: Vec<Texels>) {
         (self.of, self.captured, self.drawn, self.error) = (captures, texels, None, None);

@@ -2,6 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use umbragraph::low_level::compose::read_bytes;
+use umbragraph::low_level::source::MAX_FILE_BYTES;
+
 /// Writes a file: to one beside it, which is then renamed.
 ///
 /// # Errors
@@ -24,13 +27,23 @@ pub(crate) fn replace(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Str
     })
 }
 
+/// The text of a regular file: a pipe may never end.
+///
+/// # Errors
+/// A file that cannot be read, is too large or is no UTF-8, in words.
+pub(crate) fn read(path: &Path) -> Result<String, String> {
+    let failed = |reason: &str| format!("the file \"{}\" cannot be read: {reason}", path.display());
+    let bytes = read_bytes(path, MAX_FILE_BYTES as u64).map_err(|error| failed(&error.to_string()))?;
+    let bytes = bytes.ok_or_else(|| failed("it is larger than 64 MiB"))?;
+    String::from_utf8(bytes).map_err(|_| failed("it is no UTF-8"))
+}
+
 /// Writes a text over one that is known, whose mark of byte order stays.
 ///
 /// # Errors
 /// A file that has another text by now, or cannot be written, in words.
 pub(crate) fn replace_if(path: &Path, known: &str, text: &str) -> Result<(), String> {
-    let present =
-        std::fs::read_to_string(path).map_err(|error| format!("\"{}\": {error}", path.display()))?;
+    let present = read(path)?;
     let (mark, rest) = match present.strip_prefix('\u{feff}') {
         Some(rest) => ("\u{feff}", rest),
         None => ("", present.as_str()),

@@ -38,7 +38,7 @@ pub(crate) fn into_document(
     if crate::arguments::is_bundled(path) {
         return Err("the pipeline comes with the module: save a parameter file instead".to_owned());
     }
-    let text = std::fs::read_to_string(path).map_err(|error| format!("\"{}\": {error}", path.display()))?;
+    let text = files::read(path)?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let saved = with_defaults(text, &all(values, composed, plan))?;
     if saved == text {

@@ -60,6 +60,10 @@ pub(crate) struct Stage {
     pub(crate) has_gpu_times: bool,
     /// Why the last frame was not recorded.
     failed: Option<Error>,
+    /// The reason why the device rejected the scene.
+    no_scene: Option<Error>,
+    /// The reason why a live value could not be set.
+    unset: Option<Error>,
     /// Frames that are still to be drawn.
     pending: u32,
     pub(crate) index: u64,
@@ -111,6 +115,8 @@ impl Stage {
             rounds: 0,
             has_gpu_times: false,
             failed: None,
+            no_scene: None,
+            unset: None,
             pending: SETTLE,
             index: 0,
             done: Arc::default(),
@@ -122,7 +128,7 @@ impl Stage {
 
     /// The reason why the frame is not that of the files.
     pub(crate) fn error(&self) -> Option<&Error> {
-        self.watcher.error().or(self.failed.as_ref())
+        self.watcher.error().or(self.no_scene.as_ref()).or(self.unset.as_ref()).or(self.failed.as_ref())
     }
 
     /// The pipeline that runs.
@@ -136,7 +142,7 @@ impl Stage {
     /// As of [`Watcher::new`].
     pub(crate) fn open(&mut self, arguments: &Arguments, context: &egui::Context) -> Result<(), Error> {
         self.watcher = watch(&self.library, arguments, &self.news, context)?;
-        self.failed = None;
+        (self.failed, self.no_scene, self.unset) = (None, None, None);
         self.touch();
         Ok(())
     }
@@ -246,8 +252,9 @@ impl Stage {
                 }
                 self.shown = Some(Shown { scene, pose, meshes });
                 self.renderer.renew_source();
+                self.no_scene = None;
             }
-            Err(found) => self.failed = Some(Error::new(found, &Default::default())),
+            Err(found) => self.no_scene = Some(Error::new(found, &Default::default())),
         }
         self.touch();
     }
@@ -349,10 +356,8 @@ impl Stage {
     }
 
     fn set_live(&mut self) {
-        if let Some(executor) = self.renderer.executor()
-            && let Err(error) = self.values.set_live(executor)
-        {
-            self.failed = Some(error);
+        if let Some(executor) = self.renderer.executor() {
+            self.unset = self.values.set_live(executor).err();
         }
     }
 }

@@ -128,16 +128,7 @@ fn a_target_is_encoded_once_whatever_its_format() {
     };
     let library = Library::new().template("fill.wgsl.jinja", SHADER);
     let bytes = |axes: &str, format: wgpu::TextureFormat| {
-        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("target"),
-            size: wgpu::Extent3d { width: 16, height: 16, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+        let texture = gpu.target([16; 2], format);
         let imports = [("target", &texture)];
         let pipeline = library.load_text("encoded.json", &text(axes)).unwrap();
         let plan = pipeline.plan(&Options::new(16, 16).imports(&imports));

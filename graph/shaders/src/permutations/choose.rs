@@ -92,7 +92,7 @@ impl Composition<'_> {
                 open.push((at, parts));
             }
         }
-        // Units that stayed unproven in a text that was proven may do so in all: there are more texts in each round then.
+        // A unit can stay unproven in every text that has it. Each further round takes twice as many such texts.
         let is_stubborn =
             |(_, parts): &&(usize, Vec<u64>)| parts.iter().any(|part| self.tried.contains(part));
         let stubborn: Vec<usize> = open.iter().filter(is_stubborn).map(|(at, _)| *at).collect();

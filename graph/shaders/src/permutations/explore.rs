@@ -9,8 +9,8 @@
 //! A read without effect gives paths with the same text; the hash of the text identifies them, and each text is
 //! validated once. Texts are passed on as they are found and not kept; rendering the path again reproduces them.
 //!
-//! Limits: 65,536 paths, 32,768 distinct texts, 512 MiB of text; eight times as much where texts are joined from parts. An axis with more than 16,384 values that the text
-//! reads is explored at its first, default and last value only. Each limit is an error, since an untried value may
+//! Limits: 65,536 paths, 32,768 distinct texts, 512 MiB of text; eight times as much where texts are joined from parts.
+//! An axis with more than 16,384 values that the text reads is explored at its first, default and last value only. Each limit is an error, since an untried value may
 //! fail; the exploration lists the axes that are incomplete.
 
 use std::borrow::Cow;
@@ -41,7 +41,7 @@ const MANY_PATHS: usize = 64;
 const MAX_TEXTS: usize = 1 << 15;
 /// The maximum number of bytes of all distinct texts of one template.
 const MAX_BYTES: usize = 512 << 20;
-/// The number of times that these are exceeded where texts are joined from parts, which takes a small part of the time.
+/// The factor of these limits where texts are joined from parts, which is much faster.
 const JOINED: usize = 8;
 /// The maximum number of values of an axis that are all taken.
 const MAX_VALUES: u64 = 1 << 14;
@@ -86,7 +86,7 @@ pub(crate) struct Exploration {
     /// The bytes of all distinct texts.
     bytes: usize,
     /// Whether texts are joined from parts.
-    is_joined: bool,
+    pub(crate) is_joined: bool,
     /// The starts of the literal texts that some path writes.
     pub(crate) literals: HashSet<(FileId, u32)>,
 }

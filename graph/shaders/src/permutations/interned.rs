@@ -12,7 +12,7 @@ pub(super) type Id = u32;
 #[derive(Debug, Default)]
 pub(super) struct Declarations {
     by_text: HashMap<Arc<str>, Id>,
-    pub(super) by_name: HashMap<String, Id>,
+    by_name: HashMap<String, Id>,
     pub(super) names: Vec<String>,
     pub(super) all: Vec<Declared>,
 }

@@ -27,9 +27,9 @@ impl Composition<'_> {
         let split = each.exploration.texts[own].declarations.as_deref().filter(|_| !options.exhaustive);
         let ranges = split.and_then(|_| declarations::split(&source.wgsl)).unwrap_or_default();
         let mut summaries = proof.summaries;
-        for range in &ranges {
-            let name = declarations::Declaration::new(&source.wgsl[range.clone()]).name;
-            let known = summaries.as_mut().zip(name).and_then(|(all, name)| all.get_mut(&name));
+        for (range, id) in ranges.iter().zip(split.into_iter().flatten()) {
+            let name = self.declarations.name_of(*id);
+            let known = summaries.as_mut().and_then(|all| all.get_mut(name));
             known.into_iter().for_each(|summary| summary.branches.counted_from(range.start));
         }
         let units = &mut self.tables[text.table];

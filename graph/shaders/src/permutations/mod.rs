@@ -167,11 +167,11 @@ fn explore<'a>(
     };
     let found: Vec<Result<_, Vec<Diagnostic>>> = distinct.par_iter().map(work).collect();
     let (mut explored, mut diagnostics) = (Vec::new(), Vec::new());
-    for (request, at) in requests.iter().zip(shared) {
-        match found.get(at) {
+    for (at, (request, shared)) in requests.iter().zip(shared).enumerate() {
+        match found.get(shared) {
             Some(Ok((space, exploration))) => {
                 let (space, exploration) = (space.clone(), exploration.clone());
-                explored.push(Explored { request, space, exploration, tasks: Vec::new() });
+                explored.push(Explored { request, at, space, exploration, tasks: Vec::new() });
             }
             // At the place of this request.
             _ => diagnostics.extend(space_of(templates, request).err().into_iter().flatten()),

@@ -33,7 +33,7 @@ impl<'a> Subject<'a> {
         Self { axes, overrides: overrides::values(axes), profiles }
     }
 
-    /// The same text for another subject exactly if whatever is proven for the one is proven for the other.
+    /// A key that two subjects share if and only if each proof for one holds for the other.
     pub(crate) fn key(&self) -> String {
         let overrides = self.axes.iter().filter(|axis| axis.mode == AxisMode::Override);
         let kinds: Vec<_> = overrides.map(|axis| (&axis.name, &axis.kind)).collect();

@@ -10,6 +10,8 @@ use crate::reflection::Reflection;
 /// A request that can be explored, with what came of it.
 pub(super) struct Explored<'a> {
     pub(super) request: &'a Request,
+    /// Its index among all requests.
+    pub(super) at: usize,
     pub(super) space: Arc<Space>,
     pub(super) exploration: Arc<Exploration>,
     /// The index of each distinct text among all of all requests.

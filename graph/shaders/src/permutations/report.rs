@@ -27,6 +27,9 @@ pub struct Permutations {
 #[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct TemplateReport {
+    /// The index of the request.
+    #[serde(skip)]
+    pub request: usize,
     /// The pass, or what else the request calls itself.
     pub name: String,
     /// The template.

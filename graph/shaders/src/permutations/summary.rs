@@ -45,6 +45,7 @@ pub(super) fn report_on(
     let distinct = reflections.filter(|each| seen.insert(Arc::as_ptr(each)));
     let (interface, _) = interface::unite(distinct.map(Arc::as_ref));
     TemplateReport {
+        request: each.at,
         name: request.name.clone(),
         template: request.template.clone(),
         profiles: request.profiles.iter().map(|profile| profile.name.clone()).collect(),

@@ -9,6 +9,7 @@
 use naga::{Block, Module, Statement};
 
 use crate::codes;
+use crate::written::ir;
 use crate::written::rejection::Rejection;
 
 /// The loops of a module that nothing leaves, the innermost of nested ones first.
@@ -22,7 +23,7 @@ pub(crate) fn found(module: &Module) -> Vec<Rejection> {
 
 fn visit(block: &Block, found: &mut Vec<Rejection>) {
     for (statement, span) in block.span_iter() {
-        blocks(statement).into_iter().for_each(|inner| visit(inner, found));
+        ir::blocks(statement).for_each(|inner| visit(inner, found));
         if let Statement::Loop { body, continuing, break_if } = statement
             && break_if.is_none()
             && !leaves(body, true)
@@ -41,18 +42,7 @@ fn leaves(block: &Block, breaks: bool) -> bool {
         Statement::Break => breaks,
         _ => {
             let own = breaks && !matches!(statement, Statement::Loop { .. } | Statement::Switch { .. });
-            blocks(statement).into_iter().any(|inner| leaves(inner, own))
+            ir::blocks(statement).any(|inner| leaves(inner, own))
         }
     })
-}
-
-/// The blocks inside a statement.
-fn blocks(statement: &Statement) -> Vec<&Block> {
-    match statement {
-        Statement::Block(block) => vec![block],
-        Statement::If { accept, reject, .. } => vec![accept, reject],
-        Statement::Switch { cases, .. } => cases.iter().map(|case| &case.body).collect(),
-        Statement::Loop { body, continuing, .. } => vec![body, continuing],
-        _ => Vec::new(),
-    }
 }

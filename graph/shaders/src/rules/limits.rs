@@ -71,6 +71,11 @@ fn kinds(profile: &TargetProfile, stage: Stage) -> [Kind; 5] {
     ]
 }
 
+/// The number of resources, each element of an array for itself.
+fn count<'a>(entries: impl Iterator<Item = &'a BindGroupLayoutEntry>) -> u64 {
+    entries.map(|entry| entry.count.map_or(1, |count| u64::from(count.get()))).sum()
+}
+
 /// Resources of a layout that exceed the profile's limits for one stage. The layout is the union over variants, so it
 /// can exceed a limit that each variant meets.
 pub fn exceeded_by_layout<'a>(
@@ -82,8 +87,8 @@ pub fn exceeded_by_layout<'a>(
         for Kind { what, allowed, is } in kinds(profile, stage) {
             let of_kind =
                 entries.clone().filter(|entry| entry.visibility.contains(stage.stages()) && is(&entry.ty));
-            let count: u32 = of_kind.map(|entry| entry.count.map_or(1, std::num::NonZeroU32::get)).sum();
-            if count > allowed {
+            let count = count(of_kind);
+            if count > u64::from(allowed) {
                 found.push(format!("{count} {what}, but only {allowed} are guaranteed"));
             }
         }
@@ -99,9 +104,7 @@ pub(crate) fn fits(reflection: &Reflection, profile: &TargetProfile) -> bool {
         let used: Vec<&Binding> = reflection.bindings.iter().filter(is_used).collect();
         let is_within = |Kind { allowed, is, .. }: Kind| {
             let those = used.iter().filter(|binding| is(&binding.entry.ty));
-            let count: u64 =
-                those.map(|each| each.entry.count.map_or(1, |count| u64::from(count.get()))).sum();
-            count <= u64::from(allowed)
+            count(those.map(|binding| &binding.entry)) <= u64::from(allowed)
         };
         let is_alone = |pair: &[(u32, u32)]| pair[0] != pair[1];
         // The language has no sampler apart from its texture.
@@ -208,10 +211,7 @@ impl Check<'_> {
                 .iter()
                 .filter(|binding| is(&binding.entry.ty))
                 .filter(|binding| entry_point.bindings.contains(&(binding.group, binding.binding)));
-            let count: u64 = used
-                .clone()
-                .map(|binding| binding.entry.count.map_or(1, |count| u64::from(count.get())))
-                .sum();
+            let count = count(used.clone().map(|binding| &binding.entry));
             let Some(beyond) = used.clone().nth(allowed as usize).or(used.clone().next_back()) else {
                 continue;
             };

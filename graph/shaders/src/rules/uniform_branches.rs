@@ -137,22 +137,15 @@ pub(crate) fn decided<'b>(functions: &BTreeMap<&'b str, &Branches>) -> BTreeSet<
             let before = reached.clone();
             for (name, branches) in functions {
                 let Some((arguments, _)) = reached.get(name).cloned() else { continue };
-                let value = |of: &Dependencies, reached: &BTreeMap<&str, (Vec<Sources>, Sources)>| {
-                    of.open.iter().fold(of.known, |all, open| {
-                        all | match open {
-                            Open::Argument(at) => arguments.get(*at as usize).copied().unwrap_or(OTHER),
-                            Open::Result(callee) => reached.get(callee.as_str()).map_or(0, |known| known.1),
-                        }
-                    })
-                };
                 for (callee, passed) in &branches.calls {
                     let Some((callee, known)) = functions.get_key_value(callee.as_str()) else { continue };
-                    let passed: Vec<Sources> = passed.iter().map(|one| value(one, &reached)).collect();
-                    let (arguments, _) =
+                    let passed: Vec<Sources> =
+                        passed.iter().map(|one| value(one, &arguments, &reached)).collect();
+                    let (of_callee, _) =
                         reached.entry(callee).or_insert_with(|| (vec![0; known.arguments], 0));
-                    arguments.iter_mut().zip(passed).for_each(|(known, passed)| *known |= passed);
+                    of_callee.iter_mut().zip(passed).for_each(|(known, passed)| *known |= passed);
                 }
-                let result = value(&branches.result, &reached);
+                let result = value(&branches.result, &arguments, &reached);
                 reached.entry(name).and_modify(|known| known.1 |= result);
             }
             if before == reached {
@@ -162,13 +155,7 @@ pub(crate) fn decided<'b>(functions: &BTreeMap<&'b str, &Branches>) -> BTreeSet<
         for (name, branches) in functions {
             let Some((arguments, _)) = reached.get(name) else { continue };
             for (at, (condition, place)) in branches.conditions.iter().enumerate() {
-                let sources = condition.open.iter().fold(condition.known, |all, open| {
-                    all | match open {
-                        Open::Argument(at) => arguments.get(*at as usize).copied().unwrap_or(OTHER),
-                        Open::Result(callee) => reached.get(callee.as_str()).map_or(0, |known| known.1),
-                    }
-                });
-                if sources == UNIFORM {
+                if value(condition, arguments, &reached) == UNIFORM {
                     let last = found.entry((*name, place.start)).or_default();
                     *last = (*last).max(at);
                 }
@@ -176,6 +163,20 @@ pub(crate) fn decided<'b>(functions: &BTreeMap<&'b str, &Branches>) -> BTreeSet<
         }
     }
     found.into_iter().map(|((name, _), at)| (name, at)).collect()
+}
+
+/// The dependencies of a value of a function, given those of its arguments and those of all functions that are reached.
+fn value(
+    of: &Dependencies,
+    arguments: &[Sources],
+    reached: &BTreeMap<&str, (Vec<Sources>, Sources)>,
+) -> Sources {
+    of.open.iter().fold(of.known, |all, open| {
+        all | match open {
+            Open::Argument(at) => arguments.get(*at as usize).copied().unwrap_or(OTHER),
+            Open::Result(callee) => reached.get(callee.as_str()).map_or(0, |known| known.1),
+        }
+    })
 }
 
 /// The conditions of a module's fragment stages that uniforms alone decide.

@@ -1,7 +1,7 @@
 //! Lazy forking against going through every configuration, and what a check reports.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use umbragraph_test_support::property;
@@ -228,10 +228,15 @@ fn the_number_of_threads_changes_nothing() {
 fn cancelled_check_ends_before_the_next_text() {
     let fixture = readers(READERS[9]);
     let cancelled = AtomicBool::new(false);
-    let stop = |_: usize, _: usize| cancelled.store(true, Ordering::Relaxed);
+    let most = AtomicUsize::new(0);
+    let stop = |_: usize, of: usize| {
+        most.fetch_max(of, Ordering::Relaxed);
+        cancelled.store(true, Ordering::Relaxed);
+    };
     let options = Options { threads: 1, progress: &stop, cancelled: &cancelled, ..Options::default() };
     let outcome = all(&fixture, &options);
     assert_eq!((outcome.proven, outcome.templates.len()), (0, 0));
+    assert_eq!(most.load(Ordering::Relaxed), 1, "the texts that were found");
     cancelled.store(false, Ordering::Relaxed);
     assert!(all(&fixture, &Options { threads: 1, ..Options::default() }).texts > 10);
 }

@@ -121,7 +121,7 @@ pub(crate) fn words(text: &str) -> impl Iterator<Item = Range<usize>> {
                     let end = bytes[at..].iter().position(|byte| *byte == b'\n');
                     at = end.map_or(bytes.len(), |end| at + end);
                 }
-                (b'/', Some(b'*')) => at = comment_end(bytes, start),
+                (b'/', Some(b'*')) => at = comment_end(bytes, start).unwrap_or(bytes.len()),
                 (byte, _) if byte.is_ascii_whitespace() => {}
                 (byte, _) => {
                     if is_of_word(&byte) {
@@ -139,14 +139,14 @@ pub(crate) fn is_of_word(byte: &u8) -> bool {
     byte.is_ascii_alphanumeric() || *byte == b'_' || !byte.is_ascii()
 }
 
-/// The end of the block comment that begins at a place.
-pub(crate) fn comment_end(bytes: &[u8], start: usize) -> usize {
-    let mut depth = 0_usize;
-    let mut at = start;
-    while at < bytes.len() {
-        match bytes.get(at..at + 2) {
-            Some(b"/*") => depth += 1,
-            Some(b"*/") => depth -= 1,
+/// The end of the comment between `/*` and `*/` that begins at a place, with those inside it; `None` for one that is not
+/// closed.
+pub(super) fn comment_end(bytes: &[u8], start: usize) -> Option<usize> {
+    let (mut at, mut depth) = (start, 0_usize);
+    loop {
+        match bytes.get(at..at + 2)? {
+            b"/*" => depth += 1,
+            b"*/" => depth -= 1,
             _ => {
                 at += 1;
                 continue;
@@ -154,10 +154,9 @@ pub(crate) fn comment_end(bytes: &[u8], start: usize) -> usize {
         }
         at += 2;
         if depth == 0 {
-            break;
+            return Some(at);
         }
     }
-    at
 }
 
 fn rejection(message: &str, at: usize) -> Rejection {

@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use super::complexity::{is_of_word, words};
+use super::complexity::{comment_end, is_of_word, words};
 
 /// The kinds of declarations that differ in what others see of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,8 +139,9 @@ fn split_from(
                 depth -= usize::from(*byte == b'}' && depth > 0);
                 if depth == 0 {
                     start = None;
-                    // A semicolon alone is nothing, but before others: directives stand before it.
-                    if *byte == b';' && first == at && found.is_empty() {
+                    // A semicolon alone is nothing, but no directive may stand behind it.
+                    let is_first = |last: &Range<usize>| is_directive(&bytes[last.clone()]);
+                    if *byte == b';' && first == at && found.last().is_none_or(is_first) {
                         return None;
                     }
                     if *byte == b'}' || first < at {
@@ -159,30 +160,17 @@ fn split_from(
     Some((start.is_none(), None))
 }
 
+fn is_directive(declaration: &[u8]) -> bool {
+    ["enable", "requires", "diagnostic"].iter().any(|word| declaration.starts_with(word.as_bytes()))
+}
+
 /// The end of the comment that begins at a place; `None` for one that is not closed.
 fn comment(bytes: &[u8], start: usize) -> Option<usize> {
     if bytes.get(start + 1) != Some(&b'*') {
         let length = bytes[start..].iter().position(|byte| *byte == b'\n');
         return Some(length.map_or(bytes.len(), |length| start + length));
     }
-    let (mut at, mut depth) = (start, 0_usize);
-    loop {
-        let length = match bytes.get(at..at + 2)? {
-            b"/*" => {
-                depth += 1;
-                2
-            }
-            b"*/" => {
-                depth -= 1;
-                2
-            }
-            _ => 1,
-        };
-        at += length;
-        if depth == 0 {
-            return Some(at);
-        }
-    }
+    comment_end(bytes, start)
 }
 
 /// Whether a comment has a character that ends a line of WGSL and is no `\n`.

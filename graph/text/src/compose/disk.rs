@@ -201,7 +201,7 @@ fn read_unchanged<S: PartialEq>(
     Ok((bytes.len() as u64 <= max).then_some(bytes))
 }
 
-/// The sentence about a file that cannot be read.
+/// The diagnostic about a file that cannot be read.
 pub fn unreadable(name: &str, error: &std::io::Error) -> Diagnostic {
     let reason = match error.kind() {
         std::io::ErrorKind::NotFound => "it does not exist".to_owned(),

@@ -8,8 +8,8 @@
 //! itself (`webgpu+float32-filterable` has one), but a device may; and for parts of WebGPU's core mode that OpenGL and
 //! compatibility mode lack, such as `"view-formats"` ([`Capability`]). Where the profile has less, the feature is off by
 //! default and cannot be switched on, nor can those that require it; so that one pipeline takes the better way on each
-//! device without anybody switching anything. A preset that switches it on leaves it off there, too. No configuration with it is gone through there; where the profile has it,
-//! both are.
+//! device without anybody switching anything. A preset cannot switch it on there either. Such a profile has no
+//! configurations with it; a profile that has it has both.
 
 use crate::pipeline::settings::overrides::Override;
 use crate::pipeline::settings::preset;
