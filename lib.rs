@@ -77,6 +77,7 @@ pub mod low_level {
     };
     pub use umbragraph_session as session;
 
+    pub use crate::front::picture;
     #[cfg(feature = "gpu")]
     pub use crate::front::sheet;
 

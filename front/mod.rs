@@ -3,6 +3,7 @@
 
 mod library;
 mod options;
+pub mod picture;
 mod pipeline;
 #[cfg(feature = "gpu")]
 mod renderer;

@@ -21,7 +21,8 @@ impl Renderer {
         encoder: &mut wgpu::CommandEncoder,
         frame: &Frame<'_>,
     ) -> Result<bool, Error> {
-        let options = options.clone().imports(frame.imports);
+        let options = options.clone();
+        let options = if watcher.has_declared_imports { options } else { options.imports(frame.imports) };
         watcher.receive();
         watcher.tell(&options, self.executor().map(|executor| executor.preparer()));
         if let Some(ready) = watcher.take_ready(&options) {

@@ -66,6 +66,8 @@ pub struct Watcher {
     running: Option<Read>,
     /// The options that the plan which runs was made for, or tried to be.
     planned_for: Option<Options>,
+    /// Whether documents alone say what imports are.
+    has_declared_imports: bool,
     #[cfg(feature = "gltf")]
     scene: SceneNews,
 }
@@ -182,6 +184,7 @@ impl Watcher {
             reload: None,
             running: None,
             planned_for: None,
+            has_declared_imports: false,
             #[cfg(feature = "gltf")]
             scene: SceneNews::default(),
         };
@@ -201,6 +204,14 @@ impl Watcher {
     #[must_use]
     pub fn scene(self, path: impl Into<PathBuf>) -> Self {
         self.order(Order::Scene(path.into()));
+        self
+    }
+
+    /// Plans imports as the documents declare them, whatever textures the frames bring: for a host that makes its textures
+    /// after the plan, so that an edit can change their format.
+    #[must_use]
+    pub fn declared_imports(mut self) -> Self {
+        self.has_declared_imports = true;
         self
     }
 

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::actions::Action;
 use crate::app::{Below, Viewer};
-use crate::camera::{Key, Mode};
+use crate::camera::{Key, Mode, View};
 use crate::clock::STEP;
 use crate::files;
 use crate::graph::Selected;
@@ -96,7 +96,7 @@ impl Viewer {
     }
 
     fn go_home(&mut self) {
-        if let Some(mut home) = self.stage.scene().map(crate::stage::home) {
+        if let Some(mut home) = self.stage.scene().map(View::home) {
             home.mode = self.view.as_ref().map_or(Mode::Orbit, |view| view.mode);
             self.view = Some(home);
             self.stage.touch();

@@ -115,7 +115,7 @@ impl Viewer {
     pub(crate) fn status(&mut self, ui: &mut egui::Ui) {
         ui.horizontal(|ui| {
             let errors = self.stage.error().map_or(0, |error| error.error_count());
-            let (words, color) = match (errors, self.stage.plan.is_some()) {
+            let (words, color) = match (errors, self.stage.targets.shown().is_some()) {
                 (0, true) => ("live".to_owned(), Color32::from_rgb(126, 200, 140)),
                 (0, false) => ("loading".to_owned(), Color32::GRAY),
                 (_, true) => (

@@ -8,6 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 use serde_json::{Value, json};
 use umbragraph::frame::{Bounds, Camera};
 use umbragraph::glam::{DQuat, DVec2, DVec3};
+use umbragraph::scene::Scene;
 
 /// The steepest angle, short of straight up and down.
 const STEEPEST: f64 = FRAC_PI_2 - 0.01;
@@ -54,6 +55,14 @@ impl View {
             rotation: Some(camera.rotation),
             radius,
         }
+    }
+
+    /// The camera of a scene.
+    pub(crate) fn home(scene: &Scene) -> Self {
+        let pose = scene.pose(0.0);
+        let input = scene.frame_input_of(&pose, 1.0, 0.0);
+        let things = scene.draws().map(|draw| scene.draw_bounds(draw, &pose));
+        Self::new(&input.camera, &input.scene_bounds, things)
     }
 
     fn rotation(&self) -> DQuat {

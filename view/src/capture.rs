@@ -10,12 +10,17 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 
 use eframe::egui;
+use eframe::egui_wgpu::RenderState;
 use serde_json::{Value, json};
+use umbragraph::executor::{Texels, imported_texture, read_back};
 use umbragraph::low_level::capture::{self, Capture};
 use umbragraph::low_level::expression;
 use umbragraph::low_level::source::Sources;
-use umbragraph::{Error, Library, Options, Plan, Setting};
+use umbragraph::{Error, Frame, Library, Options, Plan, Setting, wgpu};
 
+use crate::guard::guarded;
+use crate::stage::{Shot, Stage, error_of};
+use crate::targets::MORE;
 use crate::values::to_json;
 
 /// A plan that captures.
@@ -80,6 +85,52 @@ impl Planned {
     /// Whether it is for these captures of a plan.
     pub(crate) fn is_for(&self, of: &Arc<Plan>, captures: &[Capture]) -> bool {
         Arc::ptr_eq(&self.of, of) && self.captures == captures
+    }
+}
+
+impl Stage {
+    /// Records the next frame with captures, and reads them.
+    ///
+    /// # Errors
+    /// As of a record; textures that cannot be read.
+    pub(crate) fn capture(
+        &mut self,
+        state: &RenderState,
+        planned: &Planned,
+        shot: &Shot<'_>,
+    ) -> Result<Vec<Texels>, Error> {
+        guarded(&state.device, "the captures", || self.captured(state, planned, shot)).map_err(error_of)?
+    }
+
+    fn captured(
+        &mut self,
+        state: &RenderState,
+        planned: &Planned,
+        shot: &Shot<'_>,
+    ) -> Result<Vec<Texels>, Error> {
+        let Some(input) = self.input(state, shot) else { return Ok(Vec::new()) };
+        let (Some(executor), Some(shown)) = (self.renderer.executor(), &self.shown) else {
+            return Ok(Vec::new());
+        };
+        executor.set_plan(planned.plan.clone())?;
+        let texture = |name: &String| imported_texture(&state.device, &planned.plan, name, MORE);
+        let contents: Vec<wgpu::Texture> = planned.imports.iter().filter_map(texture).collect();
+        let captured = planned.imports.iter().map(String::as_str).zip(&contents);
+        let imports: Vec<(&str, &wgpu::Texture)> =
+            self.targets.imports().into_iter().chain(captured).collect();
+        let toggles = self.values.toggles_of(&planned.plan);
+        let frame = Frame::new(&input).draws(&shown.meshes).imports(&imports).toggles(&toggles);
+        let mut encoder = state.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let recorded = self.values.set_live(executor).and_then(|()| executor.record(&mut encoder, &frame));
+        if recorded.is_ok() {
+            state.queue.submit([encoder.finish()]);
+            self.index += 1;
+        }
+        let running = executor.set_plan(planned.of.clone()).and_then(|()| self.values.set_live(executor));
+        recorded.and(running)?;
+        let read = |texture| pollster::block_on(read_back(&state.device, &state.queue, texture));
+        let texels: Result<Vec<Texels>, _> = contents.iter().map(read).collect();
+        texels.map_err(error_of)
     }
 }
 

@@ -17,6 +17,7 @@ mod clock;
 mod contents;
 mod files;
 mod graph;
+mod guard;
 mod inspector;
 mod notices;
 mod output;

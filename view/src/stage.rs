@@ -3,7 +3,7 @@
 //! Nothing is drawn unless something changed: files, values, the camera, the time, the size. After a change, a pipeline
 //! with histories is drawn some frames more, until they have settled. One frame is on the device at a time, so that a
 //! software driver leaves the window its share.
-//!
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -11,8 +11,7 @@ use std::time::Instant;
 
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
-use umbragraph::diagnostic::Diagnostic;
-use umbragraph::executor::{Texels, imported_texture, read_back};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics};
 use umbragraph::frame::FrameInput;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::scene::{Pose, Scene};
@@ -20,8 +19,8 @@ use umbragraph::{Error, Frame, Library, Plan, Renderer, Watcher, wgpu};
 
 use crate::arguments::Arguments;
 use crate::camera::View;
-use crate::capture::Planned;
-use crate::targets::{MORE, Targets};
+use crate::guard::guarded;
+use crate::targets::Targets;
 use crate::values::Values;
 
 /// The frames after a change until histories have settled.
@@ -31,10 +30,10 @@ const SETTLE: u32 = 8;
 const ROUNDS: usize = 8;
 
 /// A scene on the device.
-struct Shown {
+pub(crate) struct Shown {
     scene: Scene,
     pose: Pose,
-    meshes: SceneResources,
+    pub(crate) meshes: SceneResources,
 }
 
 /// The live frame.
@@ -44,7 +43,7 @@ pub(crate) struct Stage {
     /// Whether the watcher has something that frames have not seen.
     news: Arc<AtomicBool>,
     pub(crate) renderer: Renderer,
-    shown: Option<Shown>,
+    pub(crate) shown: Option<Shown>,
     pub(crate) targets: Targets,
     /// The plan that the targets are for, and that live values were set for.
     pub(crate) plan: Option<Arc<Plan>>,
@@ -52,7 +51,7 @@ pub(crate) struct Stage {
     /// The number of plans that have run.
     pub(crate) plans: u64,
     /// The values of the last frame.
-    values: Values,
+    pub(crate) values: Values,
     /// Sizes that CPU passes want, and how often they wanted others.
     sizes: Option<BTreeMap<String, u32>>,
     rounds: usize,
@@ -64,6 +63,8 @@ pub(crate) struct Stage {
     no_scene: Option<Error>,
     /// The reason why a live value could not be set.
     unset: Option<Error>,
+    /// The reason why the plan has no picture to show.
+    no_picture: Option<Error>,
     /// Frames that are still to be drawn.
     pending: u32,
     pub(crate) index: u64,
@@ -117,6 +118,7 @@ impl Stage {
             failed: None,
             no_scene: None,
             unset: None,
+            no_picture: None,
             pending: SETTLE,
             index: 0,
             done: Arc::default(),
@@ -128,7 +130,8 @@ impl Stage {
 
     /// The reason why the frame is not that of the files.
     pub(crate) fn error(&self) -> Option<&Error> {
-        self.watcher.error().or(self.no_scene.as_ref()).or(self.unset.as_ref()).or(self.failed.as_ref())
+        let own = [&self.no_scene, &self.unset, &self.no_picture, &self.failed];
+        self.watcher.error().or_else(|| own.into_iter().flatten().next())
     }
 
     /// The pipeline that runs.
@@ -142,7 +145,7 @@ impl Stage {
     /// As of [`Watcher::new`].
     pub(crate) fn open(&mut self, arguments: &Arguments, context: &egui::Context) -> Result<(), Error> {
         self.watcher = watch(&self.library, arguments, &self.news, context)?;
-        (self.failed, self.no_scene, self.unset) = (None, None, None);
+        (self.failed, self.no_scene, self.unset, self.no_picture) = (None, None, None, None);
         self.touch();
         Ok(())
     }
@@ -217,8 +220,8 @@ impl Stage {
             return false;
         }
         self.pending = self.pending.saturating_sub(1);
-        if let Some(plan) = &self.plan {
-            self.targets.fit(state, plan, shot.size);
+        if let Some(plan) = self.plan.clone() {
+            self.fit(state, &plan, shot.size);
         }
         let Some(input) = self.input(state, &shot) else { return false };
         self.began = Instant::now();
@@ -245,10 +248,13 @@ impl Stage {
 
     fn take_scene(&mut self, state: &RenderState, scene: Scene, view: &mut Option<View>) {
         let pose = scene.pose(0.0);
-        match SceneResources::new(&state.device, &state.queue, &scene, &pose) {
+        let made = guarded(&state.device, "the scene", || {
+            SceneResources::new(&state.device, &state.queue, &scene, &pose)
+        });
+        match made.map_err(Diagnostics::from).and_then(|made| made) {
             Ok(meshes) => {
                 if view.is_none() {
-                    *view = Some(home(&scene));
+                    *view = Some(View::home(&scene));
                 }
                 self.shown = Some(Shown { scene, pose, meshes });
                 self.renderer.renew_source();
@@ -260,7 +266,7 @@ impl Stage {
     }
 
     /// Camera, lights and bounds of a frame; meshes are placed.
-    fn input(&mut self, state: &RenderState, shot: &Shot<'_>) -> Option<FrameInput> {
+    pub(crate) fn input(&mut self, state: &RenderState, shot: &Shot<'_>) -> Option<FrameInput> {
         let Shown { scene, pose, meshes } = self.shown.as_mut()?;
         scene.pose_into(shot.time, pose);
         meshes.update(&state.queue, scene, pose);
@@ -272,6 +278,15 @@ impl Stage {
 
     /// Records and submits a frame; whether there was a plan to record.
     fn record(&mut self, state: &RenderState, input: &FrameInput, size: [u32; 2]) -> Result<bool, Error> {
+        guarded(&state.device, "the frame", || self.record_frame(state, input, size)).map_err(error_of)?
+    }
+
+    fn record_frame(
+        &mut self,
+        state: &RenderState,
+        input: &FrameInput,
+        size: [u32; 2],
+    ) -> Result<bool, Error> {
         let mut options = self.values.options(size, self.plan.as_deref());
         if let Some(sizes) = &self.sizes {
             options = options.data_sizes(sizes.clone());
@@ -296,41 +311,6 @@ impl Stage {
         Ok(drawn)
     }
 
-    /// Records the next frame with captures, and reads them.
-    ///
-    /// # Errors
-    /// As of a record; textures that cannot be read.
-    pub(crate) fn capture(
-        &mut self,
-        state: &RenderState,
-        planned: &Planned,
-        shot: &Shot<'_>,
-    ) -> Result<Vec<Texels>, Error> {
-        let Some(input) = self.input(state, shot) else { return Ok(Vec::new()) };
-        let (Some(executor), Some(shown)) = (self.renderer.executor(), &self.shown) else {
-            return Ok(Vec::new());
-        };
-        executor.set_plan(planned.plan.clone())?;
-        let texture = |name: &String| imported_texture(&state.device, &planned.plan, name, MORE);
-        let contents: Vec<wgpu::Texture> = planned.imports.iter().filter_map(texture).collect();
-        let captured = planned.imports.iter().map(String::as_str).zip(&contents);
-        let imports: Vec<(&str, &wgpu::Texture)> =
-            self.targets.imports().into_iter().chain(captured).collect();
-        let toggles = self.values.toggles_of(&planned.plan);
-        let frame = Frame::new(&input).draws(&shown.meshes).imports(&imports).toggles(&toggles);
-        let mut encoder = state.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let recorded = self.values.set_live(executor).and_then(|()| executor.record(&mut encoder, &frame));
-        if recorded.is_ok() {
-            state.queue.submit([encoder.finish()]);
-            self.index += 1;
-        }
-        let running = executor.set_plan(planned.of.clone()).and_then(|()| self.values.set_live(executor));
-        recorded.and(running)?;
-        let read = |texture| pollster::block_on(read_back(&state.device, &state.queue, texture));
-        let texels: Result<Vec<Texels>, _> = contents.iter().map(read).collect();
-        texels.map_err(|found| Error::new(found.into(), &Default::default()))
-    }
-
     /// Takes in that another plan runs: live values, targets, times. Whether one does.
     fn notice_plan(&mut self, state: &RenderState, size: [u32; 2]) -> bool {
         let Some(executor) = self.renderer.executor() else { return false };
@@ -345,7 +325,7 @@ impl Stage {
         if !is_alike {
             self.targets.clear();
         }
-        self.targets.fit(state, &plan, size);
+        self.fit(state, &plan, size);
         self.plan = Some(plan);
         self.has_new_plan = true;
         self.plans += 1;
@@ -353,6 +333,12 @@ impl Stage {
         self.set_live();
         self.touch();
         true
+    }
+
+    /// Makes the textures of a plan; the reason is kept where one has no picture.
+    fn fit(&mut self, state: &RenderState, plan: &Plan, size: [u32; 2]) {
+        let fitted = self.targets.fit(state, plan, size);
+        self.no_picture = fitted.err().map(|found| Error::new(found.into(), &plan.pipeline.sources));
     }
 
     fn set_live(&mut self) {
@@ -373,16 +359,14 @@ fn watch(
     Ok(Watcher::new(library.clone(), &arguments.pipeline)?
         .parameters(arguments.params.clone())
         .scene(&arguments.scene)
+        .declared_imports()
         .wake(move || {
             news.store(true, Ordering::Release);
             wake.request_repaint();
         }))
 }
 
-/// The camera of a scene, to be moved.
-pub(crate) fn home(scene: &Scene) -> View {
-    let pose = scene.pose(0.0);
-    let input = scene.frame_input_of(&pose, 1.0, 0.0);
-    let things = scene.draws().map(|draw| scene.draw_bounds(draw, &pose));
-    View::new(&input.camera, &input.scene_bounds, things)
+/// A diagnostic without a place in a file.
+pub(crate) fn error_of(found: Diagnostic) -> Error {
+    Error::new(found.into(), &Default::default())
 }

@@ -1,9 +1,17 @@
 //! The host's textures of a plan: the picture, which the window shows, and others, which are empty.
+//!
+//! The window shows the picture that the command would write, and rejects the same plans. A texture that the device
+//! cannot make is left out, so that the frame is not recorded.
 
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
+use umbragraph::diagnostic::Diagnostic;
 use umbragraph::executor::imported_texture;
+use umbragraph::low_level::compiler::PlannedResource;
+use umbragraph::low_level::picture::picture_of;
 use umbragraph::{Plan, wgpu};
+
+use crate::guard::guarded;
 
 /// Usages of the host's textures beside those of the plan.
 pub(crate) const MORE: wgpu::TextureUsages = wgpu::TextureUsages::COPY_SRC
@@ -45,65 +53,99 @@ impl Targets {
     }
 
     /// Makes the host's textures of the plan, the picture in a size.
-    pub(crate) fn fit(&mut self, state: &RenderState, plan: &Plan, [width, height]: [u32; 2]) {
-        let picture = picture_of(plan);
+    ///
+    /// # Errors
+    /// A plan without a picture, a texture that the device cannot make; the others are made.
+    pub(crate) fn fit(&mut self, state: &RenderState, plan: &Plan, size: [u32; 2]) -> Result<(), Diagnostic> {
+        let picture = picture_of(plan, &[]);
+        let mut outcome = picture.as_ref().map(|_| ()).map_err(Clone::clone);
         for (name, resource) in plan.imports() {
-            let is_picture = picture == Some(name);
+            let is_picture = picture.as_ref() == Ok(&name);
             let known = self.list.iter().position(|(known, _)| known == name);
             let fits = known.is_some_and(|at| {
                 let texture = &self.list[at].1;
-                (!is_picture || [texture.width(), texture.height()] == [width, height])
+                let wanted =
+                    if is_picture { Some(size) } else { resource.size.map(|one| [one.width, one.height]) };
+                wanted.is_none_or(|wanted| [texture.width(), texture.height()] == wanted)
                     && Some(texture.format()) == resource.format
             });
             if fits {
                 continue;
             }
-            let Some(mut texture) = imported_texture(&state.device, plan, name, MORE) else { continue };
+            let what = format!("the texture \"{name}\"");
+            let made = guarded(&state.device, &what, || {
+                let texture = imported_texture(&state.device, plan, name, MORE)?;
+                Some(if is_picture { sized(state, &texture, resource, size) } else { texture })
+            });
+            let texture = match made {
+                Ok(Some(texture)) => texture,
+                Ok(None) => continue,
+                Err(reason) => {
+                    outcome = outcome.and(Err(reason));
+                    continue;
+                }
+            };
             if is_picture {
-                texture = state.device.create_texture(&wgpu::TextureDescriptor {
-                    label: Some(name),
-                    size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                    mip_level_count: 1,
-                    sample_count: 1,
-                    dimension: wgpu::TextureDimension::D2,
-                    format: texture.format(),
-                    usage: texture.usage(),
-                    view_formats: &[texture.format().remove_srgb_suffix()],
-                });
-                self.show(state, &texture);
+                outcome = outcome.and(self.show(state, &texture));
             }
             match known {
                 Some(at) => self.list[at].1 = texture,
                 None => self.list.push((name.to_owned(), texture)),
             }
         }
+        outcome
     }
 
     /// Gives egui the picture. Its texels are colors of a screen, whatever the format says.
-    fn show(&mut self, state: &RenderState, texture: &wgpu::Texture) {
-        let view = texture.create_view(&wgpu::TextureViewDescriptor {
-            format: Some(texture.format().remove_srgb_suffix()),
-            usage: Some(wgpu::TextureUsages::TEXTURE_BINDING),
-            ..Default::default()
-        });
+    fn show(&mut self, state: &RenderState, texture: &wgpu::Texture) -> Result<(), Diagnostic> {
         let mut renderer = state.renderer.write();
-        let filter = wgpu::FilterMode::Linear;
-        let id = match &self.picture {
-            Some(picture) => {
-                renderer.update_egui_texture_from_wgpu_texture(&state.device, &view, filter, picture.id);
-                picture.id
+        let known = self.picture.take().map(|picture| picture.id);
+        let shown = guarded(&state.device, "the picture in the window", || {
+            let view = texture.create_view(&wgpu::TextureViewDescriptor {
+                format: Some(texture.format().remove_srgb_suffix()),
+                usage: Some(wgpu::TextureUsages::TEXTURE_BINDING),
+                ..Default::default()
+            });
+            let filter = wgpu::FilterMode::Linear;
+            match known {
+                Some(id) => {
+                    renderer.update_egui_texture_from_wgpu_texture(&state.device, &view, filter, id);
+                    id
+                }
+                None => renderer.register_native_texture(&state.device, &view, filter),
             }
-            None => renderer.register_native_texture(&state.device, &view, filter),
-        };
-        self.picture = Some(Picture { texture: texture.clone(), id });
+        });
+        match shown {
+            Ok(id) => self.picture = Some(Picture { texture: texture.clone(), id }),
+            // It must not be painted; it is registered anew with the next one.
+            Err(reason) => {
+                if let Some(id) = known {
+                    renderer.free_texture(&id);
+                }
+                return Err(reason);
+            }
+        }
+        Ok(())
     }
 }
 
-/// The import that is the picture: the only one that passes write, or "target" among several.
-pub(crate) fn picture_of(plan: &Plan) -> Option<&str> {
-    let is_written = |handle| plan.passes.iter().any(|pass| plan.writes(pass.handle, handle));
-    let mut written = plan.imports().filter(|(_, one)| is_written(one.handle)).map(|(name, _)| name);
-    let first = written.next();
-    let others: Vec<&str> = written.collect();
-    if others.is_empty() { first } else { first.into_iter().chain(others).find(|name| *name == "target") }
+/// A picture like an import of the plan, in the size of the window's frame.
+fn sized(
+    state: &RenderState,
+    like: &wgpu::Texture,
+    resource: &PlannedResource,
+    [width, height]: [u32; 2],
+) -> wgpu::Texture {
+    let mut view_formats = vec![like.format().remove_srgb_suffix()];
+    view_formats.extend(resource.view_format.as_slice());
+    state.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("picture"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: like.format(),
+        usage: like.usage(),
+        view_formats: &view_formats,
+    })
 }

@@ -20,6 +20,7 @@ use umbragraph::executor::{Texels, read_back, read_bytes};
 use umbragraph::frame::FrameInput;
 use umbragraph::low_level::CheckReport;
 use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::picture::picture_of;
 use umbragraph::low_level::source::Sources;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::scene::{Pose, Scene};
@@ -233,7 +234,7 @@ impl<'a> Drawing<'a> {
         let environment = environment.map_or_else(|| Environment::of(None, &plan), |one| Ok(Some(one)))?;
         let pose = scene.rest_pose();
         let draws = SceneResources::new(&graphics.device, &graphics.queue, scene, &pose)?;
-        let picture = target::picture_of(&plan, &captures)?;
+        let picture = picture_of(&plan, &captures)?.to_owned();
         let imports = target::imports(graphics, &plan, &picture);
         let executor = Executor::new(&graphics.device, &graphics.queue, plan, Some(&draws))?;
         Ok(Self {

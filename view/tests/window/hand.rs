@@ -28,13 +28,27 @@ pub(crate) fn module() -> PathBuf {
 }
 
 impl Hand {
-    /// Starts the viewer in a fresh folder with a pipeline.
-    pub(crate) fn start(name: &str, pipeline: &str, arguments: &[&str]) -> Self {
+    /// Starts the viewer in a folder in which more is written first, with arguments that may depend on it; `None` where
+    /// there is no display.
+    pub(crate) fn start_with(
+        name: &str,
+        pipeline: &str,
+        prepare: impl FnOnce(&Path) -> Vec<String>,
+    ) -> Option<Self> {
+        if std::env::var_os("DISPLAY").is_none() {
+            println!("skipped: there is no display; `xvfb-run cargo test` brings one");
+            return None;
+        }
+        Some(Self::launch(name, pipeline, prepare))
+    }
+
+    fn launch(name: &str, pipeline: &str, prepare: impl FnOnce(&Path) -> Vec<String>) -> Self {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
         let _ = std::fs::remove_dir_all(&folder);
         // The log is not beside the pipeline: whatever is written there is looked at.
         std::fs::create_dir_all(folder.join("log")).unwrap();
         std::fs::write(folder.join("own.json"), pipeline).unwrap();
+        let arguments = prepare(&folder);
         let said = std::fs::File::create(folder.join("log/said.txt")).unwrap();
         let display = Display::open();
         let child = Command::new(env!("CARGO_BIN_EXE_umbragraph-view"))
@@ -77,16 +91,15 @@ impl Hand {
     fn until(&mut self, what: &str, mut holds: impl FnMut(&mut Self) -> bool) {
         let begin = Instant::now();
         while !holds(self) {
-            let said = || std::fs::read_to_string(self.folder.join("log/said.txt")).unwrap_or_default();
             if let Ok(Some(status)) = self.child.try_wait() {
-                panic!("waiting for {what} the viewer ended ({status}): {}", said());
+                panic!("waiting for {what} the viewer ended ({status}): {}", self.said());
             }
             let state = || {
                 let mut state = self.state();
                 state.as_object_mut().map(|state| state.remove("controls"));
                 state
             };
-            assert!(begin.elapsed() < PATIENCE, "no {what}: {}\n{}", state(), said());
+            assert!(begin.elapsed() < PATIENCE, "no {what}: {}\n{}", state(), self.said());
             sleep(Duration::from_millis(20));
         }
     }
@@ -201,6 +214,11 @@ impl Hand {
     pub(crate) fn memory(&self) -> u64 {
         let text = std::fs::read_to_string(format!("/proc/{}/statm", self.child.id())).unwrap_or_default();
         text.split(' ').nth(1).and_then(|pages| pages.parse::<u64>().ok()).unwrap_or_default() * 4096
+    }
+
+    /// What the viewer printed as errors.
+    pub(crate) fn said(&self) -> String {
+        std::fs::read_to_string(self.folder.join("log/said.txt")).unwrap_or_default()
     }
 
     /// The files of the folder whose names begin so.

@@ -64,7 +64,7 @@ fn random_input_neither_ends_nor_bloats_the_window() {
         assert!(
             hand.is_running(),
             "after {count} inputs of the seed {seed} the window is gone: {}",
-            said(&hand)
+            hand.said()
         );
         if warm.is_none() && begin.elapsed().as_secs() * 2 >= seconds {
             warm = Some(hand.memory());
@@ -75,7 +75,7 @@ fn random_input_neither_ends_nor_bloats_the_window() {
         hand.display.press(&[], ESCAPE);
     }
     hand.settle();
-    let said = said(&hand);
+    let said = hand.said();
     assert!(!said.contains("panicked"), "{said}");
     let (warm, end) = (warm.unwrap_or_default(), hand.memory());
     println!(
@@ -84,8 +84,4 @@ fn random_input_neither_ends_nor_bloats_the_window() {
         end / 1_000_000
     );
     assert!(end < warm + warm / 4 + 64_000_000, "memory went from {warm} to {end} bytes");
-}
-
-fn said(hand: &crate::hand::Hand) -> String {
-    std::fs::read_to_string(hand.folder.join("log/said.txt")).unwrap_or_default()
 }
