@@ -3,6 +3,7 @@
 mod beginning;
 #[cfg(feature = "gpu")]
 mod drawing;
+mod proving;
 #[cfg(feature = "score")]
 mod scoring;
 mod viewing;
@@ -17,11 +18,10 @@ use umbragraph::low_level::compiler::Objective;
 use umbragraph::low_level::report::GraphFormat;
 use umbragraph::low_level::shader::TargetLanguage;
 
-use crate::validator::ExternalValidator;
-
 pub(crate) use beginning::NewArguments;
 #[cfg(feature = "gpu")]
 pub(crate) use drawing::{AdaptersArguments, RenderArguments, Shot, ToggleArgument};
+pub(crate) use proving::PermutationsArguments;
 #[cfg(feature = "score")]
 pub(crate) use scoring::{Measure, ScoreArguments, TuneArguments};
 pub(crate) use viewing::ViewArguments;
@@ -209,53 +209,6 @@ pub(crate) struct CheckArguments {
     pub(crate) cache: CacheArguments,
 }
 
-#[derive(Args)]
-pub(crate) struct PermutationsArguments {
-    /// The pipelines; without --all or --axes at least one.
-    #[arg(required_unless_present_any = ["all", "axes"])]
-    pub(crate) pipelines: Vec<PathBuf>,
-    /// Only these target profiles; without one those that the pipelines claim, or webgpu.
-    #[arg(long = "profile", value_name = "NAME")]
-    pub(crate) profiles: Vec<String>,
-    /// Everything that the templates of the pipelines, or all templates, can express. What is dead in a folder of
-    /// `--templates` is reported always, and with this also in other templates, unless further ones share and may need it.
-    #[arg(long, conflicts_with_all = ["set", "feature", "preset", "params"])]
-    pub(crate) all: bool,
-    /// One configuration: the pipeline's defaults; implied by anything that gives settings their values.
-    #[arg(long, conflicts_with = "all")]
-    pub(crate) config: bool,
-    #[command(flatten)]
-    pub(crate) settings: Settings,
-    /// The number of threads; without it as many as there are processors. The outcome is the same with any number.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(crate) threads: Option<u16>,
-    /// Writes every distinct text to a folder, with its pass and axes in its name.
-    #[arg(long, value_name = "FOLDER")]
-    pub(crate) write: Option<PathBuf>,
-    /// Lists the axes of the templates instead of checking.
-    #[arg(long)]
-    pub(crate) axes: bool,
-    /// A further validator for every distinct text, such as 'tint --format wgsl -o /dev/null {}'.
-    #[arg(long, value_name = "COMMAND", value_parser = ExternalValidator::parse)]
-    pub(crate) also: Vec<ExternalValidator>,
-    /// The time limit of a further validator for one text.
-    #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=3600))]
-    pub(crate) also_time_limit: u64,
-    /// Proves each distinct text by itself, not only a few that together hold every declaration.
-    #[arg(long)]
-    pub(crate) exhaustive: bool,
-    /// A line for each pass as well: combinations, texts and their sizes.
-    #[arg(long)]
-    pub(crate) verbose: bool,
-    /// The form of the diagnostics: human, json, github or sarif.
-    #[arg(long, value_enum, value_name = "NAME", default_value_t)]
-    pub(crate) format: DiagnosticsFormat,
-    #[command(flatten)]
-    pub(crate) files: Files,
-    #[command(flatten)]
-    pub(crate) cache: CacheArguments,
-}
-
 /// The folder of the results of earlier runs.
 #[derive(Args)]
 pub(crate) struct CacheArguments {
@@ -364,6 +317,9 @@ pub(crate) struct DiffArguments {
     /// The second; without it the first one again, with what is said of the second alone.
     #[arg(required_unless_present_any = ["after_set", "after_feature", "after_preset", "after_params", "after_profile", "after_size", "after_objective"])]
     pub(crate) after: Option<PathBuf>,
+    /// Compares two locks of `umbragraph permutations`: the shaders that a change adds.
+    #[arg(long, requires = "after")]
+    pub(crate) lock: bool,
     #[command(flatten)]
     pub(crate) choices: Choices,
     /// Gives a parameter of the second pipeline alone a value.

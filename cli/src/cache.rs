@@ -17,6 +17,7 @@ use umbragraph::low_level::shader::permutations::Keep;
 use umbragraph::low_level::source::Sources;
 
 use crate::arguments::CacheArguments;
+use crate::lock::Lock;
 use crate::replace::replace;
 
 /// The maximum bytes of all files of the folder; with more, those that were written first go.
@@ -35,6 +36,8 @@ pub(crate) struct Said {
     pub(crate) text: String,
     /// On standard error.
     pub(crate) diagnostics: String,
+    /// The shaders that the pipelines reach, where a lock was asked for.
+    pub(crate) lock: Option<Lock>,
 }
 
 impl Cache {

@@ -36,4 +36,10 @@ umbragraph::low_level::codes! {
     /// A viewer that cannot be started.
     VIEWER = "UG0816", "no viewer",
         "`umbragraph view` starts the program `umbragraph-view`, which lies beside the command or on PATH. It is installed by itself, since a window needs much that the command does not: `cargo install --path view`.";
+    /// A lock that says something else than what is reached.
+    LOCK_DIFFERS = "UG0818", "not as locked",
+        "`umbragraph permutations PIPELINE... --locked` compares the shaders that the pipelines reach with `permutations.lock`: the values of axes, the number of texts, and their contents, for each pass and profile. The same command with `--update` writes what is reached into the lock; its difference shows in review what a change adds.";
+    /// A lock that cannot be read.
+    LOCK_INVALID = "UG0819", "unreadable lock",
+        "`permutations.lock` is written by `umbragraph permutations PIPELINE... --update`. A merge conflict in it, and a lock of another version, are solved by the same command, given all pipelines that the lock names.";
 }

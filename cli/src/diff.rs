@@ -1,7 +1,7 @@
 //! `umbragraph diff`
 //!
 //! Each side is a pipeline, or the report of one that was kept (`umbragraph graph --format json`), so that a change can
-//! be compared with what was there before it.
+//! be compared with what was there before it. With `--lock` both sides are locks of `umbragraph permutations`.
 
 use std::path::Path;
 
@@ -13,6 +13,7 @@ use umbragraph::low_level::source::Sources;
 use crate::arguments::{Choices, DiffArguments};
 use crate::codes;
 use crate::graph::report;
+use crate::lock;
 use crate::session::Session;
 use crate::streams::print;
 
@@ -20,6 +21,9 @@ use crate::streams::print;
 pub(crate) fn run(arguments: &DiffArguments) -> bool {
     let mut session = Session::new(&arguments.choices.files);
     let after = arguments.after.as_ref().unwrap_or(&arguments.before);
+    if arguments.lock {
+        return locks(&mut session, &arguments.before, after);
+    }
     let before = side(&mut session, &arguments.before, &arguments.choices);
     let after = side(&mut session, after, &arguments.after_choices());
     if !session.report() {
@@ -28,6 +32,38 @@ pub(crate) fn run(arguments: &DiffArguments) -> bool {
     let (Some(before), Some(after)) = (before, after) else { return false };
     let lines = diff(&before, &after);
     print(&if lines.is_empty() { "the plans are the same\n".to_owned() } else { lines.join("\n") + "\n" });
+    true
+}
+
+/// Says what differs between two locks; whether both could be read.
+fn locks(session: &mut Session, before: &Path, after: &Path) -> bool {
+    let mut sides = Vec::new();
+    for path in [before, after] {
+        match lock::read(session, path) {
+            Ok(Some((parsed, _))) => sides.push(parsed.lock),
+            Ok(None) => {
+                let name = path.display().to_string();
+                let message = format!("there is no lock \"{name}\"");
+                let missing = Diagnostic::in_file(codes::LOCK_INVALID, name, "", message);
+                session.diagnostics.push(
+                    missing
+                        .help("`git show main:permutations.lock > before.lock` takes one of another branch"),
+                );
+            }
+            Err(diagnostic) => session.diagnostics.push(diagnostic),
+        }
+    }
+    if !session.report() {
+        return false;
+    }
+    let [before, after] = &sides[..] else { return false };
+    let changes = lock::difference(before, after);
+    let line = |change: &lock::Change| format!("{}: {}\n", change.pipeline, change.message);
+    print(&if changes.is_empty() {
+        "the locks are the same\n".to_owned()
+    } else {
+        changes.iter().map(line).collect()
+    });
     true
 }
 

@@ -21,6 +21,7 @@ mod fmt;
 mod graph;
 #[cfg(feature = "gpu")]
 mod interrupt;
+mod lock;
 mod lsp;
 mod mend;
 mod new;

@@ -134,6 +134,11 @@ impl Session {
         self.session.text("<command line>", text)
     }
 
+    /// The place of a text that the command has read by itself.
+    pub(crate) fn text_of(&mut self, name: &str, text: &str) -> Span {
+        self.session.text(name, text)
+    }
+
     /// The folders that a document may read.
     #[cfg(feature = "gpu")]
     pub(crate) fn roots(&self, document: &Path) -> Roots {
@@ -356,10 +361,8 @@ impl Session {
     /// The text that [`Self::report_as`] has printed in a form that is no data.
     pub(crate) fn said(&self, format: DiagnosticsFormat, text: String) -> Said {
         match format {
-            DiagnosticsFormat::Github => {
-                Said { text: self.annotations() + &text, diagnostics: String::new() }
-            }
-            _ => Said { text, diagnostics: self.rendered() },
+            DiagnosticsFormat::Github => Said { text: self.annotations() + &text, ..Said::default() },
+            _ => Said { text, diagnostics: self.rendered(), lock: None },
         }
     }
 

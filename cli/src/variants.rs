@@ -10,6 +10,9 @@ use umbragraph::diagnostic::{Diagnostic, counted};
 use umbragraph::low_level::shader::TemplateSet;
 use umbragraph::low_level::shader::permutations::{Count, Permutations, TemplateReport};
 
+use umbragraph::low_level::source::Span;
+
+use crate::lock::{Lock, LockFile, PassPlaces, Pipeline, Reaching};
 use crate::replace::{replace, unwritable};
 
 /// The outcome of a run.
@@ -31,6 +34,12 @@ pub(crate) struct ReachedConfigurations {
     /// The requests that reach them.
     #[serde(skip)]
     pub(crate) requests: Range<usize>,
+    /// The passes that reach each request.
+    #[serde(skip)]
+    pub(crate) reaching: Vec<Reaching>,
+    /// The place of each pass.
+    #[serde(skip)]
+    pub(crate) places: BTreeMap<String, Span>,
 }
 
 /// The JSON output. `templates` has one entry for each pass and product of axis values.
@@ -67,7 +76,7 @@ impl Outcome {
         let mut text = String::new();
         // Writing to a string cannot fail.
         for reached in &self.reached {
-            let ReachedConfigurations { pipeline, configurations, loaded, rejected, requests } = reached;
+            let ReachedConfigurations { pipeline, configurations, loaded, rejected, requests, .. } = reached;
             let _ = write!(text, "{pipeline}: {}", plural(*configurations, "configuration"));
             if configurations.number != *loaded as u128 {
                 let states = if configurations.exact { "every pass in all its states in " } else { "" };
@@ -124,6 +133,18 @@ impl Outcome {
         let texts = counted(self.permutations.texts, "distinct text");
         let _ = write!(text, "{} covered by {texts}", plural(self.combinations(), "combination"));
         text
+    }
+
+    /// The shaders that the pipelines reach, as their lock has them; with the places of passes.
+    pub(crate) fn lock(&self, file: &LockFile<'_>) -> (Lock, PassPlaces) {
+        let (mut lock, mut places) = (Lock::default(), PassPlaces::new());
+        for reached in &self.reached {
+            let name = file.name_of(Path::new(&reached.pipeline));
+            let pipeline = Pipeline::new(&reached.reaching, &self.permutations.templates);
+            places.extend(reached.places.iter().map(|(pass, at)| ((name.clone(), pass.clone()), *at)));
+            lock.pipelines.insert(name, pipeline);
+        }
+        (lock, places)
     }
 
     /// The passes of a pipeline together.

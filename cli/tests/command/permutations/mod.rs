@@ -1,6 +1,7 @@
 //! `umbragraph permutations`, `wgsl` and what `check` says of profiles and hosts, as a user meets them.
 
 mod configurations;
+mod lock;
 
 use std::path::PathBuf;
 use std::process::{Command, Output};

@@ -270,7 +270,7 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
         causes.add(&ground, failures);
         let verdicts = each.tasks.iter().map(|text| composition.verdict(*text));
         let verdicts = verdicts.map(|verdict| shared(verdict, &mut reflections)).collect();
-        reports.push(summary::report_on(templates, each, verdicts));
+        reports.push(summary::report_on(templates, each, &composition.declarations, verdicts));
     }
     diagnostics.extend(agree::disagreements(templates, &composition.explored, &reports));
     diagnostics.extend(composition.unavailable(options));

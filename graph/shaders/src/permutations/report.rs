@@ -1,5 +1,6 @@
 //! The results of a permutation check, as data to print, compare and serialise.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::reflection::{Binding, Reflection};
@@ -42,8 +43,13 @@ pub struct TemplateReport {
     pub covered: Count,
     /// The number of paths through the template, each one rendering.
     pub paths: usize,
+    /// The axes that paths read, with the values that they took.
+    pub values: BTreeMap<String, BTreeSet<AxisValue>>,
     /// The distinct texts.
     pub variants: Vec<VariantReport>,
+    /// Hashes of the distinct declarations of the texts.
+    #[serde(skip)]
+    pub declarations: BTreeSet<u64>,
     /// The axes on which nothing depends.
     pub dead_axes: Vec<String>,
     /// The size that each value adds to the text.

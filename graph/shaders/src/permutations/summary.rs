@@ -1,9 +1,11 @@
-//! Builds a report from texts and verdicts: variants, coverage, the union of their interfaces, sizes, dead axes and text.
+//! Builds a report from texts and verdicts: variants, coverage, values of axes, the union of their interfaces, sizes, dead axes and text.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::sync::Arc;
 
 use super::dead;
+use super::explore::Exploration;
+use super::interned::{Declarations, Id};
 use super::proven::{Explored, Verdict};
 use super::report::{TemplateReport, ValueBytes, VariantReport};
 use crate::axes::{Axes, AxisMode};
@@ -11,12 +13,13 @@ use crate::reflection::interface;
 use crate::rendering::render;
 use crate::rendering::templates::TemplateSet;
 use crate::variant::compile::template_values;
-use umbragraph_text::diagnostic::{AxisValues, Count};
+use umbragraph_text::diagnostic::{AxisValue, AxisValues, Count};
 
 /// The report on one request.
 pub(super) fn report_on(
     templates: &TemplateSet,
     each: &Explored<'_>,
+    declarations: &Declarations,
     verdicts: Vec<Verdict>,
 ) -> TemplateReport {
     let Explored { request, space, exploration, .. } = each;
@@ -53,11 +56,35 @@ pub(super) fn report_on(
         // Paths that were not taken hold further combinations.
         covered: Count { exact: covered.exact && exploration.complete, ..covered },
         paths: exploration.leaves.len(),
+        values: values_of(exploration),
+        declarations: declarations_of(exploration, declarations),
         dead_axes: dead_axes(templates, each, &variants),
         bytes_of_values: bytes_of_values(templates, each),
         variants,
         interface,
     }
+}
+
+/// The values of each axis on the paths.
+fn values_of(exploration: &Exploration) -> BTreeMap<String, BTreeSet<AxisValue>> {
+    let mut values: BTreeMap<String, BTreeSet<AxisValue>> = BTreeMap::new();
+    for (name, value) in exploration.leaves.iter().flat_map(|leaf| leaf.decided.iter()) {
+        match values.get_mut(name) {
+            Some(known) if known.contains(value) => {}
+            Some(known) => drop(known.insert(value.clone())),
+            None => drop(values.insert(name.clone(), [value.clone()].into())),
+        }
+    }
+    values
+}
+
+/// Hashes of the distinct declarations; they do not depend on the order in which threads found them.
+fn declarations_of(exploration: &Exploration, declarations: &Declarations) -> BTreeSet<u64> {
+    let ids: BTreeSet<Id> =
+        exploration.texts.iter().flat_map(|text| text.declarations.iter().flatten()).copied().collect();
+    let all = ids.into_iter().filter_map(|id| declarations.all.get(id as usize));
+    let hash = |text: &str| blake3::hash(text.as_bytes()).as_bytes().first_chunk().copied();
+    all.filter_map(|declared| hash(&declared.text)).map(u64::from_le_bytes).collect()
 }
 
 fn dead_axes(templates: &TemplateSet, each: &Explored<'_>, variants: &[VariantReport]) -> Vec<String> {

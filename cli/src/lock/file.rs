@@ -1,0 +1,192 @@
+//! The file of a lock: held to what is reached, or written.
+//!
+//! A run concerns the pipelines that it is given; what the lock says of others stays, unless their files are gone. A
+//! lock that cannot be read, such as one with the marks of a merge conflict, is written anew if the run is given every
+//! pipeline that it names.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::ErrorKind;
+use std::path::{Component, Path, PathBuf};
+
+use umbragraph::diagnostic::{Diagnostic, Place};
+use umbragraph::low_level::compose::read_bytes;
+use umbragraph::low_level::source::Span;
+
+use super::text::Invalid;
+use super::{Change, Lock, Parsed, difference};
+use crate::codes;
+use crate::replace::replace;
+use crate::session::Session;
+
+/// The maximum bytes of a lock.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// The path of a lock.
+pub(crate) struct LockFile<'p> {
+    path: &'p Path,
+}
+
+/// The places of passes, by the names of pipelines and passes.
+pub(crate) type PassPlaces = BTreeMap<(String, String), Span>;
+
+impl<'p> LockFile<'p> {
+    pub(crate) fn new(path: &'p Path) -> Self {
+        Self { path }
+    }
+
+    /// The name of a pipeline in the lock: its path as seen from the folder of the lock, so that no machine's folders are
+    /// in it.
+    pub(crate) fn name_of(&self, pipeline: &Path) -> String {
+        let slashed = |path: &Path| path.display().to_string().replace('\\', "/");
+        let plain = |path: &Path| Some(normal(&std::path::absolute(path).ok()?));
+        let is_bundled = pipeline.to_string_lossy().starts_with("umbragraph:");
+        let (Some(own), Some(path)) = (plain(self.path), plain(pipeline).filter(|_| !is_bundled)) else {
+            return slashed(pipeline);
+        };
+        let folder = own.parent().unwrap_or(Path::new(""));
+        let shared = folder.components().zip(path.components()).take_while(|(a, b)| a == b).count();
+        if shared == 0 {
+            return slashed(&path);
+        }
+        let up = folder.components().skip(shared).map(|_| Component::ParentDir);
+        slashed(&up.chain(path.components().skip(shared)).collect::<PathBuf>())
+    }
+
+    /// Whether the file of a pipeline of the lock is there.
+    fn exists(&self, name: &str) -> bool {
+        name.starts_with("umbragraph:") || self.path.parent().unwrap_or(Path::new("")).join(name).exists()
+    }
+
+    fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    /// The text of the file; `None` where there is none.
+    fn text(&self) -> Result<Option<String>, Diagnostic> {
+        let failed = |reason: String| {
+            let message = format!("the lock \"{}\" cannot be read: {reason}", self.name());
+            Diagnostic::in_file(codes::LOCK_INVALID, self.name(), "", message).help(MEND)
+        };
+        match read_bytes(self.path, MAX_BYTES) {
+            Ok(Some(bytes)) => {
+                String::from_utf8(bytes).map(Some).map_err(|_| failed("it is not UTF-8".to_owned()))
+            }
+            Ok(None) => Err(failed(format!("it has more than {MAX_BYTES} bytes"))),
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(failed(error.to_string())),
+        }
+    }
+
+    /// The differences of a lock from what is reached of some pipelines; with those whose files are gone.
+    fn changes(&self, lock: &Lock, reached: &Lock) -> Vec<Change> {
+        let mut before = lock.clone();
+        before.pipelines.retain(|name, _| reached.pipelines.contains_key(name) || !self.exists(name));
+        difference(&before, reached)
+    }
+
+    /// Whether the lock says what is reached.
+    pub(crate) fn is_held(&self, reached: &Lock) -> bool {
+        let text = self.text().ok().flatten();
+        let parsed = text.and_then(|text| Parsed::new(&text).ok());
+        parsed.is_some_and(|parsed| self.changes(&parsed.lock, reached).is_empty())
+    }
+}
+
+const MEND: &str = "`umbragraph permutations PIPELINE... --update` writes it anew";
+
+/// A lock of the disk, with its text among the sources; `None` where there is no file.
+///
+/// # Errors
+/// A file that is no lock.
+pub(crate) fn read(session: &mut Session, path: &Path) -> Result<Option<(Parsed, Span)>, Diagnostic> {
+    let file = LockFile::new(path);
+    let Some(text) = file.text()? else { return Ok(None) };
+    let whole = session.text_of(&file.name(), &text);
+    match Parsed::new(&text) {
+        Ok(parsed) => Ok(Some((parsed, whole))),
+        Err(Invalid { range, message, .. }) => {
+            Err(Diagnostic::error(codes::LOCK_INVALID, whole.inside(range), message).help(MEND))
+        }
+    }
+}
+
+/// Holds what is reached to the lock: a diagnostic for each difference, at the pass.
+pub(crate) fn hold(session: &mut Session, file: &LockFile<'_>, reached: &Lock, places: &PassPlaces) {
+    let (parsed, whole) = match read(session, file.path) {
+        Ok(Some(found)) => found,
+        Ok(None) => {
+            let message = format!("there is no lock \"{}\"", file.name());
+            let missing = Diagnostic::in_file(codes::LOCK_DIFFERS, file.name(), "", message);
+            let help = "`umbragraph permutations PIPELINE... --update` writes it; commit it";
+            session.diagnostics.push(missing.help(help));
+            return;
+        }
+        Err(diagnostic) => {
+            session.diagnostics.push(diagnostic);
+            return;
+        }
+    };
+    for Change { pipeline, pass, message } in file.changes(&parsed.lock, reached) {
+        let key = pass.map(|pass| (pipeline.clone(), pass));
+        let line = key.as_ref().and_then(|key| parsed.passes.get(key));
+        let line = line.or_else(|| parsed.pipelines.get(&pipeline)).map(|line| whole.inside(line.clone()));
+        let of_pass = key.as_ref().and_then(|key| places.get(key)).copied();
+        let whole_file = || Place::File { path: pipeline.clone(), locator: String::new() };
+        let place = of_pass.or(line).map_or_else(whole_file, Place::Span);
+        let mut difference = Diagnostic::error(codes::LOCK_DIFFERS, place, message)
+            .help(format!("if it is meant, run the same with --update and commit \"{}\"", file.name()));
+        if let (Some(_), Some(line)) = (of_pass, line) {
+            difference = difference.related(line, "the lock has other figures");
+        }
+        session.diagnostics.push(difference);
+    }
+}
+
+/// Writes what is reached of some pipelines into the lock; the differences in words.
+///
+/// # Errors
+/// A file that cannot be written, or that names further pipelines and cannot be read.
+pub(crate) fn update(file: &LockFile<'_>, reached: &Lock) -> Result<String, Diagnostic> {
+    let name = file.name();
+    // What cannot be read cannot be kept.
+    let text = file.text().unwrap_or_default();
+    let before = match text.as_deref().map(Parsed::new) {
+        None => Lock::default(),
+        Some(Ok(parsed)) => parsed.lock,
+        Some(Err(invalid)) => {
+            let is_lost = |name: &&String| !reached.pipelines.contains_key(*name) && file.exists(name);
+            let lost: BTreeSet<&str> = invalid.pipelines.iter().filter(is_lost).map(String::as_str).collect();
+            if !lost.is_empty() {
+                let lost = lost.into_iter().collect::<Vec<_>>().join(" ");
+                let message = format!("the lock \"{name}\" cannot be kept: {}", invalid.message);
+                let help = format!("give all pipelines that it names, {lost} as well");
+                return Err(Diagnostic::in_file(codes::LOCK_INVALID, name, "", message).help(help));
+            }
+            Lock::default()
+        }
+    };
+    let mut lock = before.clone();
+    lock.pipelines.retain(|name, _| file.exists(name));
+    lock.pipelines.extend(reached.pipelines.clone());
+    let new = lock.text();
+    if text.is_some_and(|old| old.replace("\r\n", "\n") == new) {
+        return Ok(format!("{name}: as it was\n"));
+    }
+    replace(file.path, &new)?;
+    let change = |Change { pipeline, message, .. }: Change| format!("{pipeline}: {message}\n");
+    let changes: String = difference(&before, &lock).into_iter().map(change).collect();
+    Ok(format!("{changes}{name}: written\n"))
+}
+
+/// A path without `.` and `..`.
+fn normal(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir => drop(out.pop()),
+            other => out.push(other),
+        }
+    }
+    out
+}

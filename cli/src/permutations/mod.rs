@@ -1,0 +1,186 @@
+//! `umbragraph permutations`
+//!
+//! Three modes: what the configurations of the given pipelines reach; one configuration of them; everything that the
+//! templates can express. Each pipeline's configurations are loaded in full besides, so its bindings, and what scenes
+//! upload for a geometry named `scene`, are compared with every variant.
+
+mod requests;
+mod shared;
+
+use std::collections::BTreeSet;
+use std::io::IsTerminal as _;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use umbragraph::diagnostic::Place;
+use umbragraph::low_level::shader::permutations::{self, Keep, Options, Request, Validator};
+
+use crate::arguments::{DiagnosticsFormat, PermutationsArguments};
+use crate::axes;
+use crate::cache::{Cache, Said};
+use crate::lock::{Lock, LockFile, hold, update};
+use crate::session::Session;
+use crate::streams::{complain, print, print_json};
+use crate::validator::ExternalValidator;
+use crate::variants::{Outcome, proven_now, write};
+use requests::requests;
+use shared::shared;
+
+/// Proves variants; whether there were no errors.
+pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
+    let mut session = Session::new(&arguments.files);
+    let file = LockFile::new(&arguments.lock);
+    let cache = Cache::new(&arguments.cache);
+    // What is more than a text for people is made anew.
+    let is_text = !arguments.format.is_data()
+        && arguments.write.is_none()
+        && arguments.also.is_empty()
+        // Parameter files are read later than the name is made.
+        && arguments.settings.params.is_empty()
+        && !arguments.axes
+        && !arguments.exhaustive;
+    let cached = cache.as_ref().filter(|_| is_text).map(|cache| {
+        session.read_all(&arguments.pipelines, &arguments.files.extension);
+        (cache, cache.run(session.sources()))
+    });
+    let said = cached.as_ref().and_then(|(cache, name)| cache.said(name));
+    let is_known = |said: &Said| {
+        // A difference is shown at its pass.
+        !arguments.locked || said.lock.as_ref().is_some_and(|lock| file.is_held(lock))
+    };
+    if let Some(said) = said.filter(is_known) {
+        print(&format!("{}{}", said.text, proven_now(0, 0)));
+        complain(&said.diagnostics);
+        return said
+            .lock
+            .filter(|_| arguments.update)
+            .is_none_or(|lock| write_lock(arguments, &session, &lock));
+    }
+    let mut outcome = Outcome::default();
+    if let Some((requests, reached)) = requests(arguments, &mut session) {
+        outcome.reached = reached;
+        if arguments.axes {
+            list_axes(arguments, &session, &requests);
+            return session.report();
+        }
+        let external = validators(arguments, &mut session);
+        let external: Vec<&dyn Validator> = external.iter().map(|one| one as &dyn Validator).collect();
+        outcome.permutations = prove(arguments, &session, &requests, &external, cache.as_ref());
+        session.diagnostics.extend(std::mem::take(&mut outcome.permutations.diagnostics));
+        if let Some(folder) = &arguments.write
+            && let Err(diagnostic) = write(folder, &session.templates, &outcome.permutations.templates)
+        {
+            session.diagnostics.push(diagnostic);
+        }
+    }
+    // Where something is wrong, it is not known what is reached.
+    let is_whole = !session.diagnostics.has_errors();
+    let asked = (arguments.locked || arguments.update) && is_whole;
+    let lock = asked.then(|| {
+        let (lock, places) = outcome.lock(&file);
+        if arguments.locked {
+            hold(&mut session, &file, &lock, &places);
+        }
+        lock
+    });
+    let text = outcome.human(arguments.verbose);
+    let proven = proven_now(outcome.permutations.proven, outcome.permutations.texts);
+    let is_fine = session.report_as(
+        arguments.format,
+        || format!("{text}{proven}"),
+        |diagnostics| outcome.json(diagnostics),
+    );
+    let is_written = match lock.as_ref().filter(|_| arguments.update) {
+        Some(lock) => write_lock(arguments, &session, lock),
+        None if arguments.update => {
+            complain(&format!("{} is left as it is, because of errors\n", arguments.lock.display()));
+            false
+        }
+        None => true,
+    };
+    if let Some((cache, name)) = cached.filter(|_| is_fine) {
+        cache.keep(&name, &Said { lock, ..session.said(arguments.format, text) });
+    }
+    is_fine && is_written
+}
+
+/// Writes the lock, and says what differs from before; whether it could be written.
+fn write_lock(arguments: &PermutationsArguments, session: &Session, lock: &Lock) -> bool {
+    match update(&LockFile::new(&arguments.lock), lock) {
+        Ok(said) => {
+            let say = if arguments.format.is_data() { complain } else { print };
+            say(&said);
+            true
+        }
+        Err(diagnostic) => session.fail(diagnostic),
+    }
+}
+
+fn list_axes(arguments: &PermutationsArguments, session: &Session, requests: &[Request]) {
+    let names: BTreeSet<&String> = requests.iter().map(|request| &request.template).collect();
+    match arguments.format {
+        DiagnosticsFormat::Json => print_json(&format!("{:#}\n", axes::json(&session.templates, names))),
+        _ => print(&axes::human(&session.templates, names)),
+    }
+}
+
+/// The further validators, each with its place on the command line.
+fn validators(arguments: &PermutationsArguments, session: &mut Session) -> Vec<ExternalValidator> {
+    let time_limit = Duration::from_secs(arguments.also_time_limit);
+    let mut placed = |validator: &ExternalValidator| {
+        let place = Place::Span(session.on_command_line(&validator.text));
+        ExternalValidator { time_limit, place, ..validator.clone() }
+    };
+    arguments.also.iter().map(&mut placed).collect()
+}
+
+fn prove(
+    arguments: &PermutationsArguments,
+    session: &Session,
+    requests: &[Request],
+    external: &[&dyn Validator],
+    cache: Option<&Cache>,
+) -> permutations::Permutations {
+    let bar = std::io::stderr().is_terminal().then(|| {
+        let bar = ProgressBar::new(0);
+        match ProgressStyle::with_template("{bar:40} {pos} of {len} texts, {eta} left") {
+            Ok(style) => bar.with_style(style),
+            Err(_) => bar,
+        }
+    });
+    let progress = |done: usize, all: usize| {
+        if let Some(bar) = &bar {
+            // Threads may report out of their order.
+            let (done, all) = (done as u64, all as u64);
+            bar.update(|state| {
+                state.set_pos(done.max(state.pos()));
+                state.set_len(all.max(state.len().unwrap_or(0)));
+            });
+        }
+    };
+    let defaults = Options::default();
+    let names: BTreeSet<String> = requests.iter().map(|request| request.template.clone()).collect();
+    let everything = arguments.all || arguments.pipelines.is_empty();
+    let has_own = session.own_files.is_some();
+    let shared = if everything || has_own { shared(session, &names) } else { BTreeSet::new() };
+    let options = Options {
+        threads: arguments.threads.map_or(defaults.threads, usize::from),
+        external,
+        exhaustive: arguments.exhaustive,
+        keep: cache.map(|cache| cache as &dyn Keep),
+        // An error elsewhere, such as a word that an axis never is, may be why.
+        report_dead: everything && !session.diagnostics.has_errors(),
+        shared: shared.clone(),
+        progress: &progress,
+        ..defaults
+    };
+    let mut outcome = permutations::check(&session.templates, requests, &options);
+    // What a pipeline reaches says nothing of what is dead; in files of the user's own, all that they express does.
+    if !everything && has_own && !outcome.diagnostics.has_errors() && !session.diagnostics.has_errors() {
+        outcome.diagnostics.extend(permutations::dead(&session.templates, &names, &shared));
+    }
+    if let Some(bar) = &bar {
+        bar.finish_and_clear();
+    }
+    outcome
+}
