@@ -6,6 +6,7 @@ use super::failure::{self, place_rejection};
 use super::prove::Proof;
 use super::units::Refusal;
 use super::validator::Opinion;
+use crate::rules::uniform_branches;
 use crate::written::declarations::{self, Kind};
 use crate::written::rejection::{Rejection, Scope};
 use crate::written::text_map::Source;
@@ -27,6 +28,11 @@ impl Composition<'_> {
         let split = each.exploration.texts[own].declarations.as_deref().filter(|_| !options.exhaustive);
         let ranges = split.and_then(|_| declarations::split(&source.wgsl)).unwrap_or_default();
         let mut summaries = proof.summaries;
+        // Of a text that is of units it is worked out from these.
+        let together = summaries.iter().filter(|_| split.is_none()).flatten();
+        let together: Vec<_> =
+            together.map(|(name, summary)| (name.as_str(), &summary.branches)).collect();
+        let branches = uniform_branches::found(&together);
         for (range, id) in ranges.iter().zip(split.into_iter().flatten()) {
             let name = self.declarations.name_of(*id);
             let known = summaries.as_mut().and_then(|all| all.get_mut(name));
@@ -85,10 +91,8 @@ impl Composition<'_> {
             .zip(options.external)
             .filter_map(|(opinion, validator)| failure::disagreement(opinion, *validator, source))
             .collect();
-        // Where functions come together is looked at for every text that is of units.
-        let branches = proof.branches.iter().filter(|_| resolved.is_none());
         let fatal = proof.rejections.iter().map(|(one, profiles)| (one, bits(profiles), true));
-        let others = proof.advice.iter().chain(branches).chain(&external).map(|one| (one, everything, false));
+        let others = proof.advice.iter().chain(&branches).chain(&external).map(|one| (one, everything, false));
         let mut own_refusals = Vec::new();
         for (rejection, profiles, is_fatal) in fatal.chain(others) {
             let refusal = Refusal {

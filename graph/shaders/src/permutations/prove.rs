@@ -12,7 +12,7 @@ use crate::module::wgsl::Resolved;
 use crate::module::{backend, wgsl};
 use crate::reflection::{self, Reflection};
 use crate::rules::summary::{self, Summary};
-use crate::rules::{limits, uniform_branches};
+use crate::rules::limits;
 use crate::targets::profile::{TargetLanguage, TargetProfile};
 use crate::variant::compile;
 use crate::written::rejection::Rejection;
@@ -24,7 +24,7 @@ use umbragraph_text::diagnostic::AxisValues;
 pub(crate) struct Subject<'a> {
     axes: &'a Axes,
     /// The values of override axes that are tried, the defaults first.
-    overrides: Vec<AxisValues>,
+    pub(crate) overrides: Vec<AxisValues>,
     pub(crate) profiles: &'a [TargetProfile],
 }
 
@@ -54,8 +54,6 @@ pub(crate) struct Proof {
     pub(crate) rejections: Vec<(Rejection, Vec<usize>)>,
     /// Advice: constructs that are valid but better avoided.
     pub(crate) advice: Vec<Rejection>,
-    /// Advice about functions where they come together.
-    pub(crate) branches: Vec<Rejection>,
     /// The summaries of its functions for their callers, if at least one profile has them validated.
     pub(crate) summaries: Option<BTreeMap<String, Summary>>,
     /// The reflection, if at least one profile accepts the text.
@@ -89,7 +87,6 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
 fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Rejection> {
     let mut proof = Proof::default();
     let module = wgsl::parse(&task.source.wgsl)?;
-    proof.branches = uniform_branches::found(&module);
     let mut beyond = Vec::new();
     let sets = overrides::sets(subject.axes, &subject.overrides, &module)?;
     let mut by_capabilities: BTreeMap<u64, Vec<usize>> = BTreeMap::new();

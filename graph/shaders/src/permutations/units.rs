@@ -294,17 +294,16 @@ impl Units {
         text.iter().position(|id| declarations.all[*id as usize].name == Some(name))
     }
 
-    /// The functions among units with branches that matter, by name.
+    /// The functions among units with branches that matter: name and branches of each.
     pub(super) fn branches<'u>(
         &'u self,
         declarations: &'u Declarations,
-        units: &[Id],
-    ) -> BTreeMap<&'u str, (Id, &'u Branches)> {
-        let of = |id: &Id| {
+        units: &'u [Id],
+    ) -> impl Iterator<Item = (Id, (&'u str, &'u Branches))> {
+        units.iter().filter_map(|id| {
             let unit = &self.all[*id as usize];
             let branches = Some(&unit.summary.as_ref()?.branches).filter(|branches| !branches.is_empty())?;
-            Some((declarations.name(unit.name?), (*id, branches)))
-        };
-        units.iter().filter_map(of).collect()
+            Some((*id, (declarations.name(unit.name?), branches)))
+        })
     }
 }

@@ -86,10 +86,10 @@ impl<'a> Composition<'a> {
         let mut key: Vec<u32> = units.iter().filter(branches).copied().collect();
         key.sort_unstable();
         let work = || {
-            let all = self.tables[table].branches(&self.declarations, units);
-            let branches = all.iter().map(|(name, (_, branches))| (*name, *branches)).collect();
-            let decided = uniform_branches::decided(&branches).into_iter();
-            decided.filter_map(|(name, at)| Some((all.get(name)?.0, at))).collect()
+            let (ids, functions): (Vec<u32>, Vec<_>) =
+                self.tables[table].branches(&self.declarations, units).unzip();
+            let decided = uniform_branches::decided(&functions).into_iter();
+            decided.filter_map(|(function, at)| Some((*ids.get(function)?, at))).collect()
         };
         known.entry((table, key)).or_insert_with(work).clone()
     }

@@ -31,7 +31,7 @@ const UNIFORM: Sources = 1;
 const OTHER: Sources = 2;
 
 /// Something that a function leaves open.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 enum Open {
     Argument(u32),
     /// The result of the function of this name.
@@ -39,35 +39,32 @@ enum Open {
 }
 
 /// The dependencies of a value.
-#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 struct Dependencies {
     known: Sources,
-    open: BTreeSet<Open>,
+    /// Bits of what its function leaves open.
+    open: u64,
 }
 
 impl Dependencies {
     fn known(known: Sources) -> Self {
-        Self { known, open: BTreeSet::new() }
+        Self { known, open: 0 }
     }
 
-    fn open(open: Open) -> Self {
-        Self { known: 0, open: [open].into() }
+    fn add(&mut self, other: Self) {
+        *self = self.and(other);
     }
 
-    fn add(&mut self, other: &Self) {
-        self.known |= other.known;
-        self.open.extend(other.open.iter().cloned());
-    }
-
-    fn and(mut self, other: &Self) -> Self {
-        self.add(other);
-        self
+    fn and(self, other: Self) -> Self {
+        Self { known: self.known | other.known, open: self.open | other.open }
     }
 }
 
 /// The branches of a function, and what it passes on.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Branches {
+    /// What is left open, by bits of dependencies.
+    open: Vec<Open>,
     /// The conditions, with the place of each in the text.
     conditions: Vec<(Dependencies, Range<usize>)>,
     calls: Vec<(String, Vec<Dependencies>)>,
@@ -97,98 +94,117 @@ impl Branches {
 
 /// The branches of a function, or of an entry point of a stage.
 pub(crate) fn of(module: &Module, function: &Function, stage: Option<ShaderStage>) -> Branches {
-    let (mut locals, mut result) = (HashMap::new(), Dependencies::default());
+    let branches = Branches {
+        arguments: function.arguments.len(),
+        is_fragment: stage == Some(ShaderStage::Fragment),
+        ..Branches::default()
+    };
+    let is_entry = stage.is_some();
+    let mut visit = Visit { module, function, is_entry, locals: HashMap::new(), values: Vec::new(), branches };
     loop {
-        let before = (locals.clone(), result.clone());
-        let mut visit = Visit {
-            module,
-            function,
-            is_entry: stage.is_some(),
-            locals,
-            result,
-            values: Vec::new(),
-            conditions: Vec::new(),
-            calls: Vec::new(),
-        };
+        let before = (visit.locals.clone(), visit.branches.result);
+        visit.values.clear();
+        visit.branches.conditions.clear();
+        visit.branches.calls.clear();
         visit.expressions();
-        visit.block(&function.body, &Dependencies::default());
-        if before == (visit.locals.clone(), visit.result.clone()) {
-            return Branches {
-                conditions: visit.conditions,
-                calls: visit.calls,
-                result: visit.result,
-                arguments: function.arguments.len(),
-                is_fragment: stage == Some(ShaderStage::Fragment),
-            };
+        visit.block(&function.body, Dependencies::default());
+        if before == (visit.locals.clone(), visit.branches.result) {
+            return visit.branches;
         }
-        (locals, result) = (visit.locals, visit.result);
     }
 }
 
-/// The conditions that uniforms alone decide where these functions come together: name and index of each.
-pub(crate) fn decided<'b>(functions: &BTreeMap<&'b str, &Branches>) -> BTreeSet<(&'b str, usize)> {
+/// The conditions that uniforms alone decide where these functions come together: index of the function, and of its
+/// condition.
+pub(crate) fn decided(functions: &[(&str, &Branches)]) -> BTreeSet<(usize, usize)> {
+    let by_name: HashMap<&str, usize> =
+        functions.iter().enumerate().map(|(at, (name, _))| (*name, at)).collect();
+    let results = |branches: &Branches| -> Vec<Option<usize>> {
+        let result = |open: &Open| match open {
+            Open::Argument(_) => None,
+            Open::Result(callee) => by_name.get(callee.as_str()).copied(),
+        };
+        branches.open.iter().map(result).collect()
+    };
+    let results: Vec<Vec<Option<usize>>> = functions.iter().map(|(_, branches)| results(branches)).collect();
+    let callees: Vec<Vec<Option<usize>>> = functions
+        .iter()
+        .map(|(_, each)| each.calls.iter().map(|(callee, _)| by_name.get(callee.as_str()).copied()).collect())
+        .collect();
     // Of the conditions that begin at one place the last is the whole.
-    let mut found: BTreeMap<(&str, usize), usize> = BTreeMap::new();
-    for (entry, _) in functions.iter().filter(|(_, branches)| branches.is_fragment) {
+    let mut found: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+    for entry in (0..functions.len()).filter(|at| functions[*at].1.is_fragment) {
         // Of each function that is reached: what its arguments and its result depend on.
-        let mut reached: BTreeMap<&str, (Vec<Sources>, Sources)> = BTreeMap::new();
-        reached.insert(entry, (Vec::new(), 0));
-        loop {
-            let before = reached.clone();
-            for (name, branches) in functions {
-                let Some((arguments, _)) = reached.get(name).cloned() else { continue };
-                for (callee, passed) in &branches.calls {
-                    let Some((callee, known)) = functions.get_key_value(callee.as_str()) else { continue };
-                    let passed: Vec<Sources> =
-                        passed.iter().map(|one| value(one, &arguments, &reached)).collect();
-                    let (of_callee, _) =
-                        reached.entry(callee).or_insert_with(|| (vec![0; known.arguments], 0));
-                    of_callee.iter_mut().zip(passed).for_each(|(known, passed)| *known |= passed);
-                }
-                let result = value(&branches.result, &arguments, &reached);
-                reached.entry(name).and_modify(|known| known.1 |= result);
+        let mut reached: Vec<Option<Reached>> = vec![None; functions.len()];
+        reached[entry] = Some(Reached::default());
+        let mut open = vec![entry];
+        let value = |of: Dependencies, at: usize, reached: &[Option<Reached>]| {
+            let known = reached[at].as_ref();
+            let mut all = of.known;
+            let mut bits = of.open;
+            while bits != 0 {
+                let bit = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                all |= match (functions[at].1.open.get(bit), results[at].get(bit)) {
+                    (Some(Open::Argument(argument)), _) => known
+                        .and_then(|known| known.arguments.get(*argument as usize).copied())
+                        .unwrap_or(OTHER),
+                    (_, Some(Some(callee))) => reached[*callee].as_ref().map_or(0, |callee| callee.result),
+                    _ => 0,
+                };
             }
-            if before == reached {
-                break;
+            all
+        };
+        while let Some(at) = open.pop() {
+            let branches = functions[at].1;
+            for ((_, passed), callee) in branches.calls.iter().zip(&callees[at]) {
+                let Some(callee) = *callee else { continue };
+                let passed: Vec<Sources> = passed.iter().map(|one| value(*one, at, &reached)).collect();
+                let is_new = reached[callee].is_none();
+                let of_callee = reached[callee].get_or_insert_with(|| Reached {
+                    arguments: vec![0; functions[callee].1.arguments],
+                    ..Reached::default()
+                });
+                if !of_callee.callers.contains(&at) {
+                    of_callee.callers.push(at);
+                }
+                let before = of_callee.arguments.clone();
+                of_callee.arguments.iter_mut().zip(passed).for_each(|(known, passed)| *known |= passed);
+                if is_new || before != of_callee.arguments {
+                    open.push(callee);
+                }
+            }
+            let result = value(branches.result, at, &reached);
+            let Some(own) = &mut reached[at] else { continue };
+            if own.result | result != own.result {
+                own.result |= result;
+                open.extend(&own.callers);
             }
         }
-        for (name, branches) in functions {
-            let Some((arguments, _)) = reached.get(name) else { continue };
-            for (at, (condition, place)) in branches.conditions.iter().enumerate() {
-                if value(condition, arguments, &reached) == UNIFORM {
-                    let last = found.entry((*name, place.start)).or_default();
-                    *last = (*last).max(at);
+        for (at, (_, branches)) in functions.iter().enumerate().filter(|(at, _)| reached[*at].is_some()) {
+            for (number, (condition, place)) in branches.conditions.iter().enumerate() {
+                if value(*condition, at, &reached) == UNIFORM {
+                    let last = found.entry((at, place.start)).or_default();
+                    *last = (*last).max(number);
                 }
             }
         }
     }
-    found.into_iter().map(|((name, _), at)| (name, at)).collect()
+    found.into_iter().map(|((at, _), number)| (at, number)).collect()
 }
 
-/// The dependencies of a value of a function, given those of its arguments and those of all functions that are reached.
-fn value(
-    of: &Dependencies,
-    arguments: &[Sources],
-    reached: &BTreeMap<&str, (Vec<Sources>, Sources)>,
-) -> Sources {
-    of.open.iter().fold(of.known, |all, open| {
-        all | match open {
-            Open::Argument(at) => arguments.get(*at as usize).copied().unwrap_or(OTHER),
-            Open::Result(callee) => reached.get(callee.as_str()).map_or(0, |known| known.1),
-        }
-    })
+/// A function that an entry point reaches.
+#[derive(Clone, Debug, Default)]
+struct Reached {
+    arguments: Vec<Sources>,
+    result: Sources,
+    callers: Vec<usize>,
 }
 
-/// The conditions of a module's fragment stages that uniforms alone decide.
-pub(crate) fn found(module: &Module) -> Vec<Rejection> {
-    let name = |function: &Function| function.name.clone().unwrap_or_default();
-    let functions = module.functions.iter().map(|(_, each)| (name(each), of(module, each, None)));
-    let entries = module.entry_points.iter();
-    let entries = entries.map(|each| (each.name.clone(), of(module, &each.function, Some(each.stage))));
-    let all: Vec<(String, Branches)> = functions.chain(entries).collect();
-    let all: BTreeMap<&str, &Branches> = all.iter().map(|(name, each)| (name.as_str(), each)).collect();
-    let places = decided(&all).into_iter().filter_map(|(name, at)| Some(all.get(name)?.place(at)));
-    let mut places: Vec<Range<usize>> = places.collect();
+/// The conditions that uniforms alone decide in a module of these functions.
+pub(crate) fn found(functions: &[(&str, &Branches)]) -> Vec<Rejection> {
+    let mut places: Vec<Range<usize>> =
+        decided(functions).into_iter().map(|(at, number)| functions[at].1.place(number)).collect();
     places.sort_by_key(|range| range.start);
     places.into_iter().map(advice).collect()
 }
@@ -207,37 +223,49 @@ struct Visit<'a> {
     function: &'a Function,
     is_entry: bool,
     locals: HashMap<Handle<LocalVariable>, Dependencies>,
-    result: Dependencies,
     /// The dependencies of each expression.
     values: Vec<Dependencies>,
-    conditions: Vec<(Dependencies, Range<usize>)>,
-    calls: Vec<(String, Vec<Dependencies>)>,
+    branches: Branches,
 }
 
 impl Visit<'_> {
     fn of(&self, expression: Handle<Expression>) -> Dependencies {
-        self.values.get(expression.index()).cloned().unwrap_or_else(|| Dependencies::known(OTHER))
+        self.values.get(expression.index()).copied().unwrap_or(Dependencies::known(OTHER))
     }
 
     fn of_all(&self, expressions: impl IntoIterator<Item = Handle<Expression>>) -> Dependencies {
-        expressions.into_iter().fold(Dependencies::default(), |all, one| all.and(&self.of(one)))
+        expressions.into_iter().fold(Dependencies::default(), |all, one| all.and(self.of(one)))
+    }
+
+    /// Something left open. More than 64 of them in one function count as anything else.
+    fn open(&mut self, open: Open) -> Dependencies {
+        let all = &mut self.branches.open;
+        let at = all.iter().position(|known| *known == open).unwrap_or_else(|| {
+            all.push(open);
+            all.len() - 1
+        });
+        let bit = 1_u64.checked_shl(at as u32);
+        bit.map_or(Dependencies::known(OTHER), |open| Dependencies { known: 0, open })
     }
 
     /// Expressions stand after those that they are made of.
     fn expressions(&mut self) {
         for (_, expression) in self.function.expressions.iter() {
             let value = match expression {
-                Expression::CallResult(callee) => Dependencies::open(Open::Result(self.name(*callee))),
+                Expression::CallResult(callee) => {
+                    let callee = self.name(*callee);
+                    self.open(Open::Result(callee))
+                }
                 Expression::FunctionArgument(_) if self.is_entry => Dependencies::known(OTHER),
-                Expression::FunctionArgument(at) => Dependencies::open(Open::Argument(*at)),
+                Expression::FunctionArgument(at) => self.open(Open::Argument(*at)),
                 Expression::GlobalVariable(variable) => {
                     let is_uniform = self.module.global_variables[*variable].space == AddressSpace::Uniform;
                     Dependencies::known(if is_uniform { UNIFORM } else { OTHER })
                 }
                 Expression::LocalVariable(variable) => {
                     let initial = self.function.local_variables[*variable].init;
-                    let stored = self.locals.get(variable).cloned().unwrap_or_default();
-                    stored.and(&self.of_all(initial))
+                    let stored = self.locals.get(variable).copied().unwrap_or_default();
+                    stored.and(self.of_all(initial))
                 }
                 Expression::AtomicResult { .. } | Expression::WorkGroupUniformLoadResult { .. } => {
                     Dependencies::known(OTHER)
@@ -256,35 +284,36 @@ impl Visit<'_> {
     }
 
     /// Follows the statements of a block that runs, or not, depending on `around`.
-    fn block(&mut self, block: &Block, around: &Dependencies) {
+    fn block(&mut self, block: &Block, around: Dependencies) {
         for statement in block {
-            let mut within = around.clone();
+            let mut within = around;
             if let Some(condition) = ir::condition(statement) {
                 let value = self.of(condition);
-                within.add(&value);
+                within.add(value);
                 let place = self.function.expressions.get_span(condition).to_range();
-                self.conditions.push((value, place.unwrap_or_default()));
+                self.branches.conditions.push((value, place.unwrap_or_default()));
             }
             if matches!(statement, Statement::Loop { .. }) {
                 // How often the body runs depends on every condition in it.
-                within.add(&self.deciding(statement));
+                within.add(self.deciding(statement));
             }
-            ir::blocks(statement).for_each(|inner| self.block(inner, &within));
+            ir::blocks(statement).for_each(|inner| self.block(inner, within));
             match statement {
                 Statement::Store { pointer, value } => {
                     let value = self.of(*value).and(around);
-                    self.store(*pointer, &value);
+                    self.store(*pointer, value);
                 }
                 Statement::Return { value: Some(value) } => {
                     let value = self.of(*value).and(around);
-                    self.result.add(&value);
+                    self.branches.result.add(value);
                 }
                 Statement::Call { function, arguments, .. } => {
                     let passed = arguments.iter().map(|one| self.of(*one)).collect();
                     for argument in arguments {
-                        self.store(*argument, &Dependencies::known(OTHER));
+                        self.store(*argument, Dependencies::known(OTHER));
                     }
-                    self.calls.push((self.name(*function), passed));
+                    let callee = self.name(*function);
+                    self.branches.calls.push((callee, passed));
                 }
                 _ => {}
             }
@@ -294,11 +323,11 @@ impl Visit<'_> {
     /// The joined dependencies of all conditions within a statement.
     fn deciding(&self, statement: &Statement) -> Dependencies {
         let own = self.of_all(ir::condition(statement));
-        ir::blocks(statement).flatten().fold(own, |all, inner| all.and(&self.deciding(inner)))
+        ir::blocks(statement).flatten().fold(own, |all, inner| all.and(self.deciding(inner)))
     }
 
     /// Adds to the dependencies of the variable behind a pointer. Pointers to anything else are ignored.
-    fn store(&mut self, pointer: Handle<Expression>, value: &Dependencies) {
+    fn store(&mut self, pointer: Handle<Expression>, value: Dependencies) {
         let variable = ir::base(self.function, pointer);
         if let Expression::LocalVariable(variable) = self.function.expressions[variable] {
             self.locals.entry(variable).or_default().add(value);
@@ -328,7 +357,18 @@ mod tests {
 
     fn found(text: &str) -> usize {
         let module = naga::front::wgsl::parse_str(text).expect("WGSL");
-        super::found(&module).len()
+        let functions = module.functions.iter().map(|(_, each)| (each, None));
+        let entries = module.entry_points.iter().map(|each| (&each.function, Some(each.stage)));
+        let name = |each: &naga::Function, entry: Option<_>| match entry {
+            Some(_) => "the entry point".to_owned(),
+            None => each.name.clone().unwrap_or_default(),
+        };
+        let all: Vec<_> = functions
+            .chain(entries)
+            .map(|(each, stage)| (name(each, stage), super::of(&module, each, stage)))
+            .collect();
+        let all: Vec<_> = all.iter().map(|(name, branches)| (name.as_str(), branches)).collect();
+        super::found(&all).len()
     }
 
     #[test]
