@@ -77,9 +77,9 @@ pub mod low_level {
     };
     pub use umbragraph_session as session;
 
-    pub use crate::front::picture;
     #[cfg(feature = "gpu")]
     pub use crate::front::sheet;
+    pub use crate::front::{camera_path, files, picture};
 
     /// From a typed pipeline to a plan: graph, order, memory.
     pub mod compiler {
@@ -142,6 +142,7 @@ pub fn codes() -> Vec<Code> {
     let mut codes = diagnostic::codes::ALL.to_vec();
     codes.extend_from_slice(shader::codes::ALL);
     codes.extend_from_slice(passes::CODES);
+    codes.extend_from_slice(front::codes::ALL);
     #[cfg(feature = "gltf")]
     codes.extend_from_slice(scene::codes::ALL);
     codes.sort_unstable();

@@ -1,6 +1,9 @@
 //! The front door: from a file to a plan with [`Library`], [`Pipeline`] and [`Options`], and from
 //! frame to frame with `Renderer`.
 
+pub mod camera_path;
+pub(crate) mod codes;
+pub mod files;
 mod library;
 mod options;
 pub mod picture;

@@ -1,12 +1,13 @@
-//! Texels as a picture: layers side by side, numbers in the range that a picture has. Captures are written and shown so.
+//! The picture of a texture's texels, as captures are written to files and shown in the viewer.
 //!
-//! The faces of a cube are a row, +X −X +Y −Y +Z −Z, and cubes are rows below one another, as is every array of squares whose
-//! layers six divides; other layers fill a square.
-//! Channels between 0 and 1 stay as they are. Depth, integers and whatever leaves that range are stretched: from the
-//! value that a hundredth of the texels are below to the one that a hundredth are above, so that one lamp does not turn
-//! a room black. Colors share one range from 0; four channels are no color (moments, say) where they are integers, negative, or
-//! of sizes more than sixteen times apart, and have a range each then. Numbers that are not stored in 8 bits get the transfer
-//! function of sRGB; one that is not finite is magenta. Depth that nothing was drawn to, exactly 0 or 1, does not count.
+//! Layers lie side by side, in a square. The six faces of a cube form a row, +X −X +Y −Y +Z −Z, with one row for each cube.
+//! An array of square layers whose number is a multiple of six counts as cubes, too.
+//!
+//! Channels between 0 and 1 are shown as they are. Depth, integers and channels with other values are stretched between
+//! their first and last percentile, so that one bright light does not turn a room black. Depth of exactly 0 or 1 does not
+//! count, since nothing was drawn there. The channels of a color share one range from 0. Four channels are no color but,
+//! for example, moments if they are integers, negative, or more than sixteen times apart; then each has its own range.
+//! Numbers of more than 8 bits get the transfer function of sRGB. A number that is not finite is magenta.
 
 use crate::Plan;
 use crate::executor::Texels;

@@ -3,9 +3,6 @@
 #![allow(unreachable_pub)] // The macro serves libraries.
 
 umbragraph::low_level::codes! {
-    /// A file that cannot be written.
-    FILE_UNWRITABLE = "UG0004", "file cannot be written",
-        "The output could not be written. Nothing is left half: output goes to a temporary file first, which is renamed when it is whole.";
     /// A file that was to be compared and is neither a pipeline nor a report.
     NOT_A_REPORT = "UG0009", "not a report",
         "`umbragraph diff` compares pipelines and the reports that `umbragraph graph --format json` prints. This file has a list of passes, as a report has, but not the rest of one: it is another tool's, another version's, or the plan that `umbragraph plan` prints.";
@@ -15,9 +12,6 @@ umbragraph::low_level::codes! {
     /// A machine without a usable adapter.
     NO_ADAPTER = "UG0801", "no graphics adapter",
         "No Vulkan, Metal, DX12 or GL adapter was found. On Debian and Ubuntu `apt install mesa-vulkan-drivers` gives a software one. Checking pipelines needs none.";
-    /// A camera path that no camera can follow.
-    CAMERA_PATH = "UG0810", "unusable camera path",
-        "The file of `umbragraph render --camera` has keys with a time, a position and a target, in strictly increasing order of their times; all numbers are finite, and no key looks straight up or down.";
     /// Lights that no pass reads.
     UNREAD_LIGHTS = "UG0811", "lights without a part in the picture",
         "The scene has lights that no pass of the pipeline reads, such as spots and point lights where the pipeline lights with one directional light alone. A pipeline with a `light_list` takes every kind.";

@@ -76,7 +76,7 @@ fn main() -> ExitCode {
         Command::New(arguments) => new::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Watch(arguments) => watch::run(&arguments),
-        Command::View(arguments) => view::run(&arguments),
+        Command::View(arguments) => return view::run(&arguments),
         Command::Permutations(arguments) => permutations::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Why(arguments) => why::run(&arguments),

@@ -8,12 +8,11 @@ use std::path::Path;
 
 use similar::TextDiff;
 use umbragraph::diagnostic::Diagnostic;
-use umbragraph::low_level::compose::read_bytes;
 use umbragraph::low_level::edit::{self, Edit, Edits};
 use umbragraph::low_level::source::SourceFile;
 
 use crate::arguments::CheckArguments;
-use crate::replace::{replace, unwritable};
+use crate::replace::replace_if;
 use crate::session::Session;
 use crate::streams::{complain, print_contents};
 
@@ -102,24 +101,11 @@ impl Mended {
     pub(crate) fn write(&self) -> Vec<Diagnostic> {
         let mut diagnostics = Vec::new();
         for (name, file) in &self.files {
-            match write(Path::new(name), &file.original, &file.text) {
+            match replace_if(Path::new(name), &file.original, &file.text) {
                 Ok(()) => file.lines.iter().for_each(|line| complain(line)),
                 Err(diagnostic) => diagnostics.push(diagnostic),
             }
         }
         diagnostics
     }
-}
-
-fn write(path: &Path, original: &str, text: &str) -> Result<(), Diagnostic> {
-    let present =
-        read_bytes(path, u64::MAX - 1).map_err(|error| unwritable(path, &error))?.unwrap_or_default();
-    let (mark, rest) = match present.strip_prefix("\u{feff}".as_bytes()) {
-        Some(rest) => ("\u{feff}", rest),
-        None => ("", present.as_slice()),
-    };
-    if rest != original.as_bytes() {
-        return Err(unwritable(path, &"it was changed meanwhile"));
-    }
-    replace(path, format!("{mark}{text}"))
 }

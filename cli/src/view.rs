@@ -4,7 +4,7 @@
 //! this program first, then on PATH.
 
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{Command, ExitCode};
 
 use umbragraph::diagnostic::{Diagnostic, Place, render};
 use umbragraph::low_level::source::Sources;
@@ -16,18 +16,22 @@ use crate::streams::complain;
 /// The name of the program.
 const NAME: &str = "umbragraph-view";
 
-/// Runs the viewer until its window is closed; whether it succeeded.
-pub(crate) fn run(arguments: &ViewArguments) -> bool {
+/// Runs the viewer until its window is closed. The exit status is that of the viewer, which has the meanings of the command.
+pub(crate) fn run(arguments: &ViewArguments) -> ExitCode {
     let program = found();
     match Command::new(&program).args(&arguments.arguments).status() {
-        Ok(status) => status.success(),
+        Ok(status) => {
+            // A viewer that a signal ended has no status.
+            let code = status.code().and_then(|code| u8::try_from(code).ok());
+            code.map_or(ExitCode::FAILURE, ExitCode::from)
+        }
         Err(error) => {
             let message = format!("the viewer \"{}\" cannot be started: {error}", program.display());
             let diagnostic = Diagnostic::error(codes::VIEWER, Place::Nowhere, message).help(
                 "install it with `cargo install --path view`, or run `cargo xtask view` in the project",
             );
             complain(&render::human(&diagnostic, &Sources::new()));
-            false
+            ExitCode::FAILURE
         }
     }
 }

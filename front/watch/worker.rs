@@ -99,7 +99,7 @@ impl Worker {
             let mut changed = None;
             let mut is_new = false;
             let mut next = Some(order);
-            // Orders may come with every frame; they do not put off the work.
+            // Orders within this time are done together. A window sends one with every frame, so each does not extend it.
             let end = Instant::now() + SETTLE;
             loop {
                 match next.take() {

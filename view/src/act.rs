@@ -3,10 +3,12 @@
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 use serde_json::{Map, Value, json};
+use umbragraph::low_level::camera_path::{CameraPath, Key};
+use umbragraph::low_level::files::replace;
 
 use crate::actions::Action;
 use crate::app::{Below, Viewer};
-use crate::camera::{Key, Mode, View};
+use crate::camera::{Mode, View};
 use crate::clock::STEP;
 use crate::files;
 use crate::graph::Selected;
@@ -37,13 +39,14 @@ impl Viewer {
             }
             Action::Home => self.go_home(),
             Action::Bookmark => {
-                self.bookmarks.extend(self.view.as_ref().and_then(|view| Key::read(&view.key(0))));
+                self.bookmarks.extend(self.view.clone());
                 let said = format!("bookmark {}", self.bookmarks.len());
                 self.say(Ok(said));
             }
             Action::Visit(at) => {
-                if let (Some(view), Some(key)) = (&mut self.view, self.bookmarks.get(at)) {
-                    view.go_to(key);
+                if let (Some(view), Some(bookmark)) = (&mut self.view, self.bookmarks.get(at)) {
+                    view.visit(bookmark);
+                    self.path = CameraPath::Scene;
                     self.stage.touch();
                 }
             }
@@ -61,9 +64,9 @@ impl Viewer {
                     self.clip = Some(Clip::new());
                     self.stage.touch();
                 }
-                Some(clip) => {
-                    let path = files::free(&self.arguments.out, "clip", "png");
-                    self.say(clip.write(&path));
+                clip => {
+                    self.clip = clip;
+                    self.end_clip();
                 }
             },
             Action::CopyCommand => {
@@ -95,10 +98,19 @@ impl Viewer {
         context.request_repaint();
     }
 
+    /// Writes the clip that is recorded.
+    pub(crate) fn end_clip(&mut self) {
+        if let Some(clip) = self.clip.take() {
+            let path = files::free(&self.arguments.out, "clip", "png");
+            self.say(clip.write(&path));
+        }
+    }
+
     fn go_home(&mut self) {
         if let Some(mut home) = self.stage.scene().map(View::home) {
             home.mode = self.view.as_ref().map_or(Mode::Orbit, |view| view.mode);
             self.view = Some(home);
+            self.path = CameraPath::Scene;
             self.stage.touch();
         }
     }
@@ -140,28 +152,43 @@ impl Viewer {
 
     /// Writes the camera and the bookmarks as a camera path.
     fn save_camera(&self, path: &std::path::Path) -> Result<(), String> {
-        let mut other = self.view.clone().ok_or("there is no camera yet")?;
-        let mut keys = vec![other.key(0)];
-        for (at, key) in self.bookmarks.iter().enumerate() {
-            other.go_to(key);
-            keys.push(other.key(at + 1));
+        let view = self.view.as_ref().ok_or("there is no camera yet")?;
+        let views = std::iter::once(view).chain(&self.bookmarks);
+        let keys: Vec<Key> = (0u32..).zip(views).map(|(at, view)| view.key(at.into())).collect();
+        replace(path, camera_file(&keys)).map_err(|found| found.message)
+    }
+
+    /// Writes the camera of the frame, and names its file; `None` where only the scene itself can say it.
+    fn camera_of_frame(&self) -> Result<Option<std::path::PathBuf>, String> {
+        let view = self.view.as_ref().ok_or("there is no camera yet")?;
+        let mut home = self.stage.scene().map(View::home);
+        if let Some(home) = &mut home {
+            home.mode = view.mode;
         }
-        files::replace(path, format!("{:#}\n", json!({ "keys": keys })))
+        // A key of a camera path has no roll.
+        if !view.is_upright() && home.as_ref() == Some(view) {
+            return Ok(None);
+        }
+        let text = camera_file(&[view.key(0.0)]);
+        let path = files::free_or_same(&self.arguments.out, "view", "camera.json", &text);
+        replace(&path, text).map_err(|found| found.message)?;
+        Ok(Some(path))
     }
 
     /// Copies a command line that draws the frame, and writes the camera path that it names.
     fn copy_command(&self, context: &egui::Context) -> Result<String, String> {
         let (_, [width, height]) = self.stage.targets.shown().ok_or("there is no frame yet")?;
-        let camera = self.arguments.out.join(format!("{}.camera.json", self.stem()));
-        self.save_camera(&camera)?;
+        let camera = self.camera_of_frame()?;
         let path = |path: &std::path::Path| path.display().to_string();
         let mut words = vec!["umbragraph".to_owned(), "render".to_owned(), path(&self.arguments.pipeline)];
         let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
         option("--scene", path(&self.arguments.scene));
         option("--size", format!("{width}x{height}"));
-        option("--camera", path(&camera));
+        if let Some(camera) = &camera {
+            option("--camera", path(camera));
+        }
         if self.clock.time != 0.0 {
-            option("--at", format!("{:.4}", self.clock.time));
+            option("--at", self.clock.time.to_string());
         }
         if let Some(folder) = &self.arguments.templates {
             option("--templates", path(folder));
@@ -193,7 +220,9 @@ impl Viewer {
             match end.as_deref().and_then(std::ffi::OsStr::to_str) {
                 Some("glb" | "gltf") => {
                     self.arguments.scene = path.clone();
-                    self.view = None;
+                    // Cameras and times of the scene before mean nothing in another.
+                    (self.view, self.path, self.clock.time) = (None, CameraPath::Scene, 0.0);
+                    self.bookmarks.clear();
                 }
                 Some("json" | "jsonc") => self.arguments.pipeline = path.clone(),
                 _ => {
@@ -230,7 +259,8 @@ impl Viewer {
             "busy": self.stage.is_busy() || self.is_resizing(),
             "size": self.stage.targets.shown().map(|(_, size)| size),
             "scale": self.resolution.scale(),
-            "camera": self.view.as_ref().map(|view| view.key(0)),
+            "camera": self.view.as_ref().map(View::rounded),
+            "moving": self.path != CameraPath::Scene,
             "fly": self.view.as_ref().is_some_and(|view| view.mode == Mode::Fly),
             "bookmarks": self.bookmarks.len(),
             "playing": self.clock.is_playing,
@@ -238,6 +268,7 @@ impl Viewer {
             "errors": errors,
             "passes": plan.map(|plan| plan.passes.iter().map(|pass| pass.name.clone()).collect::<Vec<_>>()),
             "planned": plan.map(|plan| parameters::state(plan)),
+            "features": plan.map(|plan| parameters::features(plan)),
             "given": {
                 "preset": values.preset, "parameters": values.parameters,
                 "features": values.features, "toggles": values.toggles,
@@ -260,4 +291,9 @@ impl Viewer {
         };
         state
     }
+}
+
+/// The text of a camera path.
+fn camera_file(keys: &[Key]) -> String {
+    format!("{:#}\n", json!({ "keys": keys }))
 }

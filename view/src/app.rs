@@ -8,25 +8,26 @@ use std::time::{Duration, Instant};
 
 use eframe::egui::{self, Color32};
 use eframe::egui_wgpu::RenderState;
+use umbragraph::low_level::camera_path::CameraPath;
 use umbragraph::low_level::capture::Capture;
 use umbragraph::low_level::report::Report;
 use umbragraph::wgpu;
 
 use crate::actions;
 use crate::arguments::Arguments;
-use crate::camera::{Key, View, keys};
+use crate::camera::View;
 use crate::capture::{Planned, Planning};
 use crate::clock::{Clock, Resolution};
 use crate::graph::{Selected, report};
 use crate::inspector::{Inspector, Wish};
-use crate::output::{Clip, Picture, STEP};
+use crate::output::{Clip, Picture};
 use crate::parameters::Panel;
 use crate::places::Places;
 use crate::stage::{Shot, Stage};
 use crate::timings::Timings;
 use crate::values::Values;
 
-/// The time for which the frame keeps its size before it takes another one over.
+/// The delay between the last change of the frame's area and the resize of the frame.
 const SIZE_SETTLES: Duration = Duration::from_millis(150);
 
 /// The panel below the frame.
@@ -42,7 +43,9 @@ pub(crate) struct Viewer {
     pub(crate) arguments: Arguments,
     pub(crate) stage: Stage,
     pub(crate) view: Option<View>,
-    pub(crate) bookmarks: Vec<Key>,
+    /// The path of the camera, until somebody moves it by hand.
+    pub(crate) path: CameraPath,
+    pub(crate) bookmarks: Vec<View>,
     pub(crate) values: Values,
     pub(crate) clock: Clock,
     pub(crate) resolution: Resolution,
@@ -61,10 +64,10 @@ pub(crate) struct Viewer {
     /// The message below the frame, and whether it is bad news.
     pub(crate) message: (String, bool),
     pub(crate) adapter: String,
-    planning: Option<Planning>,
-    planned: Option<Planned>,
+    pub(crate) planning: Option<Planning>,
+    pub(crate) planned: Option<Planned>,
     /// The index of the frame after the last captures.
-    captured: (u64, Vec<Capture>),
+    pub(crate) captured: (u64, Vec<Capture>),
     /// The size of the frame's area in pixels, and since when.
     area: ([u32; 2], Instant),
     pub(crate) size: Option<[u32; 2]>,
@@ -74,21 +77,16 @@ pub(crate) struct Viewer {
 
 impl Viewer {
     /// # Errors
-    /// A log or a camera path that cannot be used, an operating system that watches no files: as text.
-    pub(crate) fn new(context: &eframe::CreationContext<'_>, arguments: Arguments) -> Result<Self, String> {
+    /// A log that cannot be written, an operating system that watches no files: as text.
+    pub(crate) fn new(
+        context: &eframe::CreationContext<'_>,
+        arguments: Arguments,
+        path: CameraPath,
+    ) -> Result<Self, String> {
         let state = context.wgpu_render_state.as_ref().ok_or("eframe draws without wgpu\n")?;
         let places =
             Places::new(arguments.log_state.as_deref()).map_err(|error| format!("--log-state: {error}\n"))?;
         let stage = Stage::new(&arguments, state, &context.egui_ctx).map_err(|error| error.to_string())?;
-        let bookmarks = match &arguments.camera {
-            None => Vec::new(),
-            Some(path) => {
-                let text = crate::files::read(path);
-                let known =
-                    text.and_then(|text| keys(&text).ok_or_else(|| "it is no camera path".to_owned()));
-                known.map_err(|error| crate::start::unusable_camera(path, &error))?
-            }
-        };
         let values = Values {
             preset: arguments.preset.clone(),
             parameters: arguments.set.iter().cloned().collect(),
@@ -100,7 +98,8 @@ impl Viewer {
         Ok(Self {
             stage,
             view: None,
-            bookmarks,
+            path,
+            bookmarks: Vec::new(),
             values,
             clock: Clock::new(),
             resolution: Resolution::new(arguments.scale),
@@ -127,7 +126,7 @@ impl Viewer {
         })
     }
 
-    /// Says something below the frame.
+    /// Writes a message below the frame.
     pub(crate) fn say(&mut self, outcome: Result<String, String>) {
         self.message = match outcome {
             Ok(said) => (said, false),
@@ -141,6 +140,7 @@ impl Viewer {
         let response = ui.allocate_rect(area, egui::Sense::click_and_drag());
         self.places.note("frame", &response);
         let is_first = self.view.is_none();
+        self.follow_path();
         self.steer(ui, &response);
         self.fit(ui, area.size());
         // Callbacks of the device come with a poll.
@@ -153,9 +153,8 @@ impl Viewer {
         if let Some(size) = self.size {
             let shot = Shot { size, values: &self.values, view: &mut self.view, time: self.clock.time };
             let is_drawn = self.stage.update(state, shot, ui.ctx());
-            if is_first && let (Some(view), Some(key)) = (&mut self.view, self.bookmarks.first()) {
-                view.go_to(key);
-                self.stage.touch();
+            if is_first {
+                self.begin_path();
             }
             if is_drawn {
                 self.drawn(state);
@@ -189,6 +188,10 @@ impl Viewer {
         if area != self.area.0 {
             self.area = (area, Instant::now());
         }
+        // The frames of a clip have one size.
+        if self.size.is_some() && self.clip.is_some() {
+            return;
+        }
         if self.size.is_some() && self.area.1.elapsed() < SIZE_SETTLES {
             ui.ctx().request_repaint_after(SIZE_SETTLES);
             return;
@@ -204,8 +207,11 @@ impl Viewer {
         }
         if let (Some(clip), Some(texture)) = (&mut self.clip, self.stage.targets.picture()) {
             match Picture::read(&state.device, &state.queue, texture) {
-                Ok(picture) => clip.push(picture),
+                Ok(picture) => clip.push(picture, self.clock.time, self.clock.is_playing),
                 Err(reason) => self.message = (reason, true),
+            }
+            if clip.is_full() {
+                self.end_clip();
             }
         }
     }
@@ -225,45 +231,6 @@ impl Viewer {
             self.below = Some(Below::Notices);
         }
         self.was_broken = is_broken;
-    }
-
-    /// Captures what the inspector looks at, whenever the frame is another and has settled.
-    fn capture(&mut self, state: &RenderState, context: &egui::Context, size: [u32; 2]) {
-        let Some(plan) = self.stage.plan.clone() else { return };
-        let wanted = self.inspector.wanted(&plan);
-        if wanted.is_empty() || self.stage.is_busy() || plan.viewport != size {
-            return;
-        }
-        if self.planning.as_ref().is_some_and(|planning| planning.is_for(&plan, &wanted))
-            && let Some(outcome) = self.planning.as_ref().and_then(Planning::take)
-        {
-            match outcome {
-                Ok(planned) => self.planned = Some(planned),
-                Err(error) => self.inspector.contents.error = Some(error.to_string()),
-            }
-        }
-        match self.planned.take().filter(|planned| planned.is_for(&plan, &wanted)) {
-            Some(planned) => {
-                if self.captured.0 != self.stage.index || self.captured.1 != wanted {
-                    let shot =
-                        Shot { size, values: &self.values, view: &mut self.view, time: self.clock.time };
-                    match self.stage.capture(state, &planned, &shot) {
-                        Ok(texels) => self.inspector.contents.take(wanted.clone(), texels),
-                        Err(error) => self.inspector.contents.error = Some(error.to_string()),
-                    }
-                    // Once for each frame and look, whatever came of it.
-                    self.captured = (self.stage.index, wanted);
-                    context.request_repaint();
-                }
-                self.planned = Some(planned);
-            }
-            None => {
-                if !self.planning.as_ref().is_some_and(|planning| planning.is_for(&plan, &wanted)) {
-                    let (library, pipeline) = (&self.stage.library, &self.arguments.pipeline);
-                    self.planning = Some(Planning::begin(library, pipeline, &plan, wanted, context));
-                }
-            }
-        }
     }
 
     /// The panel of values.
@@ -339,7 +306,9 @@ impl eframe::App for Viewer {
             self.act(action, &context, Some(&state));
         }
         self.take_dropped(&context);
-        if self.clock.advance(self.clip.is_some().then_some(STEP)) {
+        // A clip misses no moment: the next one comes once a frame shows this one.
+        let step = self.clip.as_ref().map(|clip| clip.step_after(self.clock.time));
+        if self.clock.advance(step) {
             self.stage.touch();
             self.resolution.touch();
         }

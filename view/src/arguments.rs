@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use serde_json::Value;
+use umbragraph::low_level::camera_path::CameraArgument;
 
 /// Shows a pipeline on a scene, live: edit its files and see the frame.
 #[derive(Parser, Clone, Debug)]
@@ -35,9 +36,10 @@ pub(crate) struct Arguments {
     /// Follows a parameter file, over the values of the preset. Later files win.
     #[arg(long, value_name = "FILE")]
     pub(crate) params: Vec<PathBuf>,
-    /// Begins at the first key of a camera path, as `umbragraph render --camera FILE` reads it; the others are bookmarks.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) camera: Option<PathBuf>,
+    /// Moves the camera while the animations play, once in 10 s, until somebody moves it by hand; or begins at the first key
+    /// of a camera path, as `umbragraph render --camera FILE` reads it. The other keys are bookmarks.
+    #[arg(long, value_name = "orbit|walk|random|FILE", value_parser = CameraArgument::parse)]
+    pub(crate) camera: Option<CameraArgument>,
     /// The texels of the frame per pixel of the window, from 0.1 to 1; without it as many as keep the window responsive.
     #[arg(long, value_name = "NUMBER", value_parser = scale)]
     pub(crate) scale: Option<f32>,

@@ -8,6 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 use serde_json::{Value, json};
 use umbragraph::frame::{Bounds, Camera};
 use umbragraph::glam::{DQuat, DVec2, DVec3};
+use umbragraph::low_level::camera_path::Key;
 use umbragraph::scene::Scene;
 
 /// The steepest angle, short of straight up and down.
@@ -80,6 +81,13 @@ impl View {
         base.position(self.position).rotation(self.rotation())
     }
 
+    /// Takes over the place of another camera.
+    pub(crate) fn place(&mut self, camera: &Camera) {
+        self.position = camera.position;
+        [self.turn, self.tilt] = angles(camera.rotation * DVec3::NEG_Z);
+        self.rotation = Some(camera.rotation);
+    }
+
     /// Turns by a drag, in radians: around its point, or where it is.
     pub(crate) fn turn(&mut self, by: DVec2) {
         let target = self.target();
@@ -115,18 +123,34 @@ impl View {
     }
 
     /// The place as a key of a camera path.
-    pub(crate) fn key(&self, time: usize) -> Value {
+    pub(crate) fn key(&self, time: f64) -> Key {
+        Key { time, position: self.position.into(), target: self.target().into() }
+    }
+
+    /// The place for people, in tenths of a millimetre.
+    pub(crate) fn rounded(&self) -> Value {
         let rounded = |at: DVec3| [at.x, at.y, at.z].map(|one| (one * 1e4).round() / 1e4);
-        json!({ "time": time, "position": rounded(self.position), "target": rounded(self.target()) })
+        json!({ "position": rounded(self.position), "target": rounded(self.target()) })
     }
 
     /// Goes to a key of a camera path.
     pub(crate) fn go_to(&mut self, key: &Key) {
-        let ahead = key.target - key.position;
-        self.position = key.position;
+        self.position = key.position.into();
+        let ahead = DVec3::from(key.target) - self.position;
         self.distance = ahead.length().max(1e-3 * self.radius);
         [self.turn, self.tilt] = angles(ahead);
         self.rotation = None;
+    }
+
+    /// Goes to a bookmark; a flying camera goes on flying.
+    pub(crate) fn visit(&mut self, bookmark: &Self) {
+        *self = Self { mode: self.mode, ..bookmark.clone() };
+    }
+
+    /// Whether a key of a camera path says all of the camera: its up is +Y.
+    pub(crate) fn is_upright(&self) -> bool {
+        let key = self.key(0.0).rotation();
+        key.is_some_and(|key| key.angle_between(self.rotation()) < 1e-6)
     }
 }
 
@@ -140,34 +164,6 @@ fn hit(bounds: &Bounds, from: DVec3, ahead: DVec3) -> Option<f64> {
 /// The turn around +Y and the tilt of a direction.
 fn angles(ahead: DVec3) -> [f64; 2] {
     [(-ahead.x).atan2(-ahead.z), ahead.y.atan2(ahead.x.hypot(ahead.z)).clamp(-STEEPEST, STEEPEST)]
-}
-
-/// A place of the camera.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Key {
-    position: DVec3,
-    target: DVec3,
-}
-
-impl Key {
-    /// A key as a camera path has it.
-    pub(crate) fn read(value: &Value) -> Option<Self> {
-        let point = |name: &str| {
-            let list = value.get(name)?.as_array()?;
-            let numbers: Vec<f64> = list.iter().filter_map(Value::as_f64).collect();
-            let numbers: [f64; 3] = numbers.try_into().ok()?;
-            numbers.iter().all(|one| one.is_finite() && one.abs() < 1e12).then(|| DVec3::from(numbers))
-        };
-        let key = Self { position: point("position")?, target: point("target")? };
-        (key.position.distance(key.target) > 1e-9).then_some(key)
-    }
-}
-
-/// The keys of a camera path; `None` for another text.
-pub(crate) fn keys(text: &str) -> Option<Vec<Key>> {
-    let value: Value = serde_json::from_str(text).ok()?;
-    let keys = value.get("keys")?.as_array()?;
-    keys.iter().map(Key::read).collect::<Option<Vec<_>>>().filter(|keys| !keys.is_empty())
 }
 
 #[cfg(test)]
@@ -211,14 +207,21 @@ mod tests {
     }
 
     #[test]
-    fn a_bookmark_is_a_key_of_a_camera_path() {
-        let mut other = view();
-        let text = json!({ "keys": [other.key(0)] }).to_string();
-        other.turn(DVec2::new(1.0, 0.2));
-        let keys = keys(&text).expect("a path");
-        other.go_to(&keys[0]);
-        assert!(other.position.distance(view().position) < 1e-3);
-        assert!(other.target().distance(view().target()) < 1e-3);
-        assert!(super::keys("{}").is_none() && super::keys("{ \"keys\": [{}] }").is_none());
+    fn bookmarks_and_keys_say_the_place_exactly() {
+        let mut view = view();
+        view.turn(DVec2::new(0.123_456_789, 0.2));
+        let bookmark = view.clone();
+        let text = serde_json::to_string(&view.key(0.0)).expect("JSON");
+        view.turn(DVec2::new(1.0, 0.2));
+        view.mode = Mode::Fly;
+        view.visit(&bookmark);
+        assert_eq!(view, View { mode: Mode::Fly, ..bookmark.clone() });
+        let key: Key = serde_json::from_str(&text).expect("a key");
+        view.go_to(&key);
+        assert!(view.position.distance(bookmark.position) < 1e-12);
+        assert!(view.target().distance(bookmark.target()) < 1e-12);
+        assert!(view.is_upright());
+        view.rotation = Some(view.rotation() * DQuat::from_rotation_z(0.1));
+        assert!(!view.is_upright(), "a key has no roll");
     }
 }

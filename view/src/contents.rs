@@ -28,9 +28,9 @@ impl Side {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Look {
     name: String,
-    /// The pass that left it so; `None` of what no pass writes.
+    /// The pass whose result is shown; `None` if no pass writes the texture.
     pass: Option<String>,
-    /// The pass before that one, whose version it replaced.
+    /// The pass that wrote the texture before it.
     before: Option<String>,
     side: Side,
     mip: u32,
@@ -70,7 +70,7 @@ impl Contents {
         self.look.pass = pass;
     }
 
-    /// The captures that are wanted; none of what has no picture.
+    /// The captures of the next frame; empty if the resource cannot be shown.
     pub(crate) fn wanted(&self, plan: &Plan) -> Vec<Capture> {
         if cannot(plan, &self.look.name).is_some() {
             return Vec::new();

@@ -3,13 +3,17 @@
 use std::sync::Arc;
 
 use eframe::egui::{self, Color32, RichText};
+use eframe::egui_wgpu::RenderState;
 use umbragraph::Plan;
 use umbragraph::low_level::capture::Capture;
 use umbragraph::low_level::report::{PassReport, Report, ResourceReport, bytes_in_words};
 
+use crate::app::Viewer;
+use crate::capture::Planning;
 use crate::contents::Contents;
 use crate::graph::Selected;
 use crate::places::Places;
+use crate::stage::Shot;
 use crate::timings::Timings;
 
 /// The state of the inspector.
@@ -25,6 +29,47 @@ pub(crate) enum Wish {
     /// Opens the declaration, `file:line`, in an editor.
     Open(String),
     Close,
+}
+
+impl Viewer {
+    /// Captures what the inspector looks at, whenever the frame is another and has settled.
+    pub(crate) fn capture(&mut self, state: &RenderState, context: &egui::Context, size: [u32; 2]) {
+        let Some(plan) = self.stage.plan.clone() else { return };
+        let wanted = self.inspector.wanted(&plan);
+        if wanted.is_empty() || self.stage.is_busy() || plan.viewport != size {
+            return;
+        }
+        if self.planning.as_ref().is_some_and(|planning| planning.is_for(&plan, &wanted))
+            && let Some(outcome) = self.planning.as_ref().and_then(Planning::take)
+        {
+            match outcome {
+                Ok(planned) => self.planned = Some(planned),
+                Err(error) => self.inspector.contents.error = Some(error.to_string()),
+            }
+        }
+        match self.planned.take().filter(|planned| planned.is_for(&plan, &wanted)) {
+            Some(planned) => {
+                if self.captured.0 != self.stage.index || self.captured.1 != wanted {
+                    let shot =
+                        Shot { size, values: &self.values, view: &mut self.view, time: self.clock.time };
+                    match self.stage.capture(state, &planned, &shot) {
+                        Ok(texels) => self.inspector.contents.take(wanted.clone(), texels),
+                        Err(error) => self.inspector.contents.error = Some(error.to_string()),
+                    }
+                    // Once for each frame and look, whatever came of it.
+                    self.captured = (self.stage.index, wanted);
+                    context.request_repaint();
+                }
+                self.planned = Some(planned);
+            }
+            None => {
+                if !self.planning.as_ref().is_some_and(|planning| planning.is_for(&plan, &wanted)) {
+                    let (library, pipeline) = (&self.stage.library, &self.arguments.pipeline);
+                    self.planning = Some(Planning::begin(library, pipeline, &plan, wanted, context));
+                }
+            }
+        }
+    }
 }
 
 impl Inspector {

@@ -8,9 +8,9 @@ use std::process::{Command, Stdio};
 use eframe::egui::{self, Color32, RichText};
 use umbragraph::diagnostic::{Diagnostic, Place, Severity};
 use umbragraph::low_level::edit;
+use umbragraph::low_level::files::replace_if;
 use umbragraph::low_level::source::Sources;
 
-use crate::files;
 use crate::places::Places;
 
 /// The color of a severity.
@@ -150,7 +150,7 @@ pub(crate) fn mend(diagnostic: &Diagnostic, sources: &Sources) -> Result<String,
             sources.find(&name).and_then(|file| sources.get(file)).map(|file| file.text().to_string());
         let known = known.unwrap_or_default();
         let text = edits.apply(&known).map_err(|_| format!("{name} was changed meanwhile"))?;
-        files::replace_if(Path::new(&name), &known, &text)?;
+        replace_if(Path::new(&name), &known, &text).map_err(|found| found.message)?;
         names.push(name);
     }
     Ok(format!("mended {}", names.join(", ")))

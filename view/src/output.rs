@@ -1,12 +1,11 @@
 //! Files and texts for others: a screenshot, a clip, a command line that draws the same picture.
 
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use umbragraph::executor::read_bytes;
+use umbragraph::low_level::files::replace;
 use umbragraph::wgpu;
-
-use crate::files;
 
 /// The time between two frames of a clip.
 pub(crate) const STEP: Duration = Duration::from_millis(50);
@@ -40,29 +39,71 @@ impl Picture {
     /// # Errors
     /// A file that cannot be written, in words.
     pub(crate) fn write(&self, path: &Path) -> Result<String, String> {
-        write(path, std::slice::from_ref(self))
+        write(path, std::slice::from_ref(self), &[])
     }
 }
 
-/// A clip that is recorded.
+/// A clip that is recorded: pictures, each with its moment.
+///
+/// While the animations play, the moments are theirs, one step apart, however long a frame takes. While they do not, what
+/// moves is the camera or a value, and the moments are those at which the frames were drawn.
 pub(crate) struct Clip {
     frames: Vec<Picture>,
+    /// The moments of the frames (seconds).
+    moments: Vec<f64>,
+    /// The time of the animations in the last frame, and when it was drawn.
+    last: Option<(f64, Instant)>,
 }
 
 impl Clip {
     pub(crate) fn new() -> Self {
-        Self { frames: Vec::new() }
+        Self { frames: Vec::new(), moments: Vec::new(), last: None }
     }
 
     pub(crate) fn len(&self) -> usize {
         self.frames.len()
     }
 
-    /// Takes in a frame; one of another size than the first is left out.
-    pub(crate) fn push(&mut self, picture: Picture) {
-        if self.frames.first().is_none_or(|first| first.size == picture.size) && self.frames.len() < MOST {
-            self.frames.push(picture);
+    /// Whether no frame more is taken.
+    pub(crate) fn is_full(&self) -> bool {
+        self.len() >= MOST
+    }
+
+    /// The step of the animations from a time on: none until there is a frame of that time.
+    pub(crate) fn step_after(&self, time: f64) -> Duration {
+        if self.last.is_some_and(|(last, _)| last == time) { STEP } else { Duration::ZERO }
+    }
+
+    /// Takes in a frame that shows a time of the animations. A second frame of one moment replaces the first.
+    pub(crate) fn push(&mut self, picture: Picture, time: f64, is_playing: bool) {
+        if self.is_full() || self.frames.first().is_some_and(|first| first.size != picture.size) {
+            return;
         }
+        let passed = self.last.map_or(0.0, |(last, at)| {
+            if is_playing { (time - last).max(0.0) } else { at.elapsed().as_secs_f64() }
+        });
+        if passed == 0.0 {
+            self.frames.pop();
+        } else {
+            let before = self.moments.last().copied().unwrap_or_default();
+            self.moments.push(before + passed);
+        }
+        if self.moments.is_empty() {
+            self.moments.push(0.0);
+        }
+        self.frames.push(picture);
+        self.last = Some((time, Instant::now()));
+    }
+
+    /// The times for which the frames are shown, in milliseconds; the last for one step.
+    fn delays(&self) -> Vec<u16> {
+        let end = self.moments.last().map(|last| last + STEP.as_secs_f64());
+        let ends = self.moments.iter().copied().skip(1).chain(end);
+        let round = |moment: f64| (moment * 1e3).round();
+        // Rounded as moments, so that a long clip does not drift.
+        let delay =
+            |(from, to): (&f64, f64)| (round(to) - round(*from)).clamp(1.0, f64::from(u16::MAX)) as u16;
+        self.moments.iter().zip(ends).map(delay).collect()
     }
 
     /// Writes an APNG.
@@ -73,24 +114,26 @@ impl Clip {
         if self.frames.is_empty() {
             return Err("the clip has no frame: nothing was drawn meanwhile".to_owned());
         }
-        write(path, &self.frames)
+        write(path, &self.frames, &self.delays())
     }
 }
 
-/// Writes pictures of one size: one as a PNG, several as an APNG.
-fn write(path: &Path, frames: &[Picture]) -> Result<String, String> {
+/// Writes pictures of one size: one as a PNG, several as an APNG with their delays in milliseconds.
+fn write(path: &Path, frames: &[Picture], delays: &[u16]) -> Result<String, String> {
     let [width, height] = frames.first().map_or([0; 2], |first| first.size);
     let mut file = Vec::new();
-    let encoded = || -> Result<(), png::EncodingError> {
+    let mut encoded = || -> Result<(), png::EncodingError> {
         let mut encoder = png::Encoder::new(&mut file, width, height);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_compression(png::Compression::Fast);
         if frames.len() > 1 {
             encoder.set_animated(frames.len() as u32, 0)?;
-            encoder.set_frame_delay(STEP.as_millis() as u16, 1000)?;
         }
         let mut writer = encoder.write_header()?;
-        for frame in frames {
+        for (at, frame) in frames.iter().enumerate() {
+            if let Some(delay) = delays.get(at).filter(|_| frames.len() > 1) {
+                writer.set_frame_delay(*delay, 1000)?;
+            }
             // A picture is opaque, whatever its alpha is.
             let rgb: Vec<u8> =
                 frame.bytes.chunks_exact(4).flat_map(|texel| [texel[0], texel[1], texel[2]]).collect();
@@ -98,9 +141,8 @@ fn write(path: &Path, frames: &[Picture]) -> Result<String, String> {
         }
         writer.finish()
     };
-    let mut encoded = encoded;
     encoded().map_err(|error| format!("the picture cannot be written: {error}"))?;
-    files::replace(path, file)?;
+    replace(path, file).map_err(|found| found.message)?;
     let what =
         if frames.len() > 1 { format!("{} frames", frames.len()) } else { format!("{width} × {height}") };
     Ok(format!("{}: {what}", path.display()))
@@ -131,17 +173,40 @@ mod tests {
     }
 
     #[test]
-    fn a_clip_is_an_animation_of_frames_of_one_size() {
+    fn a_clip_has_the_delays_of_the_animation() {
+        let picture = |shade, width| Picture { size: [width, 1], bytes: vec![shade; 4 * width as usize] };
         let mut clip = Clip::new();
-        for (shade, width) in [(10, 2), (20, 2), (30, 3)] {
-            clip.push(Picture { size: [width, 1], bytes: vec![shade; 4 * width as usize] });
+        assert_eq!(clip.step_after(7.0), Duration::ZERO, "no frame yet");
+        // The second frame shows the moment of the first, the last has another size.
+        for (shade, width, time) in [(5, 2, 7.0), (10, 2, 7.0), (20, 2, 7.05), (30, 2, 7.2), (40, 3, 7.25)] {
+            clip.push(picture(shade, width), time, true);
         }
+        assert_eq!(clip.step_after(7.2), STEP);
         let path = std::env::temp_dir().join(format!("umbragraph-view-clip-{}.png", std::process::id()));
         clip.write(&path).unwrap();
         let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
-        let reader = png::Decoder::new(file).read_info().unwrap();
-        assert_eq!(reader.info().animation_control.map(|one| one.num_frames), Some(2));
+        let mut reader = png::Decoder::new(file).read_info().unwrap();
+        assert_eq!(reader.info().animation_control.map(|one| one.num_frames), Some(3));
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        let frames: Vec<_> = (0..3)
+            .map(|_| {
+                reader.next_frame(&mut bytes).unwrap();
+                let control = reader.info().frame_control.unwrap();
+                (bytes[0], u32::from(control.delay_num) * 1000 / u32::from(control.delay_den))
+            })
+            .collect();
+        assert_eq!(frames, [(10, 50), (20, 150), (30, 50)]);
         std::fs::remove_file(path).unwrap();
         assert!(Clip::new().write(Path::new("x")).is_err());
+    }
+
+    #[test]
+    fn a_clip_of_a_still_animation_has_the_times_of_its_frames() {
+        let mut clip = Clip::new();
+        for pause in [0, 30] {
+            std::thread::sleep(Duration::from_millis(pause));
+            clip.push(Picture { size: [1, 1], bytes: vec![0; 4] }, 7.0, false);
+        }
+        assert!(clip.delays()[0] >= 30, "{:?}", clip.delays());
     }
 }

@@ -335,8 +335,14 @@ fn color(ui: &mut egui::Ui, numbers: &mut [f64]) {
     }
 }
 
-/// The state of the panel, for tests.
+/// The parameters that run, for tests.
 pub(crate) fn state(plan: &Plan) -> Value {
     let values = plan.pipeline.parameters.iter().map(|(name, one)| (name.clone(), to_json(&one.value)));
+    json!(values.collect::<serde_json::Map<_, _>>())
+}
+
+/// The features that run, for tests.
+pub(crate) fn features(plan: &Plan) -> Value {
+    let values = plan.pipeline.features.iter().map(|(name, one)| (name.clone(), to_json(&one.value)));
     json!(values.collect::<serde_json::Map<_, _>>())
 }

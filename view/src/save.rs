@@ -6,6 +6,7 @@ use serde_json::Value;
 use umbragraph::Plan;
 use umbragraph::low_level::document::{self, Document};
 use umbragraph::low_level::edit;
+use umbragraph::low_level::files::{replace, replace_if};
 use umbragraph::low_level::source::Sources;
 
 use crate::files;
@@ -21,7 +22,7 @@ pub(crate) fn parameter_file(values: &Values, path: &Path) -> Result<String, Str
     let file = sources.add("parameters", text.as_str());
     let edits = document::format::format(&sources, file).ok();
     let text = edits.and_then(|edits| edits.apply(&text).ok()).unwrap_or(text);
-    files::replace(path, text)?;
+    replace(path, text).map_err(|found| found.message)?;
     Ok(format!("saved {}", path.display()))
 }
 
@@ -44,7 +45,7 @@ pub(crate) fn into_document(
     if saved == text {
         return Ok("nothing to save: the defaults are these values".to_owned());
     }
-    files::replace_if(path, text, &saved)?;
+    replace_if(path, text, &saved).map_err(|found| found.message)?;
     Ok(format!("saved into {}", path.display()))
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use eframe::{NativeOptions, egui};
 use umbragraph::diagnostic::{Diagnostic, Place, codes, render};
+use umbragraph::low_level::camera_path::CameraPath;
 use umbragraph::low_level::source::Sources;
 use umbragraph::wgpu;
 
@@ -20,9 +21,10 @@ umbragraph::low_level::codes! {
 /// Runs until the window is closed.
 ///
 /// # Errors
-/// A file that is not there, no display, no adapter: as text for people.
+/// A file that is not there, a camera path that cannot be used, no display, no adapter: as text for people.
 pub(crate) fn run(arguments: Arguments) -> Result<(), String> {
     missing(&arguments).map_or(Ok(()), |found| Err(text(&found)))?;
+    let camera = CameraPath::of(arguments.camera.as_ref()).map_err(|found| text(&found))?;
     let [width, height] = arguments.window.map(|side| side as f32);
     let setup = WgpuSetupCreateNew {
         device_descriptor: Arc::new(device),
@@ -36,7 +38,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), String> {
     };
     let title = format!("{} · umbragraph", arguments.pipeline.display());
     let open = Box::new(move |context: &eframe::CreationContext<'_>| {
-        Viewer::new(context, arguments)
+        Viewer::new(context, arguments, camera)
             .map(|viewer| Box::new(viewer) as Box<dyn eframe::App>)
             .map_err(Into::into)
     });
@@ -57,7 +59,8 @@ fn device(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
     }
 }
 
-/// A file of the command line that is not there. Its contents are the business of the window, where they can be mended.
+/// The diagnostic for a missing file of the command line. A broken file does not keep the window from opening: the window
+/// shows its diagnostics.
 fn missing(arguments: &Arguments) -> Option<Diagnostic> {
     let is_bundled = crate::arguments::is_bundled(&arguments.pipeline);
     let files = [
@@ -105,13 +108,6 @@ pub(crate) fn style(context: &egui::Context) {
         visuals.widgets.inactive.fg_stroke.color = egui::Color32::from_gray(215);
         visuals.faint_bg_color = egui::Color32::from_rgb(36, 38, 44);
     });
-}
-
-/// The text of a camera path that cannot be used.
-pub(crate) fn unusable_camera(path: &std::path::Path, reason: &str) -> String {
-    let message = format!("the camera path cannot be used: {reason}");
-    let help = "a path is { \"keys\": [ { \"time\": seconds, \"position\": [x, y, z], \"target\": [x, y, z] }, … ] }";
-    text(&Diagnostic::in_file(WINDOW, path.display().to_string(), "", message).help(help))
 }
 
 /// A diagnostic for people.

@@ -1,12 +1,53 @@
-//! The camera under pointer and keys: a drag turns, shift or the middle button pans, the wheel goes nearer, W, A, S, D, Q and E
-//! move it.
+//! The camera under pointer and keys, and on a path.
+//!
+//! A drag turns, shift or the middle button pans, the wheel goes nearer, W, A, S, D, Q and E move the camera. Until then it
+//! goes the way that `--camera` names, as far as the time of the animations says. `umbragraph render` keeps such a camera
+//! away from walls; the viewer does not.
 
 use eframe::egui;
 use umbragraph::glam::{DVec2, DVec3};
 
+use umbragraph::low_level::camera_path::CameraPath;
+
 use crate::app::Viewer;
 
+/// The time in which a camera goes its whole way (seconds).
+const LAP: f64 = 10.0;
+
 impl Viewer {
+    /// Places the camera of a scene that has just been loaded: at the first key of a path, or as the path begins.
+    pub(crate) fn begin_path(&mut self) {
+        let Some(home) = &self.view else { return };
+        if let CameraPath::Keys(keys) = &self.path {
+            let at = |key| {
+                let mut view = home.clone();
+                view.go_to(key);
+                view
+            };
+            self.bookmarks = keys.iter().map(at).collect();
+            self.view = self.bookmarks.first().cloned();
+            self.path = CameraPath::Scene;
+            self.stage.touch();
+        }
+        self.follow_path();
+    }
+
+    /// Moves a camera that nobody has moved by hand along its path.
+    pub(crate) fn follow_path(&mut self) {
+        if self.path == CameraPath::Scene {
+            return;
+        }
+        let (Some(view), Some(scene)) = (&mut self.view, self.stage.scene()) else { return };
+        let input = scene.frame_input_of(&scene.pose(0.0), 1.0, 0.0);
+        let time = self.clock.time;
+        let moment = [(time / crate::clock::STEP).floor(), (time / LAP).fract(), time];
+        let before = view.clone();
+        view.place(&self.path.camera(input.camera, &input.scene_bounds, None, moment));
+        if *view != before {
+            self.stage.touch();
+        }
+    }
+
     /// Moves the camera as pointer and keys say.
     pub(crate) fn steer(&mut self, ui: &egui::Ui, response: &egui::Response) {
         let Some(view) = &mut self.view else { return };
@@ -39,6 +80,7 @@ impl Viewer {
             }
         }
         if *view != before {
+            self.path = CameraPath::Scene;
             self.stage.touch();
             self.resolution.touch();
         }

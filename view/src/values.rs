@@ -1,8 +1,8 @@
 //! The values that somebody gave parameters, features and toggles in the window.
 //!
-//! Nothing here is a value of the pipeline's own: what is reset is forgotten, and the pipeline's value counts again, also
-//! where its file changes. A live parameter is set in the executor, frame by frame; everything else is an option of the
-//! plan. `None` of a plan: nothing is known to be live yet.
+//! Only changed values are kept here. A reset removes a value; then the pipeline's own value counts again and follows its
+//! file. Live parameters are set in the executor before each frame, all others are options of the plan. Without a plan no
+//! parameter is known to be live.
 
 use std::collections::BTreeMap;
 

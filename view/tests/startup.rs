@@ -25,6 +25,18 @@ fn missing_files_are_diagnostics() {
 }
 
 #[test]
+fn an_unusable_camera_path_has_the_code_of_one() {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes/courtyard.glb");
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bad.camera.json");
+    std::fs::write(&path, "{ \"keys\": [] }").unwrap();
+    let [scene, path] = [&scene, &path].map(|path| path.to_string_lossy());
+    rejected(
+        &["umbragraph:nebula.json", "--scene", &scene, "--camera", &path],
+        &["UG0810", "a camera path has no keys", "help"],
+    );
+}
+
+#[test]
 #[cfg(target_os = "linux")]
 fn a_missing_display_is_a_diagnostic() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes/courtyard.glb");

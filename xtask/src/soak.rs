@@ -2,16 +2,23 @@
 //!
 //! It runs the tests of every file that gets its cases or seeds from the shared helper
 //! (`tests/support/src/property.rs`), so that a new property needs no line here. Each round prints its own seed. Rounds
-//! repeat until the time is over or a test fails.
+//! repeat until the time is over or a test fails. The viewer's window comes last: 200 random edits of its files, and random
+//! input for half an hour, or for the given time if that is shorter.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use crate::process;
+use crate::{integrations, process};
 
 /// The factor on the number of cases in a round, if only the time is given.
 const TIMES: u32 = 10;
+
+/// The edits of files under the viewer's window for each of those times.
+const EDITS: u32 = 20;
+
+/// The maximum time of random input to the viewer's window, in seconds.
+const WINDOW_SECONDS: u64 = 30 * 60;
 
 /// The duration, the number of cases and the first seed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -32,7 +39,8 @@ pub(crate) fn run(options: &Options) -> Result<bool, String> {
     let start = Instant::now();
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let mut seed = options.seed.unwrap_or(since.as_secs());
-    let times = options.times.unwrap_or(TIMES).to_string();
+    let factor = options.times.unwrap_or(TIMES);
+    let times = factor.to_string();
     loop {
         println!("\n==> UMBRAGRAPH_SEED={seed} UMBRAGRAPH_TIMES={times}");
         let mut command = process::program("cargo");
@@ -56,7 +64,9 @@ pub(crate) fn run(options: &Options) -> Result<bool, String> {
         }
         let goes_on = options.seconds.is_some_and(|seconds| start.elapsed() < Duration::from_secs(seconds));
         if !goes_on {
-            return Ok(true);
+            let seconds = options.seconds.map_or(WINDOW_SECONDS, |seconds| seconds.min(WINDOW_SECONDS));
+            println!("\n==> the viewer: UMBRAGRAPH_SEED={seed}");
+            return integrations::soak_viewer(seed, factor.saturating_mul(EDITS), seconds).map(|()| true);
         }
         seed = seed.wrapping_add(1);
     }

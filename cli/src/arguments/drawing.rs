@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{AnswerFormat, Choices};
-use crate::render::{camera::CameraArgument, capture::CaptureArgument};
+use crate::render::capture::CaptureArgument;
+use umbragraph::low_level::camera_path::CameraArgument;
 
 /// The adapter that draws.
 #[derive(Args)]

@@ -121,6 +121,11 @@ fn pipeline_name(folder: &Path) -> Result<String, Diagnostic> {
 
 fn is_there(path: &Path) -> Diagnostic {
     let message = format!("\"{}\" is there already", path.display());
-    Diagnostic::in_file(crate::codes::FILE_UNWRITABLE, path.display().to_string(), "", message)
-        .help("name a folder that is empty, or is not there")
+    Diagnostic::in_file(
+        umbragraph::low_level::files::FILE_UNWRITABLE,
+        path.display().to_string(),
+        "",
+        message,
+    )
+    .help("name a folder that is empty, or is not there")
 }

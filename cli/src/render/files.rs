@@ -14,7 +14,7 @@ use smallvec::SmallVec;
 use umbragraph::diagnostic::{Diagnostic, Place, codes, list_of};
 use umbragraph::low_level::sheet::Sheet;
 
-use crate::replace::{Unfinished, replace, unwritable};
+use crate::replace::{Unfinished, create, replace, unwritable};
 
 /// The format of a picture file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -190,7 +190,7 @@ impl Animation {
         let failed = |error: &dyn Display| unwritable(path, error);
         match format {
             Format::Apng => {
-                let (file, writer) = Unfinished::create(path)?;
+                let (file, writer) = create(path)?;
                 let mut encoder = png_encoder(BufWriter::new(writer), size, compression);
                 encoder.set_animated(frames, 0).map_err(|error| failed(&error))?;
                 let milliseconds = (1000.0 / rate).round().clamp(1.0, 65535.0) as u16;
@@ -202,7 +202,7 @@ impl Animation {
                 let [Ok(width), Ok(height)] = size.map(u16::try_from) else {
                     return Err(failed(&"a GIF has at most 65535 pixels on a side"));
                 };
-                let (file, writer) = Unfinished::create(path)?;
+                let (file, writer) = create(path)?;
                 let mut encoder = gif::Encoder::new(BufWriter::new(writer), width, height, &[])
                     .map_err(|error| failed(&error))?;
                 encoder.set_repeat(gif::Repeat::Infinite).map_err(|error| failed(&error))?;
@@ -224,12 +224,12 @@ impl Animation {
                 write_png(&numbered(path, at), *size, rgba, *compression)
             }
             Self::Apng { file, writer } => {
-                writer.write_image_data(rgba).map_err(|error| unwritable(&file.path, &error))
+                writer.write_image_data(rgba).map_err(|error| unwritable(file.path(), &error))
             }
             Self::Gif { file, encoder, size: [width, height], delay } => {
                 let mut frame = gif::Frame::from_rgba_speed(*width, *height, rgba, 10);
                 frame.delay = *delay;
-                encoder.write_frame(&frame).map_err(|error| unwritable(&file.path, &error))
+                encoder.write_frame(&frame).map_err(|error| unwritable(file.path(), &error))
             }
         }
     }
@@ -242,12 +242,12 @@ impl Animation {
         match self {
             Self::Numbered { .. } => Ok(()),
             Self::Apng { file, writer } => {
-                writer.finish().map_err(|error| unwritable(&file.path, &error))?;
+                writer.finish().map_err(|error| unwritable(file.path(), &error))?;
                 file.finish()
             }
             Self::Gif { file, encoder, .. } => {
-                let mut writer = encoder.into_inner().map_err(|error| unwritable(&file.path, &error))?;
-                writer.flush().map_err(|error| unwritable(&file.path, &error))?;
+                let mut writer = encoder.into_inner().map_err(|error| unwritable(file.path(), &error))?;
+                writer.flush().map_err(|error| unwritable(file.path(), &error))?;
                 file.finish()
             }
         }

@@ -1,6 +1,5 @@
 //! `umbragraph render`: one picture or many frames of a scene, and what textures hold on the way.
 
-pub(crate) mod camera;
 pub(crate) mod capture;
 mod environment;
 pub(crate) mod files;
@@ -19,6 +18,7 @@ use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use umbragraph::executor::{Texels, read_back, read_bytes};
 use umbragraph::frame::FrameInput;
 use umbragraph::low_level::CheckReport;
+use umbragraph::low_level::camera_path::{CameraPath, Obstacles};
 use umbragraph::low_level::compiler::PlanOptions;
 use umbragraph::low_level::picture::picture_of;
 use umbragraph::low_level::source::Sources;
@@ -26,7 +26,6 @@ use umbragraph::scene::gpu::SceneResources;
 use umbragraph::scene::{Pose, Scene};
 use umbragraph::{Executor, Frame};
 
-use self::camera::CameraPath;
 use self::environment::Environment;
 use self::files::{Animation, Compression, Format};
 use self::report::RunReport;
@@ -269,7 +268,8 @@ impl<'a> Drawing<'a> {
             self.surroundings = Some(Surroundings::new(self.scene));
         }
         let moment = [index as f64, part, time];
-        let camera = path.camera(input.camera, &input.scene_bounds, self.surroundings.as_ref(), moment);
+        let around = self.surroundings.as_ref().map(|around| around as &dyn Obstacles);
+        let camera = path.camera(input.camera, &input.scene_bounds, around, moment);
         input.camera(camera).index(index)
     }
 

@@ -5,6 +5,7 @@
 use glam::DVec3;
 #[cfg(feature = "score")]
 use umbragraph::frame::Bounds;
+use umbragraph::low_level::camera_path::Obstacles;
 use umbragraph::scene::Scene;
 #[cfg(feature = "score")]
 use umbragraph_score::Rays;
@@ -30,9 +31,11 @@ impl<'a> Surroundings<'a> {
         let bounds = scene.frame_input_of(&pose, 1.0, 0.0).scene_bounds;
         Self { rays: Rays::new(scene, &pose), bounds }
     }
+}
 
-    /// A place straight above another, or itself, which nothing lies above within the bounds of the scene.
-    pub(super) fn lifted(&self, place: DVec3) -> DVec3 {
+#[cfg(feature = "score")]
+impl Obstacles for Surroundings<'_> {
+    fn lifted(&self, place: DVec3) -> DVec3 {
         let top = self.bounds.max.y.max(place.y) + HEIGHT;
         let from = DVec3::new(place.x, top, place.z);
         match self.rays.seen(from, DVec3::NEG_Y, [0.0, top - self.bounds.min.y + HEIGHT]) {
@@ -41,8 +44,7 @@ impl<'a> Surroundings<'a> {
         }
     }
 
-    /// The distance that a camera may go from a place along a direction, of `distance` metres.
-    pub(super) fn free(&self, from: DVec3, direction: DVec3, distance: f64) -> f64 {
+    fn free(&self, from: DVec3, direction: DVec3, distance: f64) -> f64 {
         let seen = self.rays.seen(from, direction, [0.0, distance + DISTANCE]);
         seen.map_or(distance, |seen| (seen.distance - DISTANCE).clamp(0.0, distance))
     }
@@ -57,12 +59,15 @@ impl<'a> Surroundings<'a> {
     pub(crate) fn new(_: &'a Scene) -> Self {
         Self(std::marker::PhantomData)
     }
+}
 
-    pub(super) fn lifted(&self, place: DVec3) -> DVec3 {
+#[cfg(not(feature = "score"))]
+impl Obstacles for Surroundings<'_> {
+    fn lifted(&self, place: DVec3) -> DVec3 {
         place
     }
 
-    pub(super) fn free(&self, _: DVec3, _: DVec3, distance: f64) -> f64 {
+    fn free(&self, _: DVec3, _: DVec3, distance: f64) -> f64 {
         distance
     }
 }

@@ -23,11 +23,11 @@ use crate::arguments::ScoreArguments;
 use crate::codes;
 use crate::device;
 use crate::progress::Progress;
-use crate::render::camera::CameraPath;
 use crate::render::files::{self, Compression, Format};
 use crate::render::{Drawing, Given};
 use crate::session::Session;
 use crate::shadow_term;
+use umbragraph::low_level::camera_path::CameraPath;
 
 /// Scores what the arguments ask for; whether there were no errors and all limits are met.
 pub(crate) fn run(arguments: &ScoreArguments) -> bool {

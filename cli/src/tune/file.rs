@@ -8,9 +8,9 @@ use umbragraph::low_level::source::Sources;
 
 use super::table::{Found, value};
 use crate::arguments::TuneArguments;
-use crate::render::camera::CameraArgument;
 use crate::session::Session;
 use crate::shadow_term;
+use umbragraph::low_level::camera_path::CameraArgument;
 
 /// The text of the file.
 ///

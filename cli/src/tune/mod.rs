@@ -37,7 +37,6 @@ use crate::arguments::TuneArguments;
 use crate::codes;
 use crate::device;
 use crate::progress::Progress;
-use crate::render::camera::CameraPath;
 use crate::render::files;
 use crate::render::{Drawing, Given};
 use crate::replace::replace;
@@ -45,6 +44,7 @@ use crate::score::nothing;
 use crate::score::view::View;
 use crate::session::Session;
 use crate::shadow_term;
+use umbragraph::low_level::camera_path::CameraPath;
 
 /// The distance of the first candidates from the start, in coordinates.
 const SPREAD: f64 = 0.15;

@@ -8,10 +8,10 @@ use umbragraph::scene::Scene;
 use super::files::Stamps;
 use crate::arguments::{Choices, Shot};
 use crate::device::{self, Graphics};
-use crate::render::camera::CameraPath;
 use crate::render::files::{Compression, write_png};
 use crate::render::{Drawing, Given};
 use crate::session::Session;
+use umbragraph::low_level::camera_path::CameraPath;
 
 /// The device, the scene and the file of the picture.
 pub(super) struct Painter {

@@ -14,7 +14,7 @@ fn view(program: &Path, path: &Path, arguments: &[&str]) -> Output {
 fn write_program(folder: &Path, name: &str) {
     use std::os::unix::fs::PermissionsExt as _;
     let path = folder.join("umbragraph-view");
-    std::fs::write(&path, format!("#!/bin/sh\necho {name} \"$@\"\nexit 3\n")).unwrap();
+    std::fs::write(&path, format!("#!/bin/sh\necho {name} \"$@\"\nexit 2\n")).unwrap();
     std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
 }
 
@@ -31,7 +31,7 @@ fn the_viewer_is_found_beside_the_command_and_on_path() {
     write_program(&folder.join("path"), "path");
     let output = view(&command, &folder.join("path"), &arguments);
     assert_eq!(text(&output.stdout), "path p.json --scene s.glb --help\n");
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(2), "the status of the viewer");
     write_program(&folder.join("beside"), "beside");
     let output = view(&command, &folder.join("path"), &arguments);
     assert_eq!(text(&output.stdout), "beside p.json --scene s.glb --help\n");

@@ -13,7 +13,9 @@ use crate::x11::Display;
 pub(crate) const SIZE: [u16; 2] = [1400, 860];
 
 /// The longest time until an effect: the program and its dependencies are not optimised much, the driver is software.
-const PATIENCE: Duration = Duration::from_secs(90);
+fn patience() -> Duration {
+    Duration::from_secs(crate::random::variable("UMBRAGRAPH_VIEW_PATIENCE", 90))
+}
 
 pub(crate) struct Hand {
     child: Child,
@@ -99,7 +101,7 @@ impl Hand {
                 state.as_object_mut().map(|state| state.remove("controls"));
                 state
             };
-            assert!(begin.elapsed() < PATIENCE, "no {what}: {}\n{}", state(), self.said());
+            assert!(begin.elapsed() < patience(), "no {what}: {}\n{}", state(), self.said());
             sleep(Duration::from_millis(20));
         }
     }
@@ -216,7 +218,15 @@ impl Hand {
         text.split(' ').nth(1).and_then(|pages| pages.parse::<u64>().ok()).unwrap_or_default() * 4096
     }
 
-    /// What the viewer printed as errors.
+    /// Writes a screenshot; the bytes of its file.
+    pub(crate) fn screenshot(&mut self) -> Vec<u8> {
+        let name = format!("frame-{:03}.png", self.files("frame-").len() + 1);
+        self.click("screenshot");
+        self.wait("screenshot", |state| state["message"].as_str().is_some_and(|said| said.contains(&name)));
+        std::fs::read(self.folder.join(name)).expect("a picture")
+    }
+
+    /// The errors that the viewer printed.
     pub(crate) fn said(&self) -> String {
         std::fs::read_to_string(self.folder.join("log/said.txt")).unwrap_or_default()
     }

@@ -6,13 +6,17 @@
 #![cfg(target_os = "linux")]
 
 mod controls;
+mod edits;
 mod formats;
 mod hand;
+mod opening;
+mod output;
 mod pictures;
 mod random;
 mod read_back;
 mod reload;
 mod x11;
+mod xdnd;
 
 use hand::Hand;
 

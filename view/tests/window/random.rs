@@ -7,10 +7,14 @@ use crate::start;
 use crate::x11::{CONTROL, ESCAPE, SHIFT};
 
 /// G. Marsaglia's xorshift.
-struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
-    fn below(&mut self, end: u64) -> u64 {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+    }
+
+    pub(crate) fn below(&mut self, end: u64) -> u64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
@@ -22,7 +26,7 @@ impl Random {
     }
 }
 
-fn variable(name: &str, default: u64) -> u64 {
+pub(crate) fn variable(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
@@ -33,7 +37,7 @@ fn random_input_neither_ends_nor_bloats_the_window() {
     let seed = variable("UMBRAGRAPH_SEED", 7);
     let seconds = variable("UMBRAGRAPH_VIEW_SECONDS", 60);
     println!("UMBRAGRAPH_SEED={seed} UMBRAGRAPH_VIEW_SECONDS={seconds}");
-    let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+    let mut random = Random::new(seed);
     let begin = Instant::now();
     let mut warm = None;
     let mut count = 0;
@@ -70,9 +74,14 @@ fn random_input_neither_ends_nor_bloats_the_window() {
             warm = Some(hand.memory());
         }
     }
-    // Whatever is open is closed, and what was changed is as it was.
+    // Whatever is open is closed, and the animation stands: while it plays a frame never settles.
     for _ in 0..3 {
         hand.display.press(&[], ESCAPE);
+    }
+    hand.leave_text();
+    while hand.state()["playing"] == true {
+        hand.display.press(&[], u32::from(' '));
+        std::thread::sleep(Duration::from_secs(2));
     }
     hand.settle();
     let said = hand.said();

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde_json::Value;
-use umbragraph::executor::{imported_texture, read_back};
+use umbragraph::executor::{imported_texture, read_back, read_bytes};
 use umbragraph::glam::DVec3;
 use umbragraph::low_level::capture::{Capture, document};
 use umbragraph::scene::gpu::SceneResources;
@@ -12,13 +12,20 @@ use umbragraph::{Executor, Frame, Library, Options, wgpu};
 
 use crate::{PIPELINE, start};
 
-/// The number of colors of a picture.
-pub(crate) fn colors(path: &Path) -> usize {
+/// The size and the colors of a picture, without alpha.
+pub(crate) fn pixels(path: &Path) -> ([u32; 2], Vec<[u8; 3]>) {
     let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
     let mut reader = png::Decoder::new(file).read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
     reader.next_frame(&mut bytes).unwrap();
-    bytes.chunks(3).collect::<BTreeSet<_>>().len()
+    let channels = reader.info().color_type.samples();
+    let pixels = bytes.chunks_exact(channels).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+    ([reader.info().width, reader.info().height], pixels)
+}
+
+/// The number of colors of a picture.
+pub(crate) fn colors(path: &Path) -> usize {
+    pixels(path).1.into_iter().collect::<BTreeSet<_>>().len()
 }
 
 #[test]
@@ -37,12 +44,15 @@ fn numbers_of_the_inspector_are_those_of_a_read_back() {
     let size: [u32; 2] = serde_json::from_value(state["size"].clone()).unwrap();
     let texels = captured(&state["camera"], size, "color@sky");
     assert_eq!(contents["size"], serde_json::json!([texels.width, texels.height, texels.layers]));
-    for (at, channel) in contents["channels"].as_array().unwrap().iter().enumerate() {
+    let channels = contents["channels"].as_array().unwrap();
+    assert_eq!(channels.len(), texels.channels);
+    for (at, channel) in channels.iter().enumerate() {
         // As naive as can be: sorted, and counted bar by bar.
         let mut values: Vec<f32> =
             texels.values.iter().map(|value| value[at]).filter(|one| one.is_finite()).collect();
         values.sort_unstable_by(f32::total_cmp);
         let (min, max) = (values[0], values[values.len() - 1]);
+        assert_eq!(channel["not_finite"], texels.values.len() - values.len());
         let bars: Vec<u64> =
             channel["bars"].as_array().unwrap().iter().map(|bar| bar.as_u64().unwrap()).collect();
         let mut expected = vec![0_u64; bars.len()];
@@ -62,18 +72,10 @@ fn numbers_of_the_inspector_are_those_of_a_read_back() {
 }
 
 /// A texture of a frame of the pipeline, drawn without a window.
-fn captured(camera: &Value, [width, height]: [u32; 2], reference: &str) -> umbragraph::executor::Texels {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle().with_env());
-    let adapter = pollster::block_on(instance.request_adapter(&Default::default())).expect("an adapter");
-    let descriptor = wgpu::DeviceDescriptor {
-        required_features: adapter.features() & wgpu::Features::all_webgpu_mask(),
-        required_limits: adapter.limits(),
-        ..Default::default()
-    };
-    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("a device");
-    let library = Library::new();
-    let options = Options::new(width, height);
-    let plan = library.load_text("own.json", PIPELINE).unwrap().plan(&options).unwrap();
+fn captured(camera: &Value, size: [u32; 2], reference: &str) -> umbragraph::executor::Texels {
+    let fresh = Fresh::new();
+    let plan = Library::new().load_text("own.json", PIPELINE).unwrap();
+    let plan = plan.plan(&Options::new(size[0], size[1])).unwrap();
     let captures = [Capture { reference: reference.to_owned(), mip: 0 }];
     let document = document(&plan, &captures).unwrap();
     // The same copies, written into the pipeline itself.
@@ -83,27 +85,66 @@ fn captured(camera: &Value, [width, height]: [u32; 2], reference: &str) -> umbra
         "\"passes\": {",
         &format!("\"subgraphs\": {subgraphs},\n\"passes\": {{ {},", &passes[1..passes.len() - 1]),
     );
-    let plan = library.load_text("own.json", &text).unwrap().plan(&options).unwrap();
-    let scene =
-        umbragraph::scene::load(&crate::hand::module().join("examples/scenes/courtyard.glb")).unwrap();
-    let pose = scene.pose(0.0);
-    let meshes = SceneResources::new(&device, &queue, &scene, &pose).unwrap();
-    let more = wgpu::TextureUsages::COPY_SRC;
-    let textures: Vec<_> = plan
-        .imports()
-        .filter_map(|(name, _)| Some((name, imported_texture(&device, &plan, name, more)?)))
-        .collect();
-    let imports: Vec<_> = textures.iter().map(|(name, texture)| (*name, texture)).collect();
-    let mut input = scene.frame_input_of(&pose, f64::from(width) / f64::from(height), 0.0);
     // The camera of the window has not been moved, so that it is the scene's own.
-    let own = input.camera.position;
+    let own = fresh.scene.frame_input_of(&fresh.scene.pose(0.0), 1.0, 0.0).camera.position;
     let shown: [f64; 3] = serde_json::from_value(camera["position"].clone()).unwrap();
     assert!(own.distance(DVec3::from(shown)) < 1e-3);
-    input.index = 0;
-    let mut executor = Executor::new(&device, &queue, plan.clone(), Some(&meshes)).unwrap();
-    let mut encoder = device.create_command_encoder(&Default::default());
-    executor.record(&mut encoder, &Frame::new(&input).draws(&meshes).imports(&imports)).unwrap();
-    queue.submit([encoder.finish()]);
-    let texture = textures.iter().find(|(name, _)| *name == document.imports[0]).expect("the copy");
-    pollster::block_on(read_back(&device, &queue, &texture.1)).unwrap()
+    let pipeline = Library::new().load_text("own.json", &text).unwrap();
+    let texture = fresh.draw(&pipeline, size, &document.imports[0]);
+    pollster::block_on(read_back(&fresh.device, &fresh.queue, &texture)).unwrap()
+}
+
+/// A device and a scene without a window.
+pub(crate) struct Fresh {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    scene: umbragraph::scene::Scene,
+}
+
+impl Fresh {
+    pub(crate) fn new() -> Self {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle().with_env());
+        let adapter = pollster::block_on(instance.request_adapter(&Default::default())).expect("an adapter");
+        let descriptor = wgpu::DeviceDescriptor {
+            required_features: adapter.features() & wgpu::Features::all_webgpu_mask(),
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("a device");
+        let scene = crate::hand::module().join("examples/scenes/courtyard.glb");
+        Self { device, queue, scene: umbragraph::scene::load(&scene).unwrap() }
+    }
+
+    /// The first frame of a pipeline; one of its imports.
+    fn draw(
+        &self,
+        pipeline: &umbragraph::Pipeline,
+        [width, height]: [u32; 2],
+        wanted: &str,
+    ) -> wgpu::Texture {
+        let Self { device, queue, scene } = self;
+        let plan = pipeline.plan(&Options::new(width, height)).unwrap();
+        let pose = scene.pose(0.0);
+        let meshes = SceneResources::new(device, queue, scene, &pose).unwrap();
+        let more = wgpu::TextureUsages::COPY_SRC;
+        let textures: Vec<_> = plan
+            .imports()
+            .filter_map(|(name, _)| Some((name, imported_texture(device, &plan, name, more)?)))
+            .collect();
+        let imports: Vec<_> = textures.iter().map(|(name, texture)| (*name, texture)).collect();
+        let mut input = scene.frame_input_of(&pose, f64::from(width) / f64::from(height), 0.0);
+        input.index = 0;
+        let mut executor = Executor::new(device, queue, plan.clone(), Some(&meshes)).unwrap();
+        let mut encoder = device.create_command_encoder(&Default::default());
+        executor.record(&mut encoder, &Frame::new(&input).draws(&meshes).imports(&imports)).unwrap();
+        queue.submit([encoder.finish()]);
+        textures.iter().find(|(name, _)| *name == wanted).expect("the texture").1.clone()
+    }
+
+    /// The picture of a pipeline, as a fresh start shows it.
+    pub(crate) fn picture(&self, library: &Library, path: &Path, size: [u32; 2]) -> Vec<[u8; 3]> {
+        let texture = self.draw(&library.load(path).unwrap(), size, "target");
+        let bytes = pollster::block_on(read_bytes(&self.device, &self.queue, &texture)).unwrap();
+        bytes.chunks_exact(4).map(|texel| [texel[0], texel[1], texel[2]]).collect()
+    }
 }

@@ -38,7 +38,7 @@ impl Display {
                 continue;
             };
             if [geometry.width, geometry.height] == size && attributes.map_state == MapState::VIEWABLE {
-                // Taken away first: who has it already is not told.
+                // To the root first: a window that has the focus already gets no event.
                 for focus in [self.root, window] {
                     self.connection.set_input_focus(InputFocus::PARENT, focus, 0u32).ok()?;
                     self.flush();

@@ -1,4 +1,4 @@
-//! The path of the camera over the frames.
+//! The path of the camera over the frames, as `--camera` of the command and of the viewer names it.
 //!
 //! `orbit` goes once around the middle of the scene, at the height and distance of the scene's own camera, and above what
 //! lies there. `walk` goes straight on at one height. All frames together go as far as the scene's radius, or up to the
@@ -19,26 +19,42 @@
 use std::f64::consts::FRAC_PI_4;
 use std::path::{Path, PathBuf};
 
-use crate::codes;
-use glam::{DMat3, DQuat, DVec3};
-use serde::Deserialize;
-use umbragraph::diagnostic::Diagnostic;
-use umbragraph::frame::{Bounds, Camera};
+use serde::{Deserialize, Serialize};
 
-use super::surroundings::Surroundings;
+use crate::diagnostic::Diagnostic;
+use crate::frame::{Bounds, Camera};
+use crate::glam::{DMat3, DQuat, DVec3};
+use crate::low_level::source::Sources;
+
+pub use super::codes::CAMERA_PATH;
 
 /// The value of `--camera`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum CameraArgument {
+pub enum CameraArgument {
+    /// Once around the middle of the scene.
     Orbit,
+    /// Straight on.
     Walk,
+    /// From elsewhere in every frame, by a seed.
     Random(u64),
+    /// Along the keys of a file.
     File(PathBuf),
 }
 
+/// Things that a camera which moves by itself must not run into.
+pub trait Obstacles {
+    /// A place straight above another, or itself, which nothing lies above.
+    fn lifted(&self, place: DVec3) -> DVec3;
+    /// The distance that a camera may go from a place along a direction, of `distance` metres.
+    fn free(&self, from: DVec3, direction: DVec3, distance: f64) -> f64;
+}
+
 impl CameraArgument {
-    /// Never fails: what is no word is a file.
-    pub(crate) fn parse(text: &str) -> Result<Self, std::convert::Infallible> {
+    /// Reads the text of an option: a text that is no word is the name of a file.
+    ///
+    /// # Errors
+    /// None.
+    pub fn parse(text: &str) -> Result<Self, std::convert::Infallible> {
         if let Some(seed) = text.strip_prefix("random:").and_then(|seed| seed.parse().ok()) {
             return Ok(Self::Random(seed));
         }
@@ -52,23 +68,30 @@ impl CameraArgument {
 }
 
 /// A path of the camera, with the keys of a file read.
-#[derive(Debug)]
-pub(crate) enum CameraPath {
+#[derive(Clone, Debug, PartialEq)]
+pub enum CameraPath {
     /// As the scene says.
     Scene,
+    /// Once around the middle of the scene.
     Orbit,
+    /// Straight on.
     Walk,
+    /// From elsewhere in every frame, by a seed.
     Random(u64),
+    /// Along keys; there is at least one.
     Keys(Vec<Key>),
 }
 
 /// The place of the camera at a time.
-#[derive(Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Key {
-    time: f64,
-    position: [f64; 3],
-    target: [f64; 3],
+pub struct Key {
+    /// The time, in seconds.
+    pub time: f64,
+    /// The place of the camera, in metres.
+    pub position: [f64; 3],
+    /// The point that it looks at.
+    pub target: [f64; 3],
 }
 
 #[derive(Deserialize)]
@@ -82,7 +105,7 @@ impl CameraPath {
     ///
     /// # Errors
     /// A file that cannot be read, is no camera path, or has values that no camera can use.
-    pub(crate) fn of(argument: Option<&CameraArgument>) -> Result<Self, Diagnostic> {
+    pub fn of(argument: Option<&CameraArgument>) -> Result<Self, Diagnostic> {
         Ok(match argument {
             None => Self::Scene,
             Some(CameraArgument::Orbit) => Self::Orbit,
@@ -93,16 +116,16 @@ impl CameraPath {
     }
 
     /// Whether the camera moves by itself, so that something can be in its way.
-    pub(crate) fn may_collide(&self) -> bool {
+    pub fn may_collide(&self) -> bool {
         matches!(self, Self::Orbit | Self::Walk)
     }
 
     /// The camera of the frame of an index: `part` of the whole way is behind it, `time` is in seconds.
-    pub(crate) fn camera(
+    pub fn camera(
         &self,
         scene: Camera,
         bounds: &Bounds,
-        around: Option<&Surroundings<'_>>,
+        around: Option<&dyn Obstacles>,
         [index, part, time]: [f64; 3],
     ) -> Camera {
         let (middle, radius) =
@@ -167,7 +190,7 @@ fn random(seed: u64, which: u64) -> DVec3 {
 
 impl Key {
     /// From camera space to the world; `None` where position and target are one, or the camera looks straight up or down.
-    fn rotation(&self) -> Option<DQuat> {
+    pub fn rotation(&self) -> Option<DQuat> {
         let back = (DVec3::from(self.position) - DVec3::from(self.target)).try_normalize()?;
         let right = DVec3::Y.cross(back).try_normalize()?;
         let rotation = DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back)).normalize();
@@ -178,11 +201,11 @@ impl Key {
 fn read(path: &Path) -> Result<Vec<Key>, Diagnostic> {
     let name = path.display().to_string();
     let wrong = |at: &str, message: String| {
-        Diagnostic::in_file(codes::CAMERA_PATH, &name, at, message)
+        Diagnostic::in_file(CAMERA_PATH, &name, at, message)
             .help("a path is { \"keys\": [ { \"time\": seconds, \"position\": [x, y, z], \"target\": [x, y, z] }, … ] }; there are orbit, walk and random, too")
     };
-    let mut sources = umbragraph::low_level::source::Sources::new();
-    let file = umbragraph::low_level::read_source(path, &mut sources)?;
+    let mut sources = Sources::new();
+    let file = crate::low_level::read_source(path, &mut sources)?;
     let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_default();
     let keys: Keys = serde_json::from_str(&text).map_err(|error| {
         wrong(&format!("{}:{}", error.line(), error.column()), format!("this is no camera path: {error}"))
@@ -215,7 +238,7 @@ fn read(path: &Path) -> Result<Vec<Key>, Diagnostic> {
 
 #[cfg(test)]
 mod tests {
-    use umbragraph::frame::Projection;
+    use crate::frame::Projection;
 
     use super::*;
 
