@@ -197,6 +197,9 @@ pub(crate) struct CheckArguments {
     /// Has each plan checked by a second algorithm that shares no code with what made it.
     #[arg(long)]
     pub(crate) verify: bool,
+    /// Lists as well what is culled, has no effect, or is not checked.
+    #[arg(long)]
+    pub(crate) verbose: bool,
     /// Mends what can be mended in one way only, in all files that the pipelines are made of, and says what it changed.
     #[arg(long)]
     pub(crate) fix: bool,

@@ -9,6 +9,7 @@ use umbragraph::low_level::session::Surveyed;
 use umbragraph::low_level::shader::permutations::Count;
 
 use crate::arguments::CheckArguments;
+use crate::bar::Bar;
 use crate::cache::Cache;
 use crate::mend::mend;
 use crate::parts;
@@ -47,7 +48,9 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
     let mut is_sound = true;
     let mut text = String::new();
     let mut pipelines = Vec::new();
-    for path in &arguments.pipelines {
+    let bar = Bar::of_pipelines(arguments.pipelines.len());
+    for (at, path) in arguments.pipelines.iter().enumerate() {
+        bar.step(at, path);
         let before = session.diagnostics.error_count();
         if let Some(kind) = session.check_part(path) {
             if session.diagnostics.error_count() == before && !arguments.format.is_data() {
@@ -67,9 +70,12 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
         }
         if session.diagnostics.error_count() == before && !arguments.format.is_data() {
             text.push_str(&summary(path, &covered, arguments.verify));
-            text.push_str(&remarks::lines(path, &covered));
+            if arguments.verbose {
+                text.push_str(&remarks::lines(path, &covered));
+            }
         }
     }
+    bar.finish();
     let is_fine = session.report_as(
         arguments.format,
         || text.clone(),

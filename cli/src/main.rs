@@ -11,6 +11,7 @@ mod adapters;
 mod answer;
 mod arguments;
 mod axes;
+mod bar;
 mod cache;
 mod check;
 mod codes;

@@ -8,9 +8,7 @@ use std::sync::Arc;
 
 use umbragraph::DiskStorage;
 use umbragraph::Plan;
-#[cfg(feature = "gpu")]
-use umbragraph::diagnostic::Severity;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Severity, codes, render};
 #[cfg(feature = "gpu")]
 use umbragraph::executor::DryRun;
 use umbragraph::low_level::compiler::PlanOptions;
@@ -335,6 +333,19 @@ impl Session {
     pub(crate) fn arrange(&mut self) {
         self.diagnostics.sort();
         self.diagnostics.merge();
+    }
+
+    /// Drops notes about values that nobody has chosen, unless all is wanted or something is wrong: whoever chooses them
+    /// is told so.
+    pub(crate) fn quiet(&mut self, all: bool) {
+        let is_about_values = |one: &Diagnostic| {
+            let mut related = one.related.iter();
+            one.severity == Severity::Note && related.any(|related| related.message.starts_with("with "))
+        };
+        if !all && !self.diagnostics.has_errors() {
+            let diagnostics = std::mem::take(&mut self.diagnostics).into_iter();
+            self.diagnostics = diagnostics.filter(|one| !is_about_values(one)).collect();
+        }
     }
 
     /// Prints the diagnostics to standard error; whether there was no error among them.

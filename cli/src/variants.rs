@@ -70,9 +70,9 @@ impl Outcome {
         self.permutations.templates.iter().fold(Count::ZERO, |sum, report| sum.plus(report.covered))
     }
 
-    /// The coverage, for people; with a line for each pass where that is asked. The end of the last line is
+    /// The coverage, for people: a line for each pipeline; in full also one for each pass, and one for all, whose end is
     /// [`proven_now`].
-    pub(crate) fn human(&self, verbose: bool) -> String {
+    pub(crate) fn human(&self, in_full: bool) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.
         for reached in &self.reached {
@@ -112,7 +112,7 @@ impl Outcome {
                 .extend(report.variants.iter().map(|variant| (variant.hash.as_str(), variant.bytes)));
             summary.dead.retain(|name| report.dead_axes.iter().any(|dead| dead == name));
         }
-        for (name, summary) in passes.iter().filter(|_| verbose) {
+        for (name, summary) in passes.iter().filter(|_| in_full) {
             let bytes: usize = summary.texts.values().sum();
             let max = summary.texts.values().max().copied().unwrap_or_default();
             let of =
@@ -130,8 +130,10 @@ impl Outcome {
             }
             text.push('\n');
         }
-        let texts = counted(self.permutations.texts, "distinct text");
-        let _ = write!(text, "{} covered by {texts}", plural(self.combinations(), "combination"));
+        if in_full {
+            let texts = counted(self.permutations.texts, "distinct text");
+            let _ = write!(text, "{} covered by {texts}", plural(self.combinations(), "combination"));
+        }
         text
     }
 

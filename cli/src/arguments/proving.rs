@@ -45,7 +45,7 @@ pub(crate) struct PermutationsArguments {
     /// Proves each distinct text by itself, not only a few that together hold every declaration.
     #[arg(long)]
     pub(crate) exhaustive: bool,
-    /// A line for each pass as well: combinations, texts and their sizes.
+    /// A line for each pass as well, one for what was proven now, and notes about values that nobody has chosen.
     #[arg(long)]
     pub(crate) verbose: bool,
     /// Fails if other shaders are reached than the lock says, and names the passes and the values that differ.

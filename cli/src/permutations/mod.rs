@@ -8,15 +8,14 @@ mod requests;
 mod shared;
 
 use std::collections::BTreeSet;
-use std::io::IsTerminal as _;
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use umbragraph::diagnostic::Place;
 use umbragraph::low_level::shader::permutations::{self, Keep, Options, Request, Validator};
 
 use crate::arguments::{DiagnosticsFormat, PermutationsArguments};
 use crate::axes;
+use crate::bar::Bar;
 use crate::cache::{Cache, Said};
 use crate::lock::{Lock, LockFile, hold, update};
 use crate::session::Session;
@@ -48,8 +47,11 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
         // A difference is shown at its pass.
         !arguments.locked || said.lock.as_ref().is_some_and(|lock| file.is_held(lock))
     };
+    // Without pipelines there are no lines of theirs.
+    let in_full = arguments.verbose || arguments.pipelines.is_empty();
+    let end = |proven, texts| if in_full { proven_now(proven, texts) } else { String::new() };
     if let Some(said) = said.filter(is_known) {
-        print(&format!("{}{}", said.text, proven_now(0, 0)));
+        print(&format!("{}{}", said.text, end(0, 0)));
         complain(&said.diagnostics);
         return said
             .lock
@@ -83,8 +85,9 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
         }
         lock
     });
-    let text = outcome.human(arguments.verbose);
-    let proven = proven_now(outcome.permutations.proven, outcome.permutations.texts);
+    let text = outcome.human(in_full);
+    let proven = end(outcome.permutations.proven, outcome.permutations.texts);
+    session.quiet(arguments.verbose || arguments.format.is_data());
     let is_fine = session.report_as(
         arguments.format,
         || format!("{text}{proven}"),
@@ -141,23 +144,8 @@ fn prove(
     external: &[&dyn Validator],
     cache: Option<&Cache>,
 ) -> permutations::Permutations {
-    let bar = std::io::stderr().is_terminal().then(|| {
-        let bar = ProgressBar::new(0);
-        match ProgressStyle::with_template("{bar:40} {pos} of {len} texts, {eta} left") {
-            Ok(style) => bar.with_style(style),
-            Err(_) => bar,
-        }
-    });
-    let progress = |done: usize, all: usize| {
-        if let Some(bar) = &bar {
-            // Threads may report out of their order.
-            let (done, all) = (done as u64, all as u64);
-            bar.update(|state| {
-                state.set_pos(done.max(state.pos()));
-                state.set_len(all.max(state.len().unwrap_or(0)));
-            });
-        }
-    };
+    let bar = Bar::of_texts();
+    let progress = |done: usize, all: usize| bar.reach(done, all);
     let defaults = Options::default();
     let names: BTreeSet<String> = requests.iter().map(|request| request.template.clone()).collect();
     let everything = arguments.all || arguments.pipelines.is_empty();
@@ -179,8 +167,6 @@ fn prove(
     if !everything && has_own && !outcome.diagnostics.has_errors() && !session.diagnostics.has_errors() {
         outcome.diagnostics.extend(permutations::dead(&session.templates, &names, &shared));
     }
-    if let Some(bar) = &bar {
-        bar.finish_and_clear();
-    }
+    bar.finish();
     outcome
 }

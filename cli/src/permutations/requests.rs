@@ -12,6 +12,7 @@ use umbragraph::low_level::source::Span;
 
 use super::shared::whole_templates;
 use crate::arguments::PermutationsArguments;
+use crate::bar::Bar;
 use crate::lock::Reaching;
 use crate::session::{Session, dry_run, profiles};
 use crate::variants::ReachedConfigurations;
@@ -26,7 +27,9 @@ pub(super) fn requests(
     let mut requests: Vec<Request> = Vec::new();
     let mut counts = Vec::new();
     let mut claimed: Vec<TargetProfile> = asked.clone();
-    for path in &arguments.pipelines {
+    let bar = Bar::of_pipelines(arguments.pipelines.len());
+    for (at, path) in arguments.pipelines.iter().enumerate() {
+        bar.step(at, path);
         let Some(loaded) = session.open(path, &arguments.files.extension) else { continue };
         let Some(understood) = loaded.document().zip(loaded.model()) else { continue };
         let overrides = session.overrides(&arguments.settings, understood.0);
@@ -114,6 +117,7 @@ pub(super) fn requests(
             own.requests.end = requests.len();
         }
     }
+    bar.finish();
     if arguments.all || arguments.pipelines.is_empty() {
         let mut unique: Vec<TargetProfile> = Vec::new();
         for profile in claimed {

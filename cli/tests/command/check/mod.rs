@@ -177,13 +177,16 @@ fn unused_and_unchecked_parts_are_listed_below_the_line() {
     let path = folder.join("chosen.json");
     let path = path.to_str().unwrap();
     std::fs::write(path, CHOSEN.replace("SOURCE", "source")).unwrap();
-    let output = run(&["check", path]);
+    let output = run(&["check", path, "--verbose"]);
     let said = text(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let quiet = run(&["check", path]);
+    assert_eq!(text(&quiet.stdout).lines().collect::<Vec<_>>(), [said.lines().next().unwrap()]);
+    assert_eq!(text(&quiet.stderr), "", "nothing on a pipe");
     assert!(said.contains("\n  culled: nothing reads what aside writes: spare\n"), "{said}");
     assert!(said.contains("\n  parameters without effect here: strength\n"), "{said}");
     assert!(said.contains("\n  not checked: 1 configurations with other values of parameters"), "{said}");
-    let shown = text(&run(&["check", path, "--set", "way=shown"]).stdout);
+    let shown = text(&run(&["check", path, "--verbose", "--set", "way=shown"]).stdout);
     assert!(!shown.contains("culled:") && !shown.contains("without effect"), "{shown}");
 
     // What only a parameter reaches is found by `permutations`, as the line says.
@@ -252,7 +255,7 @@ fn a_dispatch_that_covers_less_than_it_writes_is_named() {
     let said = |text: &str| {
         std::fs::write(&path, text).unwrap();
         let output =
-            run(&["check", path.to_str().unwrap(), "--templates", folder.join("").to_str().unwrap()]);
+            run(&["check", path.to_str().unwrap(), "--templates", folder.to_str().unwrap(), "--verbose"]);
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap()
     };

@@ -81,7 +81,7 @@ fn cascades_by(section: &str) -> Output {
         text
     };
     std::fs::write(&pipeline, text).unwrap();
-    umbragraph(&["permutations", pipeline.to_str().unwrap()])
+    umbragraph(&["permutations", pipeline.to_str().unwrap(), "--verbose"])
 }
 
 #[test]
