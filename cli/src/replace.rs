@@ -1,5 +1,6 @@
 //! Files that the command writes; an interrupt leaves no half one.
 
+#[cfg(feature = "gpu")]
 use std::fs::File;
 use std::path::Path;
 
@@ -8,7 +9,9 @@ use crate::interrupt;
 use umbragraph::diagnostic::Diagnostic;
 use umbragraph::low_level::files;
 
-pub(crate) use umbragraph::low_level::files::{Unfinished, unwritable};
+#[cfg(feature = "gpu")]
+pub(crate) use umbragraph::low_level::files::Unfinished;
+pub(crate) use umbragraph::low_level::files::unwritable;
 
 /// Writes a file as a whole, as [`files::replace`] does.
 ///
