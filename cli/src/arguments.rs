@@ -49,6 +49,13 @@ impl Arguments {
             Command::Wgsl(WgslArguments { map: true, target, .. }) if *target != TargetLanguage::Wgsl => {
                 (ErrorKind::ArgumentConflict, "--map shows the lines of WGSL; leave out --target")
             }
+            Command::Permutations(permutations)
+                if permutations.shard.is_some() && (permutations.locked || permutations.update) =>
+            {
+                let message = "a lock has all that is reached: leave out --shard, or join the reports of all shards with \
+                               `umbragraph permutations --merge REPORT.json... --locked` (or --update)";
+                (ErrorKind::ArgumentConflict, message)
+            }
             Command::Graph(graph) if !graph.is_page() && graph.compare.is_some() => {
                 let message =
                     "--compare is part of the page: add --format html; `umbragraph diff` compares as text";

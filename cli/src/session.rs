@@ -364,6 +364,11 @@ impl Session {
         render::human_all(&self.diagnostics, self.sources())
     }
 
+    /// A diagnostic as JSON.
+    pub(crate) fn json(&self, diagnostic: &Diagnostic) -> serde_json::Value {
+        render::json(diagnostic, self.sources())
+    }
+
     /// The diagnostics as annotations of GitHub.
     fn annotations(&self) -> String {
         self.diagnostics.iter().map(|diagnostic| render::github(diagnostic, self.sources())).collect()

@@ -13,11 +13,14 @@ use umbragraph::low_level::shader::permutations::{Count, Permutations, TemplateR
 use umbragraph::low_level::source::Span;
 
 use crate::lock::{Lock, LockFile, PassPlaces, Pipeline, Reaching};
+use crate::permutations::Shard;
 use crate::replace::{replace, unwritable};
 
 /// The outcome of a run.
 #[derive(Default)]
 pub(crate) struct Outcome {
+    /// The part of the whole that was proven; all without one.
+    pub(crate) shard: Option<Shard>,
     pub(crate) reached: Vec<ReachedConfigurations>,
     pub(crate) permutations: Permutations,
 }
@@ -46,7 +49,9 @@ pub(crate) struct ReachedConfigurations {
 #[derive(Serialize)]
 struct Document<'a> {
     diagnostics: Vec<serde_json::Value>,
-    pipelines: &'a [ReachedConfigurations],
+    /// The part of the whole that this is.
+    shard: Option<Shard>,
+    pipelines: Vec<ReachedPipeline<'a>>,
     templates: &'a [TemplateReport],
     combinations: Count,
     texts: usize,
@@ -54,6 +59,15 @@ struct Document<'a> {
     proven: usize,
     /// Declarations with what they see of others.
     declarations: usize,
+}
+
+/// A pipeline in the JSON output.
+#[derive(Serialize)]
+struct ReachedPipeline<'a> {
+    #[serde(flatten)]
+    counts: &'a ReachedConfigurations,
+    /// The texts of passes and profiles, as a lock has them.
+    reached: Pipeline,
 }
 
 /// The reports of one pass together.
@@ -180,9 +194,14 @@ impl Outcome {
 
     /// Everything as JSON.
     pub(crate) fn json(&self, diagnostics: Vec<serde_json::Value>) -> String {
+        let pipeline = |counts| ReachedPipeline {
+            counts,
+            reached: Pipeline::new(&counts.reaching, &self.permutations.templates),
+        };
         let document = Document {
             diagnostics,
-            pipelines: &self.reached,
+            shard: self.shard,
+            pipelines: self.reached.iter().map(pipeline).collect(),
             templates: &self.permutations.templates,
             combinations: self.combinations(),
             texts: self.permutations.texts,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{CacheArguments, DiagnosticsFormat, Files, Settings};
+use crate::permutations::Shard;
 use crate::validator::ExternalValidator;
 
 /// The options that take a part of what is reached, or more; a lock has exactly that.
@@ -48,6 +49,13 @@ pub(crate) struct PermutationsArguments {
     /// A line for each pass as well, one for what was proven now, and notes about values that nobody has chosen.
     #[arg(long)]
     pub(crate) verbose: bool,
+    /// The third of eight parts of the work, for several machines. The parts are the same on each, of about equal cost, and
+    /// together the whole.
+    #[arg(long, value_name = "K/N", value_parser = Shard::parse, conflicts_with_all = ["all", "axes", "config", "set", "feature", "preset", "params"])]
+    pub(crate) shard: Option<Shard>,
+    /// Joins the JSON reports of all shards, which are given instead of pipelines, into one.
+    #[arg(long, conflicts_with_all = ["shard", "all", "axes", "config", "set", "feature", "preset", "params", "profiles", "write", "also", "exhaustive"])]
+    pub(crate) merge: bool,
     /// Fails if other shaders are reached than the lock says, and names the passes and the values that differ.
     #[arg(long, conflicts_with_all = PARTIAL)]
     pub(crate) locked: bool,

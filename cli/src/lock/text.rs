@@ -352,7 +352,10 @@ mod tests {
         assert_eq!(Parsed::new(&text).unwrap().lock, lock, "{text}");
         assert_eq!(Parsed::new(&text.replace('\n', "\r\n")).unwrap().lock, lock);
         assert!(text.contains("  fixed = -3..0, 7, 9\n"), "{text}");
-        assert!(text.contains("\npass again.0, shade\ntemplate a.wgsl.jinja\n  filter"), "{text}");
+        assert!(
+            text.contains("\npass again.0, shade\ntemplate a.wgsl.jinja\n  combinations = 1, 2\n"),
+            "{text}"
+        );
         assert!(text.contains("\ntemplate b.wgsl.jinja\nprofiles webgpu\n  combinations at least"), "{text}");
     }
 

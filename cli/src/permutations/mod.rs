@@ -4,7 +4,9 @@
 //! templates can express. Each pipeline's configurations are loaded in full besides, so its bindings, and what scenes
 //! upload for a geometry named `scene`, are compared with every variant.
 
+mod merge;
 mod requests;
+mod shard;
 mod shared;
 
 use std::collections::BTreeSet;
@@ -23,11 +25,15 @@ use crate::streams::{complain, print, print_json};
 use crate::validator::ExternalValidator;
 use crate::variants::{Outcome, proven_now, write};
 use requests::requests;
+pub(crate) use shard::Shard;
 use shared::shared;
 
 /// Proves variants; whether there were no errors.
 pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     let mut session = Session::new(&arguments.files);
+    if arguments.merge {
+        return merge::run(arguments, &mut session);
+    }
     let file = LockFile::new(&arguments.lock);
     let cache = Cache::new(&arguments.cache);
     // What is more than a text for people is made anew.
@@ -58,7 +64,7 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
             .filter(|_| arguments.update)
             .is_none_or(|lock| write_lock(arguments, &session, &lock));
     }
-    let mut outcome = Outcome::default();
+    let mut outcome = Outcome { shard: arguments.shard, ..Outcome::default() };
     if let Some((requests, reached)) = requests(arguments, &mut session) {
         outcome.reached = reached;
         if arguments.axes {

@@ -10,6 +10,7 @@ use umbragraph::low_level::shader::TargetProfile;
 use umbragraph::low_level::shader::permutations::Request;
 use umbragraph::low_level::source::Span;
 
+use super::shard::{self, Owned};
 use super::shared::whole_templates;
 use crate::arguments::PermutationsArguments;
 use crate::bar::Bar;
@@ -27,6 +28,8 @@ pub(super) fn requests(
     let mut requests: Vec<Request> = Vec::new();
     let mut counts = Vec::new();
     let mut claimed: Vec<TargetProfile> = asked.clone();
+    let shares = arguments.shard.map(|shard| (shard, shard.pieces(&costs(arguments, session, &asked))));
+    let mut pieces = shares.iter().flat_map(|(_, pieces)| pieces);
     let bar = Bar::of_pipelines(arguments.pipelines.len());
     for (at, path) in arguments.pipelines.iter().enumerate() {
         bar.step(at, path);
@@ -37,8 +40,14 @@ pub(super) fn requests(
         claimed.extend(profiles.iter().cloned());
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let begin = requests.len();
-        for (at, group) in alike(understood.0, &profiles).iter().enumerate() {
+        let groups = alike(understood.0, &profiles);
+        let mut is_first = true;
+        for (at, group) in groups.iter().enumerate() {
             let Some(first) = group.first() else { continue };
+            let shares = arguments.shard.zip(pieces.next());
+            if shares.is_some_and(|(_, shares)| shares.is_none()) {
+                continue;
+            }
             let (values, plan) = (Overrides::default(), PlanOptions::new(1280, 720));
             let options = session.check_options(first, &values, &plan);
             let mut diagnostics = Diagnostics::new();
@@ -57,7 +66,7 @@ pub(super) fn requests(
             );
             session.add_new(diagnostics);
             // The counts are those of the first profile.
-            if at == 0 {
+            if std::mem::take(&mut is_first) {
                 counts.push(ReachedConfigurations {
                     pipeline: path.display().to_string(),
                     configurations: reached.configurations,
@@ -69,7 +78,17 @@ pub(super) fn requests(
                 });
             }
             let Some(own) = counts.last_mut() else { continue };
-            for program in reached.programs {
+            let owned = shares.and_then(|(shard, shares)| Some((shard, shares.as_ref()?)));
+            let owned = owned.map(|(shard, shares)| shard.owned(shares, &reached.programs, group.len()));
+            for program in &reached.programs {
+                let of_template = |owned: &Owned<'_>| -> Vec<TargetProfile> {
+                    let own = owned.get(program.template.as_str()).into_iter().flatten();
+                    own.filter_map(|at| group.get(*at).cloned()).collect()
+                };
+                let group = &owned.as_ref().map_or_else(|| group.clone(), of_template);
+                if group.is_empty() {
+                    continue;
+                }
                 let more = match program.passes.len() {
                     0 | 1 => String::new(),
                     count => format!(" and {} more", count - 1),
@@ -80,7 +99,7 @@ pub(super) fn requests(
                     let place = || place_of(understood.0, pass).unwrap_or(program.place);
                     own.places.entry(pass.clone()).or_insert_with(place);
                 }
-                for allowed in program.products {
+                for allowed in program.products.iter().cloned() {
                     let mut reach = |request| {
                         own.reaching.push(Reaching {
                             passes: program.passes.clone(),
@@ -137,6 +156,23 @@ pub(super) fn requests(
         requests = templates.iter().map(|template| Request::all(template, &unique)).collect();
     }
     Some((requests, counts))
+}
+
+/// The cost of each pipeline and group of profiles, in the order in which they are loaded.
+fn costs(arguments: &PermutationsArguments, session: &mut Session, asked: &[TargetProfile]) -> Vec<u128> {
+    let mut costs = Vec::new();
+    for path in &arguments.pipelines {
+        let Some(loaded) = session.open(path, &arguments.files.extension) else { continue };
+        let Some(understood) = loaded.document().zip(loaded.model()) else { continue };
+        let passes = understood.0.root.entries_of("passes").len();
+        for first in
+            alike(understood.0, &profiles(understood.0, asked.to_vec())).iter().filter_map(|all| all.first())
+        {
+            let configurations = Configurations::all(understood, &session.templates, first);
+            costs.push(shard::cost(configurations.list.len(), passes));
+        }
+    }
+    costs
 }
 
 /// The name of a pass in the document; that of its loop or its use of a subgraph where these make it.

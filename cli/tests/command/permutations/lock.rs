@@ -40,13 +40,13 @@ const VEIL: &str = "@vertex fn corner(@builtin(vertex_index) at: u32) -> @builti
 }
 ";
 
-struct Project {
-    folder: ScratchFolder,
+pub(super) struct Project {
+    pub(super) folder: ScratchFolder,
 }
 
 impl Project {
     /// A folder with a pipeline, its templates and its lock.
-    fn new(name: &str) -> Self {
+    pub(super) fn new(name: &str) -> Self {
         let project = Self { folder: ScratchFolder::new(name) };
         for (file, text) in [
             ("small.json", PIPELINE),
@@ -67,27 +67,27 @@ impl Project {
     }
 
     /// A second pipeline beside the first.
-    fn with_other(self) -> Self {
+    pub(super) fn with_other(self) -> Self {
         self.write("other.json", &self.read("small.json").replace("\"small\"", "\"other\""));
         self
     }
 
-    fn write(&self, file: &str, text: &str) {
+    pub(super) fn write(&self, file: &str, text: &str) {
         std::fs::write(self.folder.join(file), text).unwrap();
     }
 
-    fn read(&self, file: &str) -> String {
+    pub(super) fn read(&self, file: &str) -> String {
         std::fs::read_to_string(self.folder.join(file)).unwrap()
     }
 
     #[track_caller]
-    fn edit(&self, file: &str, from: &str, to: &str) {
+    pub(super) fn edit(&self, file: &str, from: &str, to: &str) {
         let text = self.read(file);
         assert!(text.contains(from), "{file} has no {from}");
         self.write(file, &text.replacen(from, to, 1));
     }
 
-    fn run(&self, arguments: &[&str]) -> Output {
+    pub(super) fn run(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
         command.args(arguments).current_dir(&*self.folder).output().expect("the command")
     }

@@ -2,6 +2,7 @@
 
 mod configurations;
 mod lock;
+mod shards;
 
 use std::path::PathBuf;
 use std::process::{Command, Output};

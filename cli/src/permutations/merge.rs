@@ -1,0 +1,292 @@
+//! `umbragraph permutations --merge`: the JSON reports of shards as one.
+//!
+//! A template for a profile is whole in one shard, so what is reached adds up. A diagnostic that several shards report is
+//! one. Its place is looked up in the file again, so that every format shows it as the shard did.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use umbragraph::diagnostic::{Code, Diagnostic, Place, Severity, counted};
+use umbragraph::low_level::compose::read_bytes;
+use umbragraph::low_level::shader::{AxisValue, AxisValues};
+
+use super::{Shard, write_lock};
+use crate::arguments::PermutationsArguments;
+use crate::codes;
+use crate::lock::{Lock, LockFile, PassPlaces, Pipeline, Section, hold};
+use crate::session::Session;
+
+/// The maximum bytes of a report, or of a file that a diagnostic is about.
+const MAX_BYTES: u64 = 1 << 30;
+
+/// A report, of a shard or joined.
+#[derive(Default, Serialize, Deserialize)]
+struct Report {
+    diagnostics: Vec<Value>,
+    shard: Option<Shard>,
+    pipelines: Vec<ReachedPipeline>,
+    templates: Vec<Template>,
+    combinations: Number,
+    texts: usize,
+    proven: usize,
+    declarations: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+struct ReachedPipeline {
+    pipeline: String,
+    configurations: Number,
+    loaded: usize,
+    rejected: usize,
+    reached: Pipeline,
+}
+
+/// The report on a template.
+#[derive(PartialEq, Serialize, Deserialize)]
+struct Template {
+    name: String,
+    template: String,
+    profiles: Vec<String>,
+    configurations: Number,
+    covered: Number,
+    paths: usize,
+    values: BTreeMap<String, BTreeSet<AxisValue>>,
+    variants: Vec<Variant>,
+    dead_axes: Vec<String>,
+    bytes_of_values: Vec<Value>,
+}
+
+#[derive(PartialEq, Serialize, Deserialize)]
+struct Variant {
+    axes: AxisValues,
+    paths: usize,
+    configurations: Number,
+    bytes: usize,
+    hash: String,
+    valid: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Number {
+    number: u128,
+    exact: bool,
+}
+
+impl Default for Number {
+    fn default() -> Self {
+        Self { number: 0, exact: true }
+    }
+}
+
+impl Report {
+    fn add(&mut self, other: Self) {
+        for diagnostic in other.diagnostics {
+            match self.diagnostics.iter_mut().find(|known| is_alike(known, &diagnostic)) {
+                Some(known) => unite(&mut known["profiles"], &diagnostic["profiles"]),
+                None => self.diagnostics.push(diagnostic),
+            }
+        }
+        for own in other.pipelines {
+            match self.pipelines.iter_mut().find(|known| known.pipeline == own.pipeline) {
+                Some(known) => {
+                    let mut sections = Vec::<Section>::from(std::mem::take(&mut known.reached));
+                    sections.extend(own.reached.sections());
+                    known.reached = sections.into();
+                }
+                None => self.pipelines.push(own),
+            }
+        }
+        for own in other.templates {
+            let is_known = |known: &&mut Template| {
+                let without = |name: &str| name.split(" on ").next().unwrap_or_default().to_owned();
+                without(&known.name) == without(&own.name)
+                    && known.template == own.template
+                    && known.variants == own.variants
+                    && known.configurations == own.configurations
+            };
+            match self.templates.iter_mut().find(is_known) {
+                Some(known) => {
+                    known.profiles.extend(own.profiles);
+                    known.profiles.sort();
+                    known.profiles.dedup();
+                }
+                None => self.templates.push(own),
+            }
+        }
+        self.proven += other.proven;
+        self.declarations += other.declarations;
+    }
+
+    /// Puts parts in an order that does not depend on shards, and counts them.
+    fn finish(&mut self) {
+        self.pipelines.sort_by(|a, b| a.pipeline.cmp(&b.pipeline));
+        let hash = |one: &Template| one.variants.first().map(|first| first.hash.clone());
+        self.templates.sort_by(|a, b| (&a.name, &a.template, hash(a)).cmp(&(&b.name, &b.template, hash(b))));
+        for covered in self.templates.iter().map(|template| template.covered) {
+            let sum = self.combinations.number.checked_add(covered.number);
+            self.combinations = Number {
+                number: sum.unwrap_or(u128::MAX),
+                exact: sum.is_some() && covered.exact && self.combinations.exact,
+            };
+        }
+        let texts = self
+            .templates
+            .iter()
+            .flat_map(|one| one.variants.iter().map(move |each| (&one.profiles, &each.hash)));
+        self.texts = texts.collect::<BTreeSet<_>>().len();
+    }
+}
+
+/// Whether two shards report the same.
+fn is_alike(a: &Value, b: &Value) -> bool {
+    ["code", "severity", "message", "place"].iter().all(|key| a[key] == b[key])
+}
+
+fn unite(known: &mut Value, new: &Value) {
+    let (Some(known), Some(new)) = (known.as_array_mut(), new.as_array()) else { return };
+    for profile in new {
+        if !known.contains(profile) {
+            known.push(profile.clone());
+        }
+    }
+}
+
+/// Joins the reports; whether there was no error in them.
+pub(super) fn run(arguments: &PermutationsArguments, session: &mut Session) -> bool {
+    let mut joined = Report::default();
+    let mut shards: Vec<Option<Shard>> = Vec::new();
+    for path in &arguments.pipelines {
+        match read(path) {
+            Ok(report) => {
+                shards.push(report.shard);
+                joined.add(report);
+            }
+            Err(reason) => {
+                let name = path.display().to_string();
+                let message = format!("\"{name}\" is no report: {reason}");
+                let help = "print one with `umbragraph permutations PIPELINE... --shard 1/2 --format json`";
+                session.diagnostics.push(Diagnostic::in_file(codes::SHARDS, name, "", message).help(help));
+            }
+        }
+    }
+    if session.diagnostics.has_errors() {
+        return session.report();
+    }
+    if let Err(message) = are_whole(&shards) {
+        let name = arguments.pipelines.first().map_or_else(String::new, |path| path.display().to_string());
+        let help = "give the reports of all shards, each once";
+        session.diagnostics.push(Diagnostic::in_file(codes::SHARDS, name, "", message).help(help));
+        return session.report();
+    }
+    joined.finish();
+    for value in &joined.diagnostics {
+        let diagnostic = diagnostic(session, value);
+        session.diagnostics.push(diagnostic);
+    }
+    let file = LockFile::new(&arguments.lock);
+    let mut lock = Lock::default();
+    for one in &joined.pipelines {
+        lock.pipelines.insert(file.name_of(Path::new(&one.pipeline)), one.reached.clone());
+    }
+    let is_whole = !session.diagnostics.has_errors();
+    if arguments.locked && is_whole {
+        let before = session.diagnostics.len();
+        hold(session, &file, &lock, &PassPlaces::new());
+        let new: Vec<Value> = session.diagnostics.iter().skip(before).map(|one| session.json(one)).collect();
+        joined.diagnostics.extend(new);
+    }
+    session.quiet(arguments.verbose || arguments.format.is_data());
+    let line = |one: &ReachedPipeline| {
+        let texts: BTreeSet<(String, usize)> =
+            one.reached.sections().into_iter().map(|one| (one.texts.hash, one.texts.texts)).collect();
+        let profiles: Vec<&str> = one.reached.profiles().into_iter().collect();
+        let passes: BTreeSet<&String> = one.reached.programs.keys().map(|(pass, _)| pass).collect();
+        let texts = counted(texts.iter().map(|(_, texts)| texts).sum(), "text");
+        format!("{}: {}, {texts}, for {}\n", one.pipeline, counted(passes.len(), "pass"), profiles.join(", "))
+    };
+    let text: String = joined.pipelines.iter().map(line).collect();
+    let is_fine = session.report_as(
+        arguments.format,
+        || text,
+        |_| serde_json::to_string_pretty(&joined).unwrap_or_default(),
+    );
+    is_fine && (!arguments.update || is_whole && write_lock(arguments, session, &lock))
+}
+
+fn read(path: &Path) -> Result<Report, String> {
+    let bytes = read_bytes(path, MAX_BYTES).map_err(|error| error.to_string())?.ok_or("it is too large")?;
+    serde_json::from_slice(&bytes).map_err(|error| error.to_string())
+}
+
+/// Whether these are all shards of one split, or reports of whole runs.
+fn are_whole(shards: &[Option<Shard>]) -> Result<(), String> {
+    let Some(Some(Shard { of, .. })) = shards.first() else {
+        let is_mixed = shards.iter().any(Option::is_some);
+        return if is_mixed {
+            Err("a report of a whole run stands among those of shards".to_owned())
+        } else {
+            Ok(())
+        };
+    };
+    let mut missing: BTreeSet<u32> = (1..=*of).collect();
+    for shard in shards {
+        match shard {
+            None => return Err("a report of a whole run stands among those of shards".to_owned()),
+            Some(shard) if shard.of != *of => {
+                return Err(format!("shards of {of} and of {} do not belong together", shard.of));
+            }
+            Some(shard) if !missing.remove(&shard.index) => {
+                return Err(format!("shard {}/{of} is there twice", shard.index));
+            }
+            Some(_) => {}
+        }
+    }
+    let list: Vec<String> = missing.iter().take(8).map(|index| format!("{index}/{of}")).collect();
+    if list.is_empty() { Ok(()) } else { Err(format!("these shards are missing: {}", list.join(", "))) }
+}
+
+/// A diagnostic of a report.
+fn diagnostic(session: &mut Session, value: &Value) -> Diagnostic {
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let id = text(&value["code"]);
+    let code: Option<Code> =
+        umbragraph::codes().into_iter().chain(codes::ALL.iter().copied()).find(|code| code.id == id);
+    let code = code.unwrap_or(codes::SHARDS);
+    let place = place(session, &value["place"]);
+    let mut diagnostic = Diagnostic::error(code, place, text(&value["message"]));
+    diagnostic = match value["severity"].as_str() {
+        Some("warning") => diagnostic.severity(Severity::Warning),
+        Some("note") => diagnostic.severity(Severity::Note),
+        _ => diagnostic,
+    };
+    for related in value["related"].as_array().into_iter().flatten() {
+        let place = self::place(session, &related["place"]);
+        diagnostic = diagnostic.related(place, text(&related["message"]));
+    }
+    match value["help"].as_str() {
+        Some(help) => diagnostic.help(help),
+        None => diagnostic,
+    }
+}
+
+fn place(session: &mut Session, value: &Value) -> Place {
+    let Some(file) = value["file"].as_str() else { return Place::Nowhere };
+    let number = |key: &str| value[key].as_u64().and_then(|number| usize::try_from(number).ok());
+    let in_file = Place::File { path: file.to_owned(), locator: String::new() };
+    let bytes = read_bytes(Path::new(file), MAX_BYTES).ok().flatten();
+    let Some(text) = bytes.and_then(|bytes| String::from_utf8(bytes).ok()) else { return in_file };
+    // Lines and columns count from 1, columns in characters.
+    let offset = |line: usize, column: usize| {
+        let start = text.split_inclusive('\n').take(line.checked_sub(1)?).map(str::len).sum::<usize>();
+        let rest = text.get(start..)?;
+        let inside = rest.char_indices().nth(column.checked_sub(1)?).map_or(rest.len(), |(at, _)| at);
+        Some(start + inside)
+    };
+    let at = |line, column| offset(number(line)?, number(column)?);
+    let (Some(start), Some(end)) = (at("line", "column"), at("end_line", "end_column")) else {
+        return in_file;
+    };
+    Place::Span(session.text_of(file, &text).inside(start..end.max(start)))
+}
