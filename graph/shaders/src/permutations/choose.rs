@@ -24,22 +24,21 @@ impl Composition<'_> {
             if self.texts[at].state.is_settled {
                 continue;
             }
-            let (table, subject) = (self.texts[at].table, self.texts[at].subject.clone());
+            let (subject, overrides) = (self.texts[at].subject.clone(), self.texts[at].overrides);
             let (request, own) = self.texts[at].at;
+            let is_irregular =
+                !self.irregular.is_empty() && self.irregular.contains(self.template(&self.texts[at]));
             let split = self.explored[request].exploration.texts[own].declarations.as_deref();
             // Without a profile nothing is validated, and no summary ever known.
-            let count = 1..=Profiles::BITS as usize;
-            let split = split.filter(|_| !exhaustive && count.contains(&subject.profiles.len()));
+            let is_validated =
+                !subject.wanted.is_empty() && subject.profiles.len() <= Profiles::BITS as usize;
+            let split = split.filter(|_| !exhaustive && is_validated && !is_irregular);
             let Some(split) = split else {
                 alone.push(at);
                 continue;
             };
-            let units = &mut self.tables[table];
-            if units.is_irregular {
-                alone.push(at);
-                continue;
-            }
-            let part = |id: u32, kind: Part| u64::from(id) | (table as u64) << 34 | (kind as u64) << 32;
+            let units = &mut self.units;
+            let part = |id: u32, kind: Part| u64::from(id) | (kind as u64) << 32;
             let everything = all(&subject);
             let unproven = |units: &Units, state: &State| -> (Profiles, Vec<u64>) {
                 let refused = |all, unit: &u32| all | units.all[*unit as usize].refused();
@@ -57,7 +56,7 @@ impl Composition<'_> {
             let is_resolved = !state.units.is_empty() && state.open.is_empty();
             let mut parts = if is_resolved { unproven(units, state).1 } else { Vec::new() };
             if parts.is_empty() {
-                let resolved = units.resolve(&self.declarations, split, None);
+                let resolved = units.resolve(&self.declarations, (split, &self.overrides[overrides]), None);
                 if resolved.is_circular {
                     alone.push(at);
                     continue;
@@ -74,16 +73,18 @@ impl Composition<'_> {
                     let is_unreached = |unit: &&u32| units.all[**unit as usize].reached & pending != pending;
                     let unreached = interface.reached.iter().filter(is_unreached);
                     parts.extend(unreached.map(|unit| part(*unit, Part::Reached)));
-                    let module = &mut units.all[interface.module as usize];
-                    if parts.is_empty() && module.accepted & pending != pending {
-                        let (fits, reflection) = interface.proven(subject.profiles);
-                        module.accepted |= fits & pending;
-                        module.reflection.get_or_insert_with(|| reflection.clone());
+                    // While something else is open, the module is looked at again.
+                    if parts.is_empty() {
+                        let module = &mut units.all[interface.module as usize];
+                        if module.accepted & pending != pending {
+                            let (fits, reflection) = interface.proven(&subject);
+                            module.accepted |= fits & pending;
+                            module.reflection.get_or_insert_with(|| reflection.clone());
+                        }
+                        state.units.push(interface.module);
+                        state.module = Some(interface.module);
+                        parts = unproven(units, state).1;
                     }
-                    state.units.push(interface.module);
-                    state.module = Some(interface.module);
-                    let (_, more) = unproven(units, state);
-                    parts.extend(more);
                 }
             }
             let state = &mut self.texts[at].state;

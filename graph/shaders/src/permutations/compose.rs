@@ -14,7 +14,7 @@
 //! Limits: writers name things over the whole module, and validators of others judge whole texts; both see the cover. With
 //! `exhaustive` every text is proven by itself.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -24,20 +24,23 @@ use super::Options;
 use super::failure;
 use super::interned::Declarations;
 use super::kept::{Keep, Kept};
+use super::overrides;
 use super::prove::{self, Subject, Task};
 use super::proven::Explored;
-use super::units::{Profiles, Refusal, Units};
+use super::units::{Overrides, Profiles, Refusal, Units, bit};
+use crate::axes::Axes;
 use crate::codes;
 use crate::reflection::Reflection;
 use crate::rendering::templates::TemplateSet;
+use crate::targets::profile::TargetProfile;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic, Place};
 use umbragraph_text::source::Span;
 
 /// A distinct text.
 pub(super) struct Text<'a> {
     pub(super) subject: Arc<Subject<'a>>,
-    /// The index of the subject.
-    pub(super) table: usize,
+    /// The index of the overrides of its template.
+    pub(super) overrides: usize,
     /// The first request that has it, and its index there.
     pub(super) at: (usize, usize),
     pub(super) state: State,
@@ -62,8 +65,11 @@ pub(super) struct Composition<'a> {
     pub(super) explored: Vec<Explored<'a>>,
     pub(super) declarations: Declarations,
     pub(super) texts: Vec<Text<'a>>,
-    /// One for each subject.
-    pub(super) tables: Vec<Units>,
+    pub(super) profiles: Arc<[&'a TargetProfile]>,
+    pub(super) units: Units,
+    pub(super) overrides: Vec<Overrides>,
+    /// Templates of which naga has seen something else in a module than its declarations say.
+    pub(super) irregular: BTreeSet<&'a str>,
     /// The reason of each validator that cannot run.
     pub(super) unavailable: BTreeMap<usize, String>,
     /// The number of texts that were proven by themselves.
@@ -74,52 +80,99 @@ pub(super) struct Composition<'a> {
     pub(super) more: usize,
 }
 
+/// The profiles that a text is proven for. Where there are none, only renderings are of interest.
 pub(super) fn all(subject: &Subject<'_>) -> Profiles {
-    Profiles::MAX >> (Profiles::BITS as usize - subject.profiles.len().clamp(1, Profiles::BITS as usize))
+    match subject.wanted.is_empty() {
+        true => 1,
+        false => subject.wanted.iter().fold(0, |all, at| all | bit(*at)),
+    }
+}
+
+/// The distinct texts of all requests, and what each is proven for.
+pub(super) fn compose<'a>(
+    templates: &'a TemplateSet,
+    mut explored: Vec<Explored<'a>>,
+    declarations: Declarations,
+) -> Composition<'a> {
+    let mut profiles: Vec<&TargetProfile> = Vec::new();
+    for profile in explored.iter().flat_map(|each| &each.request.profiles) {
+        if !profiles.contains(&profile) {
+            profiles.push(profile);
+        }
+    }
+    // In whatever order requests come.
+    profiles.sort_by_cached_key(|profile| format!("{profile:?}"));
+    let profiles: Arc<[&TargetProfile]> = profiles.into();
+    let mut kinds: Vec<(BTreeMap<&str, String>, &Axes)> = Vec::new();
+    let mut known: HashMap<(usize, [u8; 32]), usize> = HashMap::new();
+    let mut found: Vec<(usize, (usize, usize), BTreeSet<usize>)> = Vec::new();
+    for (request, each) in explored.iter_mut().enumerate() {
+        let Some(axes) = templates.axes(&each.request.template) else { continue };
+        let overrides = overrides::by_name(axes);
+        let kind = kinds.iter().position(|(other, _)| *other == overrides).unwrap_or_else(|| {
+            kinds.push((overrides, axes));
+            kinds.len() - 1
+        });
+        let own = each.request.profiles.iter();
+        let own: Vec<usize> =
+            own.filter_map(|own| profiles.iter().position(|profile| *profile == own)).collect();
+        for (text, each_text) in each.exploration.texts.iter().enumerate() {
+            let at = *known.entry((kind, each_text.hash)).or_insert_with(|| {
+                found.push((kind, (request, text), BTreeSet::new()));
+                found.len() - 1
+            });
+            found[at].2.extend(&own);
+            each.tasks.push(at);
+        }
+    }
+    let mut subjects: HashMap<(usize, BTreeSet<usize>), Arc<Subject<'_>>> = HashMap::new();
+    let texts = found.into_iter().map(|(kind, at, wanted)| {
+        let subject = || Subject::new(kinds[kind].1, profiles.clone(), wanted.clone()).into();
+        let subject = subjects.entry((kind, wanted.clone())).or_insert_with(subject).clone();
+        Text { subject, overrides: kind, at, state: State::default() }
+    });
+    let texts = texts.collect();
+    let mut units = Units::default();
+    let overrides = kinds.iter().map(|(_, axes)| units.overrides(&declarations, axes)).collect();
+    Composition {
+        templates,
+        explored,
+        declarations,
+        texts,
+        profiles,
+        units,
+        overrides,
+        irregular: BTreeSet::new(),
+        unavailable: BTreeMap::new(),
+        proven: 0,
+        tried: HashSet::new(),
+        more: 0,
+    }
 }
 
 impl<'a> Composition<'a> {
-    pub(super) fn new(
-        templates: &'a TemplateSet,
-        explored: Vec<Explored<'a>>,
-        declarations: Declarations,
-        texts: Vec<Text<'a>>,
-        tables: usize,
-    ) -> Self {
-        let tables = std::iter::repeat_with(Units::default).take(tables).collect();
-        Self {
-            templates,
-            explored,
-            declarations,
-            texts,
-            tables,
-            unavailable: BTreeMap::new(),
-            proven: 0,
-            tried: HashSet::new(),
-            more: 0,
-        }
+    /// The name under which proofs are kept: bits stand for these profiles.
+    fn key(&self) -> String {
+        format!("{:?}", self.profiles)
     }
 
     /// Takes over what earlier runs have proven.
     pub(super) fn recall(&mut self, keep: &dyn Keep) {
-        for text in &self.texts {
-            let units = &mut self.tables[text.table];
-            if units.kept.is_none() {
-                units.kept = Some(Kept::of(keep.get(&text.subject.key()), all(&text.subject)));
-            }
-        }
+        self.units.kept = Some(Kept::of(keep.get(&self.key())));
     }
 
     /// Hands what is proven to later runs.
     pub(super) fn remember(&mut self, keep: &dyn Keep) {
-        for text in &self.texts {
-            let units = &mut self.tables[text.table];
-            if let Some(kept) = units.kept.take().filter(|_| !units.is_irregular)
-                && let Some(bytes) = kept.with(&units.all)
-            {
-                keep.put(&text.subject.key(), &bytes);
-            }
+        if let Some(kept) = self.units.kept.take().filter(|_| self.irregular.is_empty())
+            && let Some(bytes) = kept.with(&self.units.all)
+        {
+            keep.put(&self.key(), &bytes);
         }
+    }
+
+    /// The template that a text is of.
+    pub(super) fn template(&self, text: &Text<'a>) -> &'a str {
+        self.explored.get(text.at.0).map_or("", |each| each.request.template.as_str())
     }
 
     /// Proves as many texts as it takes to know of all.
@@ -145,7 +198,9 @@ impl<'a> Composition<'a> {
                 if !is_same {
                     return None;
                 }
-                let task = Task { source, subject: text.subject.clone() };
+                let is_of_units = each.exploration.texts.get(text.at.1)?.declarations.is_some();
+                let is_for_all = is_of_units && !options.exhaustive;
+                let task = Task { source, subject: text.subject.clone(), is_for_all };
                 let proof = prove::prove(&task);
                 let opinions = failure::judge(&task, &proof, options.external);
                 (options.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, count);
@@ -164,6 +219,8 @@ impl<'a> Composition<'a> {
 
     /// Settles a text that was chosen. One that could not be rendered again as it was is no valid one.
     fn settle(&mut self, at: usize, is_cancelled: bool) {
+        let Some(text) = self.texts.get(at) else { return };
+        let template = self.template(text);
         let Some(text) = self.texts.get_mut(at) else { return };
         if text.state.is_settled {
             return;
@@ -173,7 +230,6 @@ impl<'a> Composition<'a> {
             text.state.own.get_or_insert_default();
             return;
         }
-        let template = self.explored.get(text.at.0).map_or("", |each| each.request.template.as_str());
         let place =
             self.templates.file(template).map_or(Place::Nowhere, |file| Place::Span(Span::new(file, 0..0)));
         let message =

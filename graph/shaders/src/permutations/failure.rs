@@ -16,7 +16,8 @@ use umbragraph_text::diagnostic::{Diagnostic, Place};
 
 /// The verdict of each external validator on a text, if naga accepts it.
 pub(super) fn judge(task: &Task<'_>, proof: &Proof, validators: &[&dyn Validator]) -> Vec<Opinion> {
-    let accepted = proof.rejections.is_empty();
+    let is_wanted = |at: &usize| task.subject.wanted.contains(at);
+    let accepted = !proof.rejections.iter().any(|(_, profiles)| profiles.iter().any(is_wanted));
     let judge = |each: &&dyn Validator| {
         if accepted { each.judge(&task.source.wgsl) } else { Opinion::Accepts }
     };

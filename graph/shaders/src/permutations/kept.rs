@@ -1,6 +1,6 @@
 //! Proofs of earlier runs.
 //!
-//! Of a unit is kept that all profiles accept it, what callers see of it, and the reflection of an interface, under
+//! Of a unit is kept which profiles accept it, what callers see of it, and the reflection of an interface, under
 //! the hash of everything that it is made of. Units that somebody refuses or advises against are not kept: they are proven
 //! again, and said again. What cannot be read is not there.
 //!
@@ -15,7 +15,7 @@ use super::units::{Profiles, Unit};
 use crate::reflection::{Binding, EntryPoint, Reflection};
 use crate::rules::summary::Summary;
 
-/// The maximum number of units that are kept for one subject; with more, those of earlier runs are left out.
+/// The maximum number of units that are kept for some profiles; with more, those of earlier runs are left out.
 const MAX_UNITS: usize = 1 << 16;
 
 /// Keeps bytes from one run to the next.
@@ -27,12 +27,9 @@ pub trait Keep: Sync {
     fn put(&self, name: &str, bytes: &[u8]);
 }
 
-/// The units that earlier runs have proven for one subject.
+/// The units that earlier runs have proven for some profiles.
 #[derive(Debug)]
-pub(super) struct Kept {
-    units: BTreeMap<String, Record>,
-    profiles: Profiles,
-}
+pub(super) struct Kept(BTreeMap<String, Record>);
 
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 struct Record {
@@ -44,31 +41,30 @@ struct Record {
     binding: Option<Binding>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     entry_point: Option<EntryPoint>,
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    is_reached: bool,
+    accepted: Profiles,
+    reached: Profiles,
     /// Whether each entry point here is certain to write every texel, which reports leave out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     covers: Vec<bool>,
 }
 
 impl Kept {
-    /// Reads what was kept; `profiles` are all of the subject.
-    pub(super) fn of(bytes: Option<Vec<u8>>, profiles: Profiles) -> Self {
-        let units = bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default();
-        Self { units, profiles }
+    /// Reads what was kept.
+    pub(super) fn of(bytes: Option<Vec<u8>>) -> Self {
+        Self(bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default())
     }
 
     /// The unit with a hash.
     pub(super) fn unit(&self, hash: &[u8; 32]) -> Option<Unit> {
-        let Record { summary, mut reflection, binding, mut entry_point, is_reached, covers } =
-            self.units.get(&name(hash))?.clone();
+        let Record { summary, mut reflection, binding, mut entry_point, accepted, reached, covers } =
+            self.0.get(&name(hash))?.clone();
         let all = reflection.iter_mut().flat_map(|reflection| &mut reflection.entry_points);
         for (entry_point, covers) in all.chain(&mut entry_point).zip(covers) {
             entry_point.covers = covers;
         }
         Some(Unit {
-            accepted: self.profiles,
-            reached: if is_reached { self.profiles } else { 0 },
+            accepted,
+            reached,
             summary: summary.map(Arc::new),
             reflection: reflection.map(Arc::new),
             binding,
@@ -79,9 +75,7 @@ impl Kept {
 
     /// The bytes to keep after a run; `None` if nothing is new.
     pub(super) fn with(mut self, proven: &[Unit]) -> Option<Vec<u8>> {
-        let is_accepted = |unit: &&Unit| {
-            !unit.follows && unit.accepted & self.profiles == self.profiles && unit.refusals.is_empty()
-        };
+        let is_accepted = |unit: &&Unit| !unit.follows && unit.accepted != 0 && unit.refusals.is_empty();
         let record = |unit: &Unit| {
             let (reflection, entry_point) = (unit.reflection.as_deref().cloned(), unit.entry_point.clone());
             let all = reflection.iter().flat_map(|reflection| &reflection.entry_points);
@@ -91,20 +85,21 @@ impl Kept {
                 reflection,
                 binding: unit.binding.clone(),
                 entry_point,
-                is_reached: unit.reached & self.profiles == self.profiles,
+                accepted: unit.accepted,
+                reached: unit.reached,
                 covers,
             };
             (name(&unit.hash), record)
         };
         let own: BTreeMap<String, Record> = proven.iter().filter(is_accepted).map(record).collect();
-        if own.iter().all(|(name, record)| self.units.get(name) == Some(record)) {
+        if own.iter().all(|(name, record)| self.0.get(name) == Some(record)) {
             return None;
         }
-        if self.units.len() + own.len() > MAX_UNITS {
-            self.units.clear();
+        if self.0.len() + own.len() > MAX_UNITS {
+            self.0.clear();
         }
-        self.units.extend(own);
-        serde_json::to_vec(&self.units).ok()
+        self.0.extend(own);
+        serde_json::to_vec(&self.0).ok()
     }
 }
 

@@ -1,10 +1,10 @@
 //! The lesson of a proof: about its text, and about the units that this is made of.
 
 use super::Options;
-use super::compose::{Composition, State, all};
+use super::compose::{Composition, State, Text, all};
 use super::failure::{self, place_rejection};
 use super::prove::Proof;
-use super::units::Refusal;
+use super::units::{Refusal, bit};
 use super::validator::Opinion;
 use crate::rules::uniform_branches;
 use crate::written::declarations::{self, Kind};
@@ -22,7 +22,6 @@ impl Composition<'_> {
         options: &Options<'_>,
     ) {
         let text = &self.texts[at];
-        let table = text.table;
         let (request, own) = text.at;
         let each = &self.explored[request];
         let split = each.exploration.texts[own].declarations.as_deref().filter(|_| !options.exhaustive);
@@ -30,16 +29,18 @@ impl Composition<'_> {
         let mut summaries = proof.summaries;
         // Of a text that is of units it is worked out from these.
         let together = summaries.iter().filter(|_| split.is_none()).flatten();
-        let together: Vec<_> =
-            together.map(|(name, summary)| (name.as_str(), &summary.branches)).collect();
+        let together: Vec<_> = together.map(|(name, summary)| (name.as_str(), &summary.branches)).collect();
         let branches = uniform_branches::found(&together);
         for (range, id) in ranges.iter().zip(split.into_iter().flatten()) {
             let name = self.declarations.name_of(*id);
             let known = summaries.as_mut().and_then(|all| all.get_mut(name));
             known.into_iter().for_each(|summary| summary.branches.counted_from(range.start));
         }
-        let units = &mut self.tables[text.table];
-        let resolved = split.map(|split| units.resolve(&self.declarations, split, summaries.as_ref()));
+        let template = each.request.template.as_str();
+        let is_irregular = self.irregular.contains(template);
+        let (units, overrides) = (&mut self.units, &self.overrides[text.overrides]);
+        let resolved =
+            split.map(|split| units.resolve(&self.declarations, (split, overrides), summaries.as_ref()));
         let mut resolved = resolved.filter(|resolved| !resolved.is_circular);
         let (mut reached, mut distrusted) = (Vec::new(), false);
         if let Some(resolved) = resolved.as_mut().filter(|resolved| resolved.open.is_empty())
@@ -50,20 +51,24 @@ impl Composition<'_> {
             }
             let is_seen = |unit: &u32| units.all[*unit as usize].accepted != 0;
             let is_known = proof.reflection.is_some() || resolved.units.iter().all(is_seen);
+            let is_known = is_known && !is_irregular;
             let interface = is_known.then(|| units.interface(&self.declarations, split, resolved)).flatten();
             if let Some(interface) = interface {
                 let is_other = proof.reflection.as_ref().is_some_and(|found| !interface.is(found));
-                distrusted = is_other && !units.is_irregular;
-                units.is_irregular |= is_other;
+                distrusted = is_other;
                 reached = interface.reached;
                 resolved.units.push(interface.module);
                 resolved.module = Some(interface.module);
             }
         }
-        let everything = all(&text.subject);
+        let wanted = all(&text.subject);
+        let tried = match split {
+            Some(_) => (0..text.subject.profiles.len()).fold(wanted, |all, at| all | bit(at)),
+            None => wanted,
+        };
         let bits = |profiles: &[usize]| match profiles {
-            [] => everything,
-            some => some.iter().fold(0, |all, at| all | 1_u64.checked_shl(*at as u32).unwrap_or(everything)),
+            [] => tried,
+            some => some.iter().fold(0, |all, at| all | bit(*at)),
         };
         let unit_of = |rejection: &Rejection| {
             let resolved = resolved.as_ref()?;
@@ -91,8 +96,9 @@ impl Composition<'_> {
             .zip(options.external)
             .filter_map(|(opinion, validator)| failure::disagreement(opinion, *validator, source))
             .collect();
-        let fatal = proof.rejections.iter().map(|(one, profiles)| (one, bits(profiles), true));
-        let others = proof.advice.iter().chain(&branches).chain(&external).map(|one| (one, everything, false));
+        let fatal = proof.rejections.iter().map(|(one, profiles)| (one, bits(profiles) & wanted, true));
+        let fatal = fatal.filter(|(_, profiles, _)| *profiles != 0);
+        let others = proof.advice.iter().chain(&branches).chain(&external).map(|one| (one, tried, false));
         let mut own_refusals = Vec::new();
         for (rejection, profiles, is_fatal) in fatal.chain(others) {
             let refusal = Refusal {
@@ -108,7 +114,7 @@ impl Composition<'_> {
             }
         }
         let rejected = proof.rejections.iter().fold(0, |all, (_, profiles)| all | bits(profiles));
-        let accepted = if external.is_empty() { everything & !rejected } else { 0 };
+        let accepted = if external.is_empty() { tried & !rejected } else { 0 };
         for (at, opinion) in opinions.iter().enumerate() {
             if let Opinion::Unavailable(message) = opinion {
                 self.unavailable.entry(at).or_insert_with(|| message.clone());
@@ -128,7 +134,9 @@ impl Composition<'_> {
         state.is_settled = true;
         if distrusted {
             // Nothing of the family follows from its units: all of it is proven, as far as it was not.
-            for text in self.texts.iter_mut().filter(|text| text.table == table && text.state.own.is_none()) {
+            self.irregular.insert(template);
+            let is_of_it = |text: &&mut Text<'_>| self.explored[text.at.0].request.template == template;
+            for text in self.texts.iter_mut().filter(is_of_it).filter(|text| text.state.own.is_none()) {
                 text.state = State::default();
             }
         }

@@ -54,11 +54,9 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use cause::{Causes, Failure, Ground};
-use compose::{Composition, State, Text};
 use dead::Examined;
 pub(crate) use explore::Explorer;
 use interned::Declarations;
-use prove::Subject;
 use proven::{Explored, Verdict};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 
@@ -180,41 +178,12 @@ fn explore<'a>(
     (explored, declarations.into_inner().unwrap_or_else(PoisonError::into_inner), diagnostics)
 }
 
-/// The distinct texts of all requests, apart by what they are proven for.
-fn compose<'a>(
-    templates: &'a TemplateSet,
-    mut explored: Vec<Explored<'a>>,
-    declarations: Declarations,
-) -> Composition<'a> {
-    let mut subjects: Vec<(String, Arc<Subject<'a>>)> = Vec::new();
-    let mut known: HashMap<(usize, [u8; 32]), usize> = HashMap::new();
-    let mut texts = Vec::new();
-    for (request, each) in explored.iter_mut().enumerate() {
-        let Some(axes) = templates.axes(&each.request.template) else { continue };
-        let subject = Subject::new(axes, &each.request.profiles);
-        let key = subject.key();
-        let table = subjects.iter().position(|(other, _)| *other == key).unwrap_or_else(|| {
-            subjects.push((key, subject.into()));
-            subjects.len() - 1
-        });
-        for (own, text) in each.exploration.texts.iter().enumerate() {
-            let subject = subjects[table].1.clone();
-            let at = *known.entry((table, text.hash)).or_insert_with(|| {
-                texts.push(Text { subject, table, at: (request, own), state: State::default() });
-                texts.len() - 1
-            });
-            each.tasks.push(at);
-        }
-    }
-    Composition::new(templates, explored, declarations, texts, subjects.len())
-}
-
 /// Proves every variant of the requests.
 pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_>) -> Permutations {
     let mut diagnostics = Diagnostics::new();
     let work = || {
         let (explored, declarations, rejected) = explore(templates, requests, options);
-        let mut composition = compose(templates, explored, declarations);
+        let mut composition = compose::compose(templates, explored, declarations);
         // Validators of others and `exhaustive` want the texts themselves.
         let keep = options.keep.filter(|_| options.external.is_empty() && !options.exhaustive);
         keep.into_iter().for_each(|keep| composition.recall(keep));
@@ -268,7 +237,7 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
         }
         failures.extend(found);
         causes.add(&ground, failures);
-        let verdicts = each.tasks.iter().map(|text| composition.verdict(*text));
+        let verdicts = each.tasks.iter().map(|text| composition.verdict(each, *text));
         let verdicts = verdicts.map(|verdict| shared(verdict, &mut reflections)).collect();
         reports.push(summary::report_on(templates, each, &composition.declarations, verdicts));
     }
@@ -286,7 +255,7 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
     }
     diagnostics.sort();
     let (texts, proven) = (composition.texts.len(), composition.proven);
-    let declarations = composition.tables.iter().map(|units| units.all.len()).sum();
+    let declarations = composition.units.all.len();
     Permutations { diagnostics, templates: reports, texts, proven, declarations }
 }
 

@@ -15,11 +15,11 @@ use std::sync::Arc;
 use wgpu_types::{BindingType, ShaderStages, TextureSampleType};
 
 use super::interned::{Declarations, Id};
-use super::units::{Key, Profiles, Resolved, Units};
+use super::prove::Subject;
+use super::units::{Key, Profiles, Resolved, Units, bit};
 use crate::reflection::{Binding, EntryPoint, Reflection};
 use crate::rules::limits;
 use crate::rules::uses::Uses;
-use crate::targets::profile::TargetProfile;
 use crate::written::declarations::Kind;
 
 /// The origin of a texture or sampler: the name of a variable, or the number of an argument above this.
@@ -73,9 +73,9 @@ pub(super) struct Interface {
 
 impl Interface {
     /// The profiles for which nothing about it is left to prove, and its reflection.
-    pub(super) fn proven(&self, profiles: &[TargetProfile]) -> (Profiles, &Arc<Reflection>) {
-        let fits = profiles.iter().enumerate().filter(|(_, profile)| limits::fits(&self.reflection, profile));
-        (fits.fold(0, |all, (at, _)| all | 1 << at), &self.reflection)
+    pub(super) fn proven(&self, subject: &Subject<'_>) -> (Profiles, &Arc<Reflection>) {
+        let fits = subject.wanted().filter(|(_, profile)| limits::fits(&self.reflection, profile));
+        (fits.fold(0, |all, (at, _)| all | bit(at)), &self.reflection)
     }
 
     /// Whether naga has found the same.
@@ -92,9 +92,6 @@ impl Units {
         text: &[Id],
         resolved: &Resolved,
     ) -> Option<Interface> {
-        if self.is_irregular {
-            return None;
-        }
         let of_kind = |wanted: Kind| {
             let all = text.iter().zip(&resolved.of_declarations);
             let of = move |(id, unit): (&Id, &Option<Id>)| {

@@ -6,6 +6,8 @@
 //! evaluates the comparison and keeps both branches, and the defaults stand for all sets. [`values_matter`] says so only
 //! where it can see every use.
 
+use std::collections::BTreeMap;
+
 use naga::back::PipelineConstants;
 use naga::{Arena, ArraySize, BinaryOperator, Expression, Module, TypeInner, UnaryOperator};
 
@@ -60,6 +62,12 @@ pub(super) fn values(axes: &Axes) -> Vec<AxisValues> {
             .collect()
     };
     vec![defaults, ends(false), ends(true)]
+}
+
+/// What a proof of an override's declaration rests on, by names of axes: all that its values follow from.
+pub(super) fn by_name(axes: &Axes) -> BTreeMap<&str, String> {
+    let overrides = axes.iter().filter(|axis| axis.mode == AxisMode::Override);
+    overrides.map(|axis| (axis.name.as_str(), format!("{:?} {:?}", axis.kind, axis.default))).collect()
 }
 
 /// Whether the module could be valid with some values of its overrides and invalid with others.

@@ -2,42 +2,43 @@
 //!
 //! Texts are independent of one another, so any thread can prove any of them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::blame::{self, blame};
 use super::overrides;
-use crate::axes::{Axes, AxisMode};
+use crate::axes::Axes;
 use crate::module::wgsl::Resolved;
 use crate::module::{backend, wgsl};
 use crate::reflection::{self, Reflection};
-use crate::rules::summary::{self, Summary};
 use crate::rules::limits;
+use crate::rules::summary::{self, Summary};
 use crate::targets::profile::{TargetLanguage, TargetProfile};
 use crate::variant::compile;
-use crate::written::rejection::Rejection;
+use crate::written::rejection::{Rejection, Scope};
 use crate::written::stages;
 use crate::written::text_map::Source;
 use umbragraph_text::diagnostic::AxisValues;
 
-/// The profiles and limits that all texts of a template are proven for.
+/// The profiles that a text is proven for, and the values of its overrides.
 pub(crate) struct Subject<'a> {
     axes: &'a Axes,
     /// The values of override axes that are tried, the defaults first.
-    pub(crate) overrides: Vec<AxisValues>,
-    pub(crate) profiles: &'a [TargetProfile],
+    overrides: Vec<AxisValues>,
+    /// All profiles of a check.
+    pub(crate) profiles: Arc<[&'a TargetProfile]>,
+    /// Those that have to accept the text.
+    pub(crate) wanted: BTreeSet<usize>,
 }
 
 impl<'a> Subject<'a> {
-    pub(crate) fn new(axes: &'a Axes, profiles: &'a [TargetProfile]) -> Self {
-        Self { axes, overrides: overrides::values(axes), profiles }
+    pub(crate) fn new(axes: &'a Axes, profiles: Arc<[&'a TargetProfile]>, wanted: BTreeSet<usize>) -> Self {
+        Self { axes, overrides: overrides::values(axes), profiles, wanted }
     }
 
-    /// A key that two subjects share if and only if each proof for one holds for the other.
-    pub(crate) fn key(&self) -> String {
-        let overrides = self.axes.iter().filter(|axis| axis.mode == AxisMode::Override);
-        let kinds: Vec<_> = overrides.map(|axis| (&axis.name, &axis.kind)).collect();
-        format!("{:?} {:?} {kinds:?}", self.profiles, self.overrides)
+    /// The wanted profiles by their indices.
+    pub(crate) fn wanted(&self) -> impl Iterator<Item = (usize, &'a TargetProfile)> {
+        self.wanted.iter().filter_map(|at| Some((*at, *self.profiles.get(*at)?)))
     }
 }
 
@@ -45,6 +46,16 @@ impl<'a> Subject<'a> {
 pub(crate) struct Task<'a> {
     pub(crate) source: Source,
     pub(crate) subject: Arc<Subject<'a>>,
+    /// Whether it is tried for all profiles of the check: of those that are not wanted, only acceptance is of interest.
+    pub(crate) is_for_all: bool,
+}
+
+impl<'a> Task<'a> {
+    /// The profiles that it is proven for, by their indices.
+    pub(crate) fn profiles(&self) -> impl Iterator<Item = (usize, &'a TargetProfile)> {
+        let is_tried = |at: &usize| self.is_for_all || self.subject.wanted.contains(at);
+        self.subject.profiles.iter().copied().enumerate().filter(move |(at, _)| is_tried(at))
+    }
 }
 
 /// The proof of a text.
@@ -79,7 +90,7 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
     let subject = &*task.subject;
     wgsl::guarded(|| prove_for(task, subject)).unwrap_or_else(|rejection| {
         let mut proof = Proof::default();
-        proof.reject(rejection, 0..subject.profiles.len());
+        proof.reject(rejection, task.profiles().map(|(at, _)| at));
         proof
     })
 }
@@ -91,9 +102,9 @@ fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Rejection>
     let sets = overrides::sets(subject.axes, &subject.overrides, &module)?;
     let mut by_capabilities: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     // What passes with what all profiles have in common passes with what each of them has.
-    let common = subject.profiles.iter().map(|profile| profile.capabilities).reduce(|a, b| a & b);
+    let common = task.profiles().map(|(_, profile)| profile.capabilities).reduce(|a, b| a & b);
     let mut known = common.and_then(|common| wgsl::validate(&module, common).ok());
-    for (at, profile) in subject.profiles.iter().enumerate() {
+    for (at, profile) in task.profiles() {
         let group = if known.is_some() { 0 } else { profile.capabilities.bits() };
         by_capabilities.entry(group).or_default().push(at);
     }
@@ -126,6 +137,8 @@ fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Rejection>
                     rejected = true;
                     let text = &task.source.wgsl;
                     let rejection = blame(text, (&module, &info), subject.axes, (&sets, at), rejection);
+                    // Of functions that no entry point reaches, naga evaluates nothing.
+                    let rejection = Rejection { scope: Scope::Text, ..rejection };
                     proof.reject(rejection, profiles.iter().copied());
                 }
             }
@@ -139,7 +152,7 @@ fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Rejection>
             let reflection = reflection::reflect(&module, &info, sizes);
             for at in profiles {
                 let exceeded = |reflection: &Reflection| {
-                    limits::exceeded(&task.source.wgsl, &module, reflection, &subject.profiles[*at])
+                    limits::exceeded(&task.source.wgsl, &module, reflection, subject.profiles[*at])
                 };
                 for mut rejection in exceeded(&reflection) {
                     if sets.len() > 1 {
@@ -166,21 +179,21 @@ fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Rejection>
         check_writers(subject, profiles, &defaults, &mut proof);
     }
     if proof.reflection.is_some() {
-        check_beyond_naga(subject, beyond, &mut proof);
+        check_beyond_naga(task, beyond, &mut proof);
     }
     Ok(proof)
 }
 
 /// Browsers reject what WGSL forbids; for other targets it is a warning.
-fn check_beyond_naga(subject: &Subject<'_>, found: Vec<Rejection>, proof: &mut Proof) {
-    let profiles = subject.profiles.iter().enumerate();
+fn check_beyond_naga(task: &Task<'_>, found: Vec<Rejection>, proof: &mut Proof) {
     let browsers: Vec<usize> =
-        profiles.filter(|(_, profile)| profile.is_browser()).map(|(at, _)| at).collect();
-    for mut rejection in found {
-        if rejection.warning || browsers.is_empty() {
-            rejection.warning = true;
-            proof.advice.push(rejection);
-        } else {
+        task.profiles().filter(|(_, profile)| profile.is_browser()).map(|(at, _)| at).collect();
+    let is_for_browsers = task.subject.wanted().any(|(_, profile)| profile.is_browser());
+    for rejection in found {
+        if rejection.warning || !is_for_browsers {
+            proof.advice.push(Rejection { warning: true, ..rejection.clone() });
+        }
+        if !rejection.warning && !browsers.is_empty() {
             proof.reject(rejection, browsers.iter().copied());
         }
     }

@@ -16,6 +16,8 @@ use super::content::{Content, Hash};
 use super::interned::{Declarations, Id};
 use super::kept::Kept;
 use super::modules::Used;
+use super::overrides;
+use crate::axes::Axes;
 use crate::reflection::{Binding, EntryPoint, Reflection};
 use crate::rules::summary::Summary;
 use crate::rules::uniform_branches::Branches;
@@ -26,6 +28,11 @@ use crate::written::rejection::Excess;
 
 /// Profiles as bits.
 pub(super) type Profiles = u64;
+
+/// The bit of a profile. Those beyond the 64th share the last; nothing is proven by units then.
+pub(super) fn bit(profile: usize) -> Profiles {
+    1 << profile.min(Profiles::BITS as usize - 1)
+}
 
 /// A defect of a unit, or of a whole text.
 #[derive(Clone, Debug)]
@@ -101,7 +108,10 @@ pub(super) struct Resolved {
     pub(super) is_circular: bool,
 }
 
-/// The units that are proven for one set of profiles, and values of overrides.
+/// The interfaces of override axes by name.
+pub(super) type Overrides = HashMap<Id, Id>;
+
+/// The units of all texts.
 #[derive(Debug, Default)]
 pub(super) struct Units {
     pub(super) all: Vec<Unit>,
@@ -114,18 +124,16 @@ pub(super) struct Units {
     texts: u32,
     /// The directives of the text at hand.
     directives: Id,
-    /// Whether naga has seen something else in a module than its declarations say.
-    pub(super) is_irregular: bool,
     /// The units that earlier runs have proven.
     pub(super) kept: Option<Kept>,
 }
 
 impl Units {
-    /// The units of a text. `summaries` are those of its functions, where they were just found.
+    /// The units of a text with these overrides. `summaries` are those of its functions, where they were just found.
     pub(super) fn resolve(
         &mut self,
         declarations: &Declarations,
-        text: &[Id],
+        (text, overrides): (&[Id], &Overrides),
         summaries: Option<&BTreeMap<String, Summary>>,
     ) -> Resolved {
         let known = |id: &Id| &declarations.all[*id as usize];
@@ -159,7 +167,10 @@ impl Units {
             let mut environment = BTreeSet::new();
             let mut is_open = false;
             for at in &component {
-                for name in &known(&text[*at as usize]).mentions {
+                let declared = known(&text[*at as usize]);
+                let own = declared.name.filter(|_| declared.kind == Kind::Override);
+                environment.extend(own.and_then(|name| Some((name, *overrides.get(&name)?))));
+                for name in &declared.mentions {
                     let Some(other) = self.local(*name).filter(|other| !is_inside(*other)) else { continue };
                     match interfaces[other] {
                         Some(interface) => drop(environment.insert((*name, interface))),
@@ -240,10 +251,24 @@ impl Units {
             }
             _ => self.all[unit as usize].hash,
         };
+        self.all[unit as usize].interface = Some(self.interface_of(hash));
+    }
+
+    fn interface_of(&mut self, hash: Hash) -> Id {
         let next = self.interfaces.len() as Id;
         let id = *self.by_interface.entry(hash).or_insert(next);
         self.interfaces.extend((id == next).then_some(hash));
-        self.all[unit as usize].interface = Some(id);
+        id
+    }
+
+    /// The overrides of a template, whose values decide what is proven of their declarations.
+    pub(super) fn overrides(&mut self, declarations: &Declarations, axes: &Axes) -> Overrides {
+        let all = overrides::by_name(axes).into_iter();
+        let interface = |(name, values): (&str, String)| {
+            let hash = Content::new("override").add(values.as_bytes()).finish();
+            Some((declarations.named(name)?, self.interface_of(hash)))
+        };
+        all.filter_map(interface).collect()
     }
 
     pub(super) fn unit(&mut self, key: Key, name: Option<Id>, declarations: &Declarations) -> Id {

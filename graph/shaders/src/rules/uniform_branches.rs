@@ -100,7 +100,8 @@ pub(crate) fn of(module: &Module, function: &Function, stage: Option<ShaderStage
         ..Branches::default()
     };
     let is_entry = stage.is_some();
-    let mut visit = Visit { module, function, is_entry, locals: HashMap::new(), values: Vec::new(), branches };
+    let mut visit =
+        Visit { module, function, is_entry, locals: HashMap::new(), values: Vec::new(), branches };
     loop {
         let before = (visit.locals.clone(), visit.branches.result);
         visit.values.clear();

@@ -420,6 +420,64 @@ fn the_cover_of_random_templates_says_what_every_text_says() {
 }
 
 #[test]
+fn requests_together_say_what_each_says_alone() {
+    let mut random = Random(0x2545_F491_4F6C_DD1D ^ property::seed());
+    let profiles = TargetProfile::all();
+    let others = AXES.replace(r#""max": 3, "default": 1, "as""#, r#""max": 2, "default": 2, "as""#);
+    let (mut mixed, mut shared) = (0, 0);
+    for at in 0..12 * property::times() {
+        let mut text = random_template(&mut random);
+        // Invalid with the values of one of two templates that share the text, and with some profiles.
+        text.push_str(
+            "override o: i32 = 1;\nvar<private> rows: array<f32, 3>;\nfn row() -> f32 { return rows[o]; }\n",
+        );
+        let (group, size) = ([0, 3, 4, 7][at as usize % 4], [64, 256, 4096][at as usize % 3]);
+        text.push_str(&format!(
+            "{{% if a %}}@group({group}) @binding(9) var<storage, read> list: array<f32, {size}>;
+             @fragment fn listed() -> @location(0) vec4<f32> {{ return vec4<f32>(list[1] + row()); }}{{% endif %}}"
+        ));
+        let fixture = Fixture::sound(&[
+            ("main.wgsl.jinja", &text),
+            ("main.axes.json", AXES),
+            ("other.wgsl.jinja", &text),
+            ("other.axes.json", &others),
+        ]);
+        let requests: Vec<Request> =
+            ["main.wgsl.jinja", "other.wgsl.jinja", "main.wgsl.jinja", "other.wgsl.jinja"]
+                .iter()
+                .map(|root| {
+                    let some: Vec<TargetProfile> =
+                        profiles.iter().filter(|_| random.below(2) == 0).cloned().collect();
+                    Request::all(root, if some.is_empty() { &profiles[..1] } else { &some })
+                })
+                .collect();
+        let together = check(&fixture.set, &requests, &Options { threads: 1, ..Options::default() });
+        for (request, report) in requests.iter().zip(&together.templates) {
+            let own = std::slice::from_ref(request);
+            let options = Options { threads: 1, exhaustive: true, ..Options::default() };
+            let alone = check(&fixture.set, own, &options);
+            let of = |variants: &[crate::permutations::VariantReport]| -> Vec<_> {
+                variants.iter().map(|each| (each.hash.clone(), each.valid, each.reflection.clone())).collect()
+            };
+            let (few, every) = (of(&report.variants), of(&alone.templates[0].variants));
+            for (few, every) in few.iter().zip(&every) {
+                assert_eq!(few, every, "{} {:?}\n{text}", request.template, report.profiles);
+            }
+            assert_eq!(few.len(), every.len());
+            let valid = few.iter().filter(|(_, valid, _)| *valid).count();
+            mixed += usize::from(valid > 0 && valid < few.len());
+        }
+        let verdicts =
+            |at: usize| together.templates[at].variants.iter().map(|each| (&each.hash, each.valid));
+        let other: BTreeMap<_, _> = verdicts(1).collect();
+        shared +=
+            verdicts(0).filter(|(hash, valid)| other.get(hash).is_some_and(|each| each != valid)).count();
+    }
+    println!("{mixed} requests with valid and invalid texts, {shared} texts of another verdict elsewhere");
+    assert!(mixed > 0 && shared > 0, "{mixed} {shared}");
+}
+
+#[test]
 fn texts_with_open_comments_are_not_split() {
     let split = crate::written::declarations::split;
     for open in ["const A = 1; /* note", "const A = 1; /* /* */", "/*/ const A = 1;"] {
