@@ -194,7 +194,7 @@ pub(crate) struct CheckArguments {
     /// The pipelines.
     #[arg(required = true)]
     pub(crate) pipelines: Vec<PathBuf>,
-    /// The form of the diagnostics: human (on standard error), json, github or sarif (on standard output).
+    /// The form of the diagnostics: human (on standard error), json, github, sarif or junit (on standard output).
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: DiagnosticsFormat,
     /// Checks one configuration, that of the given settings or the defaults, instead of every one that the features which
@@ -243,12 +243,14 @@ pub(crate) enum DiagnosticsFormat {
     Github,
     /// A SARIF 2.1.0 log, for code scanning and editors.
     Sarif,
+    /// JUnit XML, which most CI show as tests: each error is one that failed.
+    Junit,
 }
 
 impl DiagnosticsFormat {
-    /// Whether standard output is one JSON text.
+    /// Whether standard output is one text for programs.
     pub(crate) fn is_data(self) -> bool {
-        matches!(self, Self::Json | Self::Sarif)
+        matches!(self, Self::Json | Self::Sarif | Self::Junit)
     }
 }
 

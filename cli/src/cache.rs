@@ -36,6 +36,8 @@ pub(crate) struct Said {
     pub(crate) text: String,
     /// On standard error.
     pub(crate) diagnostics: String,
+    /// The summary for GitHub, where annotations were asked for.
+    pub(crate) summary: String,
     /// The shaders that the pipelines reach, where a lock was asked for.
     pub(crate) lock: Option<Lock>,
 }

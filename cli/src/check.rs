@@ -8,6 +8,7 @@ use umbragraph::low_level::pipeline::{Cover, MAX_CONFIGURATIONS};
 use umbragraph::low_level::session::Surveyed;
 use umbragraph::low_level::shader::permutations::Count;
 
+use crate::annotations::add_summary;
 use crate::arguments::CheckArguments;
 use crate::bar::Bar;
 use crate::cache::Cache;
@@ -42,12 +43,13 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
     });
     if let Some(said) = cached.as_ref().and_then(|(cache, name)| cache.said(name)) {
         print(&said.text);
+        add_summary(&said.summary);
         complain(&said.diagnostics);
         return true;
     }
     let mut is_sound = true;
     let mut text = String::new();
-    let mut pipelines = Vec::new();
+    let (mut pipelines, mut fine) = (Vec::new(), Vec::new());
     let bar = Bar::of_pipelines(arguments.pipelines.len());
     for (at, path) in arguments.pipelines.iter().enumerate() {
         bar.step(at, path);
@@ -61,6 +63,9 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
         let covered = session.check_all(path, &arguments.choices, arguments.config, arguments.verify);
         let Some(covered) = covered else { continue };
         pipelines.push(numbers(path, &covered));
+        if session.diagnostics.error_count() == before && covered.coverage.violations.is_empty() {
+            fine.push(path.display().to_string());
+        }
         for violation in &covered.coverage.violations {
             complain(&format!(
                 "{}: violation: {violation}\nthis is a defect of the compiler\n",
@@ -82,6 +87,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
         |diagnostics| {
             format!("{:#}", serde_json::json!({ "diagnostics": diagnostics, "pipelines": pipelines }))
         },
+        &fine,
     );
     if let Some((cache, name)) = cached.filter(|_| is_fine && is_sound) {
         cache.keep(&name, &session.said(arguments.format, text));

@@ -7,6 +7,7 @@
 
 #[cfg(feature = "gpu")]
 mod adapters;
+mod annotations;
 #[cfg(feature = "score")]
 mod answer;
 mod arguments;
@@ -22,6 +23,7 @@ mod fmt;
 mod graph;
 #[cfg(feature = "gpu")]
 mod interrupt;
+mod junit;
 mod lock;
 mod lsp;
 mod mend;

@@ -27,10 +27,12 @@ use umbragraph::node::Registry;
 use umbragraph::scene::Scene;
 use umbragraph::scene::interface;
 
+use crate::annotations;
 use crate::arguments::{Choices, DiagnosticsFormat, Files};
 use crate::cache::Said;
 #[cfg(feature = "gpu")]
 use crate::device::Graphics;
+use crate::junit;
 use crate::streams::{complain, print, print_json};
 use again::own_templates;
 
@@ -369,26 +371,26 @@ impl Session {
         render::json(diagnostic, self.sources())
     }
 
-    /// The diagnostics as annotations of GitHub.
-    fn annotations(&self) -> String {
-        self.diagnostics.iter().map(|diagnostic| render::github(diagnostic, self.sources())).collect()
-    }
-
     /// The text that [`Self::report_as`] has printed in a form that is no data.
     pub(crate) fn said(&self, format: DiagnosticsFormat, text: String) -> Said {
         match format {
-            DiagnosticsFormat::Github => Said { text: self.annotations() + &text, ..Said::default() },
-            _ => Said { text, diagnostics: self.rendered(), lock: None },
+            DiagnosticsFormat::Github => {
+                let (diagnostics, sources) = (&self.diagnostics, self.sources());
+                let summary = annotations::summary(diagnostics, sources, &text);
+                Said { text: annotations::lines(diagnostics, sources) + &text, summary, ..Said::default() }
+            }
+            _ => Said { text, diagnostics: self.rendered(), ..Said::default() },
         }
     }
 
     /// Prints the diagnostics in a form, with what a command has found besides: as a text for people, and as JSON to be
-    /// made of the diagnostics. Whether there was no error among them.
+    /// made of the diagnostics. `fine` are the pipelines without errors. Whether there was no error at all.
     pub(crate) fn report_as(
         &mut self,
         format: DiagnosticsFormat,
         text: impl FnOnce() -> String,
         json: impl FnOnce(Vec<serde_json::Value>) -> String,
+        fine: &[String],
     ) -> bool {
         self.arrange();
         let (diagnostics, sources) = (&self.diagnostics, self.sources());
@@ -402,7 +404,12 @@ impl Session {
                 print_json(&(json(diagnostics.collect()) + "\n"));
             }
             DiagnosticsFormat::Sarif => print_json(&format!("{:#}\n", render::sarif(diagnostics, sources))),
-            DiagnosticsFormat::Github => print(&(self.annotations() + &text())),
+            DiagnosticsFormat::Junit => print(&junit::report(diagnostics, sources, fine)),
+            DiagnosticsFormat::Github => {
+                let text = text();
+                annotations::add_summary(&annotations::summary(diagnostics, sources, &text));
+                print(&(annotations::lines(diagnostics, sources) + &text));
+            }
         }
         !diagnostics.has_errors()
     }

@@ -65,7 +65,7 @@ pub(crate) struct PermutationsArguments {
     /// The lock.
     #[arg(long, value_name = "FILE", default_value = "permutations.lock")]
     pub(crate) lock: PathBuf,
-    /// The form of the diagnostics: human, json, github or sarif.
+    /// The form of the diagnostics: human, json, github, sarif or junit.
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: DiagnosticsFormat,
     #[command(flatten)]

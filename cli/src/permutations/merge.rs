@@ -207,10 +207,13 @@ pub(super) fn run(arguments: &PermutationsArguments, session: &mut Session) -> b
         format!("{}: {}, {texts}, for {}\n", one.pipeline, counted(passes.len(), "pass"), profiles.join(", "))
     };
     let text: String = joined.pipelines.iter().map(line).collect();
+    let fine = joined.pipelines.iter().map(|one| one.pipeline.clone());
+    let fine: Vec<String> = fine.filter(|_| !session.diagnostics.has_errors()).collect();
     let is_fine = session.report_as(
         arguments.format,
         || text,
         |_| serde_json::to_string_pretty(&joined).unwrap_or_default(),
+        &fine,
     );
     is_fine && (!arguments.update || is_whole && write_lock(arguments, session, &lock))
 }

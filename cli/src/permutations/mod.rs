@@ -15,6 +15,7 @@ use std::time::Duration;
 use umbragraph::diagnostic::Place;
 use umbragraph::low_level::shader::permutations::{self, Keep, Options, Request, Validator};
 
+use crate::annotations::add_summary;
 use crate::arguments::{DiagnosticsFormat, PermutationsArguments};
 use crate::axes;
 use crate::bar::Bar;
@@ -58,6 +59,7 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     let end = |proven, texts| if in_full { proven_now(proven, texts) } else { String::new() };
     if let Some(said) = said.filter(is_known) {
         print(&format!("{}{}", said.text, end(0, 0)));
+        add_summary(&said.summary);
         complain(&said.diagnostics);
         return said
             .lock
@@ -94,10 +96,14 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     let text = outcome.human(in_full);
     let proven = end(outcome.permutations.proven, outcome.permutations.texts);
     session.quiet(arguments.verbose || arguments.format.is_data());
+    // Which pipeline an error of a template belongs to is not known.
+    let fine = outcome.reached.iter().map(|one| one.pipeline.clone());
+    let fine: Vec<String> = fine.filter(|_| !session.diagnostics.has_errors()).collect();
     let is_fine = session.report_as(
         arguments.format,
         || format!("{text}{proven}"),
         |diagnostics| outcome.json(diagnostics),
+        &fine,
     );
     let is_written = match lock.as_ref().filter(|_| arguments.update) {
         Some(lock) => write_lock(arguments, &session, lock),

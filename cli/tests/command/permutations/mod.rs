@@ -1,6 +1,7 @@
 //! `umbragraph permutations`, `wgsl` and what `check` says of profiles and hosts, as a user meets them.
 
 mod configurations;
+mod formats;
 mod lock;
 mod shards;
 

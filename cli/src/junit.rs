@@ -1,0 +1,56 @@
+//! Diagnostics as JUnit XML, which GitLab, Jenkins and most other CI show as tests.
+//!
+//! A test suite has a case for each pipeline without errors. Each further suite is a file with diagnostics: an error is a
+//! case that failed, a warning or note one that passed with an output. There is no time in it, so equal runs are equal.
+
+use std::collections::BTreeMap;
+
+use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, Severity, render};
+use umbragraph::low_level::source::Sources;
+
+/// The report on a run of a command, with the pipelines that have no errors.
+pub(crate) fn report(diagnostics: &Diagnostics, sources: &Sources, fine: &[String]) -> String {
+    let mut report = Report::new("umbragraph");
+    let mut pipelines = TestSuite::new("pipelines");
+    pipelines.add_test_cases(fine.iter().map(|path| TestCase::new(path.as_str(), TestCaseStatus::success())));
+    report.add_test_suite(pipelines);
+    let mut files: BTreeMap<String, TestSuite> = BTreeMap::new();
+    for diagnostic in diagnostics {
+        let (file, line) = place(diagnostic, sources);
+        let suite = files.entry(file.clone()).or_insert_with(|| TestSuite::new(file.as_str()));
+        suite.add_test_case(case(diagnostic, &file, &line, sources));
+    }
+    report.add_test_suites(files.into_values());
+    // Writing to memory cannot fail.
+    report.to_string().unwrap_or_default()
+}
+
+fn case(diagnostic: &Diagnostic, file: &str, line: &str, sources: &Sources) -> TestCase {
+    let text = render::human(diagnostic, sources);
+    let name = format!("{}{line}: {}", diagnostic.code.id, diagnostic.message);
+    let mut case = if diagnostic.severity == Severity::Error {
+        let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
+        status.set_message(diagnostic.message.as_str()).set_type(diagnostic.code.id).set_description(text);
+        TestCase::new(name, status)
+    } else {
+        let mut case = TestCase::new(name, TestCaseStatus::success());
+        case.set_system_out(text);
+        case
+    };
+    case.set_classname(file);
+    case
+}
+
+/// The file of a diagnostic, and its line and column where there are any.
+fn place(diagnostic: &Diagnostic, sources: &Sources) -> (String, String) {
+    match &diagnostic.place {
+        Place::Span(span) => {
+            let Some(file) = sources.get(span.file) else { return ("umbragraph".to_owned(), String::new()) };
+            let at = file.line_column(span.start);
+            (file.name().to_owned(), format!(" {}:{}", at.line, at.column))
+        }
+        Place::File { path, .. } => (path.clone(), String::new()),
+        Place::Nowhere => ("umbragraph".to_owned(), String::new()),
+    }
+}
