@@ -281,6 +281,7 @@ impl Viewer {
             "typing": context.text_edit_focused(),
             "selected": selected,
             "contents": self.inspector.contents.state(),
+            "not_captured": self.inspector.contents.error,
             "clip": self.clip.as_ref().map(Clip::len),
             "message": self.message.0,
             "timed": self.timings.whole_frames().map(|_| true),

@@ -321,7 +321,8 @@ impl eframe::App for Viewer {
             });
         }
         if self.inspector.selected.is_some() {
-            egui::Panel::right("inspector").default_size(380.0).min_size(280.0).show(ui, |ui| {
+            // Of one size, so that nothing moves under the pointer when the contents change.
+            egui::Panel::right("inspector").exact_size(400.0).show(ui, |ui| {
                 ui.set_min_size(ui.available_size());
                 self.inspect(ui);
             });

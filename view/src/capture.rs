@@ -11,13 +11,16 @@ use std::sync::mpsc::{Receiver, channel};
 
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
+use umbragraph::diagnostic::{Diagnostic, Place, codes};
 use umbragraph::executor::{Texels, imported_texture, read_back};
 use umbragraph::low_level::capture::{self, Capture};
 use umbragraph::low_level::expression;
 use umbragraph::low_level::source::Sources;
 use umbragraph::{Error, Frame, Library, Options, Plan, Setting, wgpu};
 
+use crate::buffers::size_of;
+use crate::bytes;
 use crate::guard::guarded;
 use crate::stage::{Shot, Stage, error_of};
 use crate::targets::MORE;
@@ -31,12 +34,22 @@ pub(crate) struct Planned {
     pub(crate) plan: Arc<Plan>,
     /// The imports that the captures are copied to, in their order.
     pub(crate) imports: Vec<String>,
+    /// Whether the stencil is captured instead of the depth.
+    is_stencil: bool,
+}
+
+/// The contents of one capture.
+pub(crate) enum Captured {
+    Texels(Texels),
+    /// Of a buffer.
+    Bytes(Vec<u8>),
 }
 
 /// A plan that a thread makes.
 pub(crate) struct Planning {
     of: Arc<Plan>,
     captures: Vec<Capture>,
+    is_stencil: bool,
     outcome: Receiver<Result<Planned, Error>>,
 }
 
@@ -55,24 +68,24 @@ impl Planning {
         library: &Library,
         pipeline: &Path,
         of: &Arc<Plan>,
-        captures: Vec<Capture>,
+        (captures, is_stencil): (Vec<Capture>, bool),
         context: &egui::Context,
     ) -> Self {
         let (done, outcome) = channel();
         let (library, pipeline, wake) = (library.clone(), pipeline.to_owned(), context.clone());
         let (plan, wanted) = (of.clone(), captures.clone());
         std::thread::spawn(move || {
-            let planned = planned(&library, &pipeline, plan, wanted);
+            let planned = planned(&library, &pipeline, plan, wanted, is_stencil);
             // Nobody receives it once something else is looked at.
             let _ = done.send(planned);
             wake.request_repaint();
         });
-        Self { of: of.clone(), captures, outcome }
+        Self { of: of.clone(), captures, is_stencil, outcome }
     }
 
     /// Whether it is for these captures of a plan.
-    pub(crate) fn is_for(&self, of: &Arc<Plan>, captures: &[Capture]) -> bool {
-        Arc::ptr_eq(&self.of, of) && self.captures == captures
+    pub(crate) fn is_for(&self, of: &Arc<Plan>, captures: &[Capture], is_stencil: bool) -> bool {
+        Arc::ptr_eq(&self.of, of) && self.captures == captures && self.is_stencil == is_stencil
     }
 
     /// The plan, once it is there.
@@ -83,8 +96,8 @@ impl Planning {
 
 impl Planned {
     /// Whether it is for these captures of a plan.
-    pub(crate) fn is_for(&self, of: &Arc<Plan>, captures: &[Capture]) -> bool {
-        Arc::ptr_eq(&self.of, of) && self.captures == captures
+    pub(crate) fn is_for(&self, of: &Arc<Plan>, captures: &[Capture], is_stencil: bool) -> bool {
+        Arc::ptr_eq(&self.of, of) && self.captures == captures && self.is_stencil == is_stencil
     }
 }
 
@@ -98,7 +111,7 @@ impl Stage {
         state: &RenderState,
         planned: &Planned,
         shot: &Shot<'_>,
-    ) -> Result<Vec<Texels>, Error> {
+    ) -> Result<Vec<Captured>, Error> {
         guarded(&state.device, "the captures", || self.captured(state, planned, shot)).map_err(error_of)?
     }
 
@@ -107,7 +120,7 @@ impl Stage {
         state: &RenderState,
         planned: &Planned,
         shot: &Shot<'_>,
-    ) -> Result<Vec<Texels>, Error> {
+    ) -> Result<Vec<Captured>, Error> {
         let Some(input) = self.input(state, shot) else { return Ok(Vec::new()) };
         let (Some(executor), Some(shown)) = (self.renderer.executor(), &self.shown) else {
             return Ok(Vec::new());
@@ -115,6 +128,19 @@ impl Stage {
         executor.set_plan(planned.plan.clone())?;
         let texture = |name: &String| imported_texture(&state.device, &planned.plan, name, MORE);
         let contents: Vec<wgpu::Texture> = planned.imports.iter().filter_map(texture).collect();
+        let mut buffers = Vec::new();
+        for (name, size) in
+            planned.imports.iter().filter_map(|name| Some((name, size_of(&planned.plan, name)?)))
+        {
+            let buffer = state.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(name),
+                size,
+                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            });
+            executor.give(executor.import::<wgpu::Buffer>(name)?, &buffer)?;
+            buffers.push(buffer);
+        }
         let captured = planned.imports.iter().map(String::as_str).zip(&contents);
         let imports: Vec<(&str, &wgpu::Texture)> =
             self.targets.imports().into_iter().chain(captured).collect();
@@ -128,10 +154,61 @@ impl Stage {
         }
         let running = executor.set_plan(planned.of.clone()).and_then(|()| self.values.set_live(executor));
         recorded.and(running)?;
-        let read = |texture| pollster::block_on(read_back(&state.device, &state.queue, texture));
-        let texels: Result<Vec<Texels>, _> = contents.iter().map(read).collect();
-        texels.map_err(error_of)
+        let failed = |message| error_of(Diagnostic::error(codes::CAPTURE, Place::Nowhere, message));
+        let texels = contents.iter().map(|texture| {
+            let read = pollster::block_on(read_back(&state.device, &state.queue, texture));
+            read.map(Captured::Texels).map_err(error_of)
+        });
+        let bytes = buffers.iter().zip(&planned.captures).map(|(buffer, capture)| {
+            let bytes = bytes::of_buffer(&state.device, &state.queue, buffer).map_err(failed)?;
+            Ok(match extent(&planned.of, capture).filter(|_| planned.is_stencil) {
+                Some(extent) => Captured::Texels(bytes::stencil(&bytes, extent)),
+                None => Captured::Bytes(bytes),
+            })
+        });
+        texels.chain(bytes).collect()
     }
+}
+
+/// The name of the resource of a capture.
+fn resource_of(capture: &Capture) -> &str {
+    capture.reference.split('@').next().unwrap_or_default()
+}
+
+/// Width, height and layers of a captured texture.
+fn extent(plan: &Plan, capture: &Capture) -> Option<[u32; 3]> {
+    let size = plan.resources.get(resource_of(capture))?.size?;
+    let side = |side: u32| (side >> capture.mip.min(31)).max(1);
+    Some([side(size.width), side(size.height), size.layers])
+}
+
+/// The bytes that a capture takes in a buffer, and the end of its copy; `None` of a texture other than its stencil.
+fn buffer_copy(plan: &Plan, capture: &Capture, is_stencil: bool) -> Option<(u64, Value)> {
+    if let Some(size) = size_of(plan, resource_of(capture)) {
+        return Some((size, json!({ "name": "&captured" })));
+    }
+    let [width, height, layers] = extent(plan, capture).filter(|_| is_stencil)?;
+    let size = u64::from(bytes::stencil_row(width)) * u64::from(height) * u64::from(layers);
+    Some((size, json!({ "name": "&captured", "mip": capture.mip, "aspect": "stencil-only" })))
+}
+
+/// The part of a document that copies versions to imported buffers, and the imports.
+fn buffer_document(captures: &[Capture], copies: Vec<(u64, Value)>) -> (Value, Vec<String>) {
+    let (mut subgraphs, mut passes, mut imports) = (Map::new(), Map::new(), Vec::new());
+    for (at, (capture, (size, from))) in captures.iter().zip(copies).enumerate() {
+        let name = format!("umbragraph_view_{at}");
+        let copy = json!({ "from": from, "to": { "name": "&contents", "contents": "discard" } });
+        let part = json!({
+            "inputs": { "captured": "the resource that is captured" },
+            "resources": { "contents": { "buffer": { "size": size, "lifetime": "imported" } } },
+            "passes": { "copy": { "copy": copy } }
+        });
+        subgraphs.insert(name.clone(), part);
+        let with = json!({ "captured": format!("&{}", capture.reference) });
+        passes.insert(name.clone(), json!({ "use": name, "with": with }));
+        imports.push(format!("{name}.contents"));
+    }
+    (json!({ "subgraphs": subgraphs, "passes": passes }), imports)
 }
 
 fn planned(
@@ -139,9 +216,17 @@ fn planned(
     pipeline: &Path,
     of: Arc<Plan>,
     captures: Vec<Capture>,
+    is_stencil: bool,
 ) -> Result<Planned, Error> {
-    let document = capture::document(&of, &captures).map_err(|found| Error::new(found, &Sources::new()))?;
-    let mut text: Value = serde_json::from_str(&document.text).unwrap_or_default();
+    let copies: Option<Vec<_>> = captures.iter().map(|one| buffer_copy(&of, one, is_stencil)).collect();
+    let (mut text, imports) = match copies {
+        Some(copies) => buffer_document(&captures, copies),
+        None => {
+            let document =
+                capture::document(&of, &captures).map_err(|found| Error::new(found, &Sources::new()))?;
+            (serde_json::from_str(&document.text).unwrap_or_default(), document.imports)
+        }
+    };
     text["format"] = json!(1);
     text["name"] = json!(of.name);
     let is_bundled = crate::arguments::is_bundled(pipeline);
@@ -162,5 +247,5 @@ fn planned(
         options = options.feature(name, Fixed(&feature.value));
     }
     let plan = extended.plan(&options)?;
-    Ok(Planned { of, captures, plan, imports: document.imports })
+    Ok(Planned { of, captures, plan, imports, is_stencil })
 }

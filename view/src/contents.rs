@@ -1,4 +1,5 @@
-//! The contents of a texture: its picture, range and histogram, the value under the cursor, before and after each pass.
+//! The contents of a texture: its picture, range and histogram, the value under the cursor, before and after each pass. Of
+//! a buffer the fields ([`crate::buffers`]).
 
 use eframe::egui::{self, Color32, RichText, TextureHandle, TextureOptions, pos2, vec2};
 use serde_json::{Value, json};
@@ -7,6 +8,9 @@ use umbragraph::executor::Texels;
 use umbragraph::low_level::capture::Capture;
 use umbragraph::low_level::sheet::{Content, Range, Sheet, is_volume, sheet};
 
+use crate::buffers::{Field, compared, fields, layouts, size_of};
+use crate::capture::Captured;
+use crate::histogram;
 use crate::places::Places;
 use crate::texels::{Channel, channels, difference, shown};
 
@@ -35,6 +39,10 @@ struct Look {
     side: Side,
     mip: u32,
     layer: Option<u32>,
+    /// Whether the stencil is shown instead of the depth.
+    is_stencil: bool,
+    /// The way in which a buffer is read, of those of its shaders.
+    layout: usize,
     /// The numbers that are black and white; `None` follows the contents.
     range: Option<[f32; 2]>,
 }
@@ -44,6 +52,11 @@ struct Look {
 pub(crate) struct Contents {
     look: Look,
     captured: Vec<Texels>,
+    /// The bytes of captures of a buffer.
+    bytes: Vec<Vec<u8>>,
+    /// The fields that are shown of them.
+    fields: Vec<Field>,
+    layout: String,
     /// The subjects of the captures.
     of: Vec<Capture>,
     drawn: Option<Drawn>,
@@ -89,8 +102,44 @@ impl Contents {
     }
 
     /// Takes captures of a frame.
-    pub(crate) fn take(&mut self, captures: Vec<Capture>, texels: Vec<Texels>) {
-        (self.of, self.captured, self.drawn, self.error) = (captures, texels, None, None);
+    pub(crate) fn take(&mut self, captures: Vec<Capture>, captured: Vec<Captured>) {
+        (self.of, self.drawn, self.error) = (captures, None, None);
+        (self.captured, self.bytes, self.fields) = (Vec::new(), Vec::new(), Vec::new());
+        self.layout.clear();
+        for one in captured {
+            match one {
+                Captured::Texels(texels) => self.captured.push(texels),
+                Captured::Bytes(bytes) => self.bytes.push(bytes),
+            }
+        }
+    }
+
+    /// Whether the stencil is captured instead of the depth.
+    pub(crate) fn is_stencil(&self) -> bool {
+        self.look.is_stencil
+    }
+
+    /// Shows the fields of a buffer.
+    fn buffer(&mut self, ui: &mut egui::Ui, plan: &Plan, name: &str, places: &mut Places) {
+        let layouts = layouts(plan, name);
+        self.look.layout = self.look.layout.min(layouts.len().saturating_sub(1));
+        let Some(layout) = layouts.get(self.look.layout) else { return };
+        let list = egui::ComboBox::from_id_salt("layout").width(250.0).selected_text(&layout.label);
+        let list = list.show_ui(ui, |ui| {
+            for (at, layout) in layouts.iter().enumerate() {
+                ui.selectable_value(&mut self.look.layout, at, &layout.label);
+            }
+        });
+        places.note("layout", &list.response);
+        let all: Vec<_> = self.bytes.iter().map(|bytes| fields(layout, bytes)).collect();
+        let Some((after, has_more)) = all.first().cloned() else { return };
+        self.fields = match (self.look.side, all.get(1)) {
+            (Side::After, _) | (_, None) => after,
+            (Side::Before, Some(before)) => before.0.clone(),
+            (Side::Difference, Some(before)) => compared(after, &before.0),
+        };
+        self.layout.clone_from(&layout.label);
+        crate::buffers::show(ui, &self.fields, has_more, places);
     }
 
     /// Shows them.
@@ -112,7 +161,12 @@ impl Contents {
         if let Some(error) = &self.error {
             ui.label(RichText::new(error).color(Color32::from_rgb(240, 120, 110)));
         }
-        let Some(main) = self.captured.first().filter(|_| self.of == self.wanted(plan)) else {
+        let is_current = self.of == self.wanted(plan);
+        if is_current && !self.bytes.is_empty() && size_of(plan, name).is_some() {
+            self.buffer(ui, plan, name, places);
+            return;
+        }
+        let Some(main) = self.captured.first().filter(|_| is_current) else {
             ui.add_space(8.0);
             ui.horizontal(|ui| {
                 ui.spinner();
@@ -121,7 +175,10 @@ impl Contents {
             return;
         };
         if self.drawn.as_ref().is_none_or(|drawn| drawn.look != self.look) {
-            let content = Content::of(plan, name).unwrap_or_default();
+            let mut content = Content::of(plan, name).unwrap_or_default();
+            if self.look.is_stencil {
+                (content.is_depth, content.is_integer) = (false, true);
+            }
             let texels = match (self.look.side, self.captured.get(1)) {
                 (Side::After, _) | (_, None) => Some(main.clone()),
                 (Side::Before, Some(before)) => Some(before.clone()),
@@ -136,7 +193,7 @@ impl Contents {
         };
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             picture(ui, drawn, &mut self.cursor, places);
-            numbers(ui, drawn);
+            histogram::show(ui, &drawn.channels, &drawn.ranges);
         });
     }
 
@@ -188,19 +245,36 @@ impl Contents {
             }
             if layers > 1 {
                 look.layer = look.layer.map(|layer| layer.min(layers - 1));
-                let text = look.layer.map_or("all layers".to_owned(), |layer| format!("layer {layer}"));
+                let is_cube = Content::of(plan, &look.name).is_some_and(|content| content.is_cube);
+                let label = |layer: u32| layer_name(layer, layers, is_cube);
+                let text = look.layer.map_or("all layers".to_owned(), label);
                 let list = egui::ComboBox::from_id_salt("layer").width(90.0).selected_text(text);
                 let list = list.show_ui(ui, |ui| {
                     ui.selectable_value(&mut look.layer, None, "all layers");
                     for layer in 0..layers {
-                        ui.selectable_value(&mut look.layer, Some(layer), format!("layer {layer}"));
+                        let one = ui.selectable_value(&mut look.layer, Some(layer), label(layer));
+                        places.note(&format!("layer={layer}"), &one);
                     }
                 });
                 places.note("layer", &list.response);
             } else {
                 look.layer = None;
             }
+            let format = plan.resources.get(&look.name).and_then(|one| one.format);
+            let has_both =
+                format.is_some_and(|format| format.has_depth_aspect() && format.has_stencil_aspect());
+            look.is_stencil &= has_both;
+            if has_both {
+                let stencil = ui.checkbox(&mut look.is_stencil, "stencil");
+                places.note("stencil", &stencil);
+                if stencil.changed() {
+                    self.captured.clear();
+                }
+            }
         });
+        if size_of(plan, &look.name).is_some() {
+            return;
+        }
         ui.horizontal(|ui| {
             let mut is_own = look.range.is_some();
             let own = ui.checkbox(&mut is_own, "range");
@@ -223,6 +297,11 @@ impl Contents {
 
     /// The state, for tests.
     pub(crate) fn state(&self) -> Value {
+        if !self.bytes.is_empty() {
+            let of = self.of.iter().map(|one| one.reference.clone()).collect::<Vec<_>>();
+            let fields = crate::buffers::state(&self.fields);
+            return json!({ "of": of, "layout": self.layout, "fields": fields });
+        }
         let Some(drawn) = &self.drawn else { return Value::Null };
         let channels = drawn.channels.iter().map(|one| {
             json!({ "min": one.min, "max": one.max, "mean": one.mean, "not_finite": one.not_finite, "bars": one.bars })
@@ -231,6 +310,7 @@ impl Contents {
             "of": self.of.iter().map(|one| one.reference.clone()).collect::<Vec<_>>(),
             "mip": drawn.look.mip,
             "layer": drawn.look.layer,
+            "stencil": drawn.look.is_stencil,
             "side": Side::ALL.iter().find(|one| one.0 == drawn.look.side).map(|one| one.1),
             "size": [drawn.sheet.width, drawn.sheet.height, drawn.layers],
             "channels": channels.collect::<Vec<_>>(),
@@ -239,11 +319,24 @@ impl Contents {
     }
 }
 
+/// The name of a layer: of a cube that of its face.
+fn layer_name(layer: u32, layers: u32, is_cube: bool) -> String {
+    const FACES: [&str; 6] = ["+X", "−X", "+Y", "−Y", "+Z", "−Z"];
+    match (is_cube, layers > 6) {
+        (true, false) => format!("face {}", FACES[layer as usize % 6]),
+        (true, true) => format!("cube {}, face {}", layer / 6, FACES[layer as usize % 6]),
+        _ => format!("layer {layer}"),
+    }
+}
+
 /// Why a resource has no picture.
 fn cannot(plan: &Plan, name: &str) -> Option<&'static str> {
     let Some(resource) = plan.resources.get(name) else { return Some("No pass that runs uses it.") };
+    if size_of(plan, name).is_some() {
+        return None;
+    }
     let Some(size) = resource.size else {
-        return Some("It is no texture; the viewer shows contents of textures only.");
+        return Some("It is data of the host; the viewer shows contents of textures and buffers.");
     };
     if size.samples > 1 {
         return Some("It has several samples a texel: look at the texture that it is resolved to.");
@@ -295,46 +388,4 @@ fn picture(ui: &mut egui::Ui, drawn: &Drawn, cursor: &mut Option<([u32; 2], [f32
         format!("({x}, {y})  {}", value.join("  "))
     });
     ui.monospace(said.unwrap_or_else(|| format!("{width} × {height}, {channels} channels")));
-}
-
-/// Ranges and histograms of the channels.
-fn numbers(ui: &mut egui::Ui, drawn: &Drawn) {
-    let names = if drawn.channels.len() == 1 { ["value", "", "", ""] } else { ["R", "G", "B", "A"] };
-    let colors = [
-        Color32::from_rgb(232, 104, 96),
-        Color32::from_rgb(110, 200, 110),
-        Color32::from_rgb(110, 150, 240),
-        Color32::from_gray(170),
-    ];
-    for (at, channel) in drawn.channels.iter().enumerate() {
-        let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 34.0), egui::Sense::hover());
-        ui.painter().rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
-        let max = channel.bars.iter().copied().max().unwrap_or(0).max(1) as f32;
-        let width = rect.width() / channel.bars.len() as f32;
-        for (bar, count) in channel.bars.iter().enumerate() {
-            // A root, so that few values beside many are seen.
-            let height = (*count as f32 / max).sqrt() * rect.height();
-            let left = rect.left() + bar as f32 * width;
-            let shape = egui::Rect::from_min_max(
-                pos2(left, rect.bottom() - height),
-                pos2(left + width - 1.0, rect.bottom()),
-            );
-            ui.painter().rect_filled(shape, 0.0, colors[at]);
-        }
-        let not_finite = match channel.not_finite {
-            0 => String::new(),
-            count => format!("  {count} not finite"),
-        };
-        let shows =
-            drawn.ranges.get(at).map(|range| format!("  shown {} to {}", shown(range.min), shown(range.max)));
-        let mean = shown(channel.mean as f32);
-        let said = format!(
-            "{} {} to {}, mean {mean}{not_finite}{}",
-            names[at],
-            shown(channel.min),
-            shown(channel.max),
-            shows.unwrap_or_default()
-        );
-        ui.label(RichText::new(said).small().monospace());
-    }
 }

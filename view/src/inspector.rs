@@ -36,18 +36,19 @@ impl Viewer {
     pub(crate) fn capture(&mut self, state: &RenderState, context: &egui::Context, size: [u32; 2]) {
         let Some(plan) = self.stage.plan.clone() else { return };
         let wanted = self.inspector.wanted(&plan);
+        let is_stencil = self.inspector.contents.is_stencil();
         if wanted.is_empty() || self.stage.is_busy() || plan.viewport != size {
             return;
         }
-        if self.planning.as_ref().is_some_and(|planning| planning.is_for(&plan, &wanted))
+        if self.planning.as_ref().is_some_and(|planning| planning.is_for(&plan, &wanted, is_stencil))
             && let Some(outcome) = self.planning.as_ref().and_then(Planning::take)
         {
             match outcome {
-                Ok(planned) => self.planned = Some(planned),
+                Ok(planned) => (self.planned, self.captured.0) = (Some(planned), 0),
                 Err(error) => self.inspector.contents.error = Some(error.to_string()),
             }
         }
-        match self.planned.take().filter(|planned| planned.is_for(&plan, &wanted)) {
+        match self.planned.take().filter(|planned| planned.is_for(&plan, &wanted, is_stencil)) {
             Some(planned) => {
                 if self.captured.0 != self.stage.index || self.captured.1 != wanted {
                     let shot =
@@ -63,9 +64,11 @@ impl Viewer {
                 self.planned = Some(planned);
             }
             None => {
-                if !self.planning.as_ref().is_some_and(|planning| planning.is_for(&plan, &wanted)) {
+                if !self.planning.as_ref().is_some_and(|planning| planning.is_for(&plan, &wanted, is_stencil))
+                {
                     let (library, pipeline) = (&self.stage.library, &self.arguments.pipeline);
-                    self.planning = Some(Planning::begin(library, pipeline, &plan, wanted, context));
+                    self.planning =
+                        Some(Planning::begin(library, pipeline, &plan, (wanted, is_stencil), context));
                 }
             }
         }

@@ -143,7 +143,7 @@ impl Hand {
             if rect == last {
                 found = Some(rect);
             } else {
-                sleep(Duration::from_millis(80));
+                sleep(Duration::from_millis(150));
             }
             last = rect;
             found.is_some()

@@ -5,6 +5,7 @@
 
 #![cfg(target_os = "linux")]
 
+mod contents;
 mod controls;
 mod edits;
 mod formats;
