@@ -8,7 +8,7 @@
 //!
 //! A summary is known once some text with the function has been proven. Until then its callers are open.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use super::components::components;
@@ -124,6 +124,8 @@ pub(super) struct Units {
     texts: u32,
     /// The directives of the text at hand.
     directives: Id,
+    /// What each declaration saw in the text before that has it, and the unit that it was.
+    last: HashMap<Id, (Vec<Option<Id>>, Id)>,
     /// The units that earlier runs have proven.
     pub(super) kept: Option<Kept>,
 }
@@ -159,41 +161,61 @@ impl Units {
 
         let mut resolved = Resolved { of_declarations: vec![None; text.len()], ..Resolved::default() };
         let mut interfaces: Vec<Option<Id>> = vec![None; text.len()];
+        let mut seen: Vec<Option<Id>> = Vec::new();
         for component in components(&edges) {
             let functions =
                 component.iter().filter(|at| declarations.is_function(text[**at as usize])).count();
             resolved.is_circular |= functions > 0 && component.len() > 1;
             let is_inside = |at: usize| component.contains(&(at as u32));
-            let mut environment = BTreeSet::new();
+            // What is seen, in the order of mentions.
+            seen.clear();
+            seen.push(Some(directives));
             let mut is_open = false;
             for at in &component {
                 let declared = known(&text[*at as usize]);
                 let own = declared.name.filter(|_| declared.kind == Kind::Override);
-                environment.extend(own.and_then(|name| Some((name, *overrides.get(&name)?))));
+                seen.extend(own.map(|name| overrides.get(&name).copied()));
                 for name in &declared.mentions {
-                    let Some(other) = self.local(*name).filter(|other| !is_inside(*other)) else { continue };
-                    match interfaces[other] {
-                        Some(interface) => drop(environment.insert((*name, interface))),
-                        None => is_open = true,
-                    }
+                    let other = self.local(*name).filter(|other| !is_inside(*other));
+                    is_open |= other.is_some_and(|other| interfaces[other].is_none());
+                    seen.push(other.and_then(|other| interfaces[other]));
                 }
             }
             if is_open {
                 resolved.open.extend(component.iter().map(|at| text[*at as usize]));
                 continue;
             }
-            let mut members: Vec<Id> = component.iter().map(|at| text[*at as usize]).collect();
-            members.sort_unstable();
-            let environment = environment.into_iter().collect();
-            let key = Key::Declarations { directives, members: members.into(), environment };
-            let name = known(&text[component[0] as usize]).name;
-            let unit = self.unit(key, name, declarations);
+            let first = text[component[0] as usize];
+            // Texts that follow one another mostly see the same.
+            let unit = match self.last.get(&first).filter(|(last, _)| component.len() == 1 && *last == seen) {
+                Some((_, unit)) => *unit,
+                None => {
+                    let mut environment: Vec<(Id, Id)> = Vec::new();
+                    let mut seen_by_name = seen.iter().skip(1);
+                    for at in &component {
+                        let declared = known(&text[*at as usize]);
+                        let own = declared.name.filter(|_| declared.kind == Kind::Override);
+                        let names = own.iter().chain(&declared.mentions);
+                        let named = names.zip(seen_by_name.by_ref());
+                        environment.extend(named.filter_map(|(name, seen)| Some((*name, (*seen)?))));
+                    }
+                    environment.sort_unstable();
+                    environment.dedup();
+                    let mut members: Vec<Id> = component.iter().map(|at| text[*at as usize]).collect();
+                    members.sort_unstable();
+                    let (members, environment) = (members.into(), environment.into());
+                    let key = Key::Declarations { directives, members, environment };
+                    let unit = self.unit(key, known(&first).name, declarations);
+                    self.last.insert(first, (seen.clone(), unit));
+                    unit
+                }
+            };
             resolved.units.push(unit);
             for at in &component {
                 resolved.of_declarations[*at as usize] = Some(unit);
             }
             let found = &self.all[unit as usize];
-            let is_function = declarations.is_function(text[component[0] as usize]);
+            let is_function = declarations.is_function(first);
             if found.interface.is_none() || is_function && found.used.is_none() {
                 self.see(unit, &component, (declarations, text), &interfaces, summaries);
             }
