@@ -1,9 +1,11 @@
-//! Forms of diagnostics for CI: JUnit, annotations of GitHub with its limits, and the summary of a step.
+//! Output for CI: one line where all is well, JUnit, annotations of GitHub with its limits, and the summary of a step.
 
 use std::process::{Command, Output};
 
 use umbragraph_test_support::command::text;
 use umbragraph_test_support::scratch::ScratchFolder;
+
+use super::{umbragraph, verbose};
 
 /// A pipeline with so many errors: passes that read what is not there.
 fn broken(errors: usize) -> String {
@@ -27,6 +29,25 @@ fn run(folder: &ScratchFolder, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
     command.args(arguments).current_dir(&**folder).env("GITHUB_STEP_SUMMARY", folder.join("summary.md"));
     command.output().expect("the command")
+}
+
+#[test]
+fn a_green_run_says_one_line_for_each_pipeline() {
+    for command in ["permutations", "check"] {
+        let pipelines = [
+            "pipelines/nebula.json",
+            "pipelines/learn/10-features.json",
+            "pipelines/learn/31-constraints.json",
+        ];
+        let output = umbragraph(&[&[command], &pipelines[..], &["--no-cache"]].concat());
+        let said = text(&output.stdout);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        assert_eq!(said.lines().count(), 3, "{said}");
+        assert!(said.lines().zip(pipelines).all(|(line, path)| line.starts_with(path)), "{said}");
+        assert_eq!(text(&output.stderr), "", "no bar on a pipe, no notes");
+    }
+    let said = text(&verbose(&["pipelines/nebula.json"]).stderr);
+    assert!(said.contains("note[UG0223]: maps scroll"), "{said}");
 }
 
 #[test]

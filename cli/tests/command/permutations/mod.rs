@@ -102,25 +102,6 @@ fn every_pipeline_of_the_tree_holds_in_all_its_configurations() {
 }
 
 #[test]
-fn a_green_run_says_one_line_for_each_pipeline() {
-    for command in ["permutations", "check"] {
-        let pipelines = [
-            "pipelines/nebula.json",
-            "pipelines/learn/10-features.json",
-            "pipelines/learn/31-constraints.json",
-        ];
-        let output = umbragraph(&[&[command], &pipelines[..], &["--no-cache"]].concat());
-        let said = text(&output.stdout);
-        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-        assert_eq!(said.lines().count(), 3, "{said}");
-        assert!(said.lines().zip(pipelines).all(|(line, path)| line.starts_with(path)), "{said}");
-        assert_eq!(text(&output.stderr), "", "no bar on a pipe, no notes");
-    }
-    let said = text(&verbose(&["pipelines/nebula.json"]).stderr);
-    assert!(said.contains("note[UG0223]: maps scroll"), "{said}");
-}
-
-#[test]
 fn modes_cover_what_they_say() {
     let project = Project::new("permutations-modes", PIPELINE, AXES, TEMPLATE);
     let covered = |further: &[&str]| {
