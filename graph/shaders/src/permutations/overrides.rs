@@ -64,7 +64,7 @@ pub(super) fn values(axes: &Axes) -> Vec<AxisValues> {
     vec![defaults, ends(false), ends(true)]
 }
 
-/// What a proof of an override's declaration rests on, by names of axes: all that its values follow from.
+/// All that the tried values of an override follow from, by names of axes: a proof of its declaration rests on them.
 pub(super) fn by_name(axes: &Axes) -> BTreeMap<&str, String> {
     let overrides = axes.iter().filter(|axis| axis.mode == AxisMode::Override);
     overrides.map(|axis| (axis.name.as_str(), format!("{:?} {:?}", axis.kind, axis.default))).collect()

@@ -124,7 +124,7 @@ pub(super) struct Units {
     texts: u32,
     /// The directives of the text at hand.
     directives: Id,
-    /// What each declaration saw in the text before that has it, and the unit that it was.
+    /// The view of each declaration in the last text that has it, and the unit that it was.
     last: HashMap<Id, (Vec<Option<Id>>, Id)>,
     /// The units that earlier runs have proven.
     pub(super) kept: Option<Kept>,

@@ -63,7 +63,7 @@ impl Dependencies {
 /// The branches of a function, and what it passes on.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Branches {
-    /// What is left open, by bits of dependencies.
+    /// The values that are left open, by bits of dependencies.
     open: Vec<Open>,
     /// The conditions, with the place of each in the text.
     conditions: Vec<(Dependencies, Range<usize>)>,
