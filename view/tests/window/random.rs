@@ -1,5 +1,6 @@
 //! A minute of random input: the window lives, and its memory stays as it was.
 
+use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::hand::SIZE;
@@ -78,10 +79,13 @@ fn random_input_neither_ends_nor_bloats_the_window() {
     for _ in 0..3 {
         hand.display.press(&[], ESCAPE);
     }
+    // Ctrl and + or − have scaled the window, whose points are pixels only without a scale.
+    hand.display.press(&[CONTROL], u32::from('0'));
+    sleep(Duration::from_secs(2));
     hand.leave_text();
     while hand.state()["playing"] == true {
         hand.display.press(&[], u32::from(' '));
-        std::thread::sleep(Duration::from_secs(2));
+        sleep(Duration::from_secs(2));
     }
     hand.settle();
     let said = hand.said();
