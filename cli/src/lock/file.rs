@@ -148,8 +148,7 @@ pub(crate) fn hold(session: &mut Session, file: &LockFile<'_>, reached: &Lock, p
 /// A file that cannot be written, or that names further pipelines and cannot be read.
 pub(crate) fn update(file: &LockFile<'_>, reached: &Lock) -> Result<String, Diagnostic> {
     let name = file.name();
-    // What cannot be read cannot be kept.
-    let text = file.text().unwrap_or_default();
+    let text = file.text()?;
     let before = match text.as_deref().map(Parsed::new) {
         None => Lock::default(),
         Some(Ok(parsed)) => parsed.lock,
@@ -159,7 +158,7 @@ pub(crate) fn update(file: &LockFile<'_>, reached: &Lock) -> Result<String, Diag
             if !lost.is_empty() {
                 let lost = lost.into_iter().collect::<Vec<_>>().join(" ");
                 let message = format!("the lock \"{name}\" cannot be kept: {}", invalid.message);
-                let help = format!("give all pipelines that it names, {lost} as well");
+                let help = format!("name these pipelines too: {lost}");
                 return Err(Diagnostic::in_file(codes::LOCK_INVALID, name, "", message).help(help));
             }
             Lock::default()
@@ -170,7 +169,7 @@ pub(crate) fn update(file: &LockFile<'_>, reached: &Lock) -> Result<String, Diag
     lock.pipelines.extend(reached.pipelines.clone());
     let new = lock.text();
     if text.is_some_and(|old| old.replace("\r\n", "\n") == new) {
-        return Ok(format!("{name}: as it was\n"));
+        return Ok(format!("{name}: unchanged\n"));
     }
     replace(file.path, &new)?;
     let change = |Change { pipeline, message, .. }: Change| format!("{pipeline}: {message}\n");

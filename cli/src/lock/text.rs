@@ -187,7 +187,9 @@ impl Reader {
         match word {
             "pipeline" => {
                 self.end()?;
-                self.parsed.pipelines.insert(rest.to_owned(), range);
+                if self.parsed.pipelines.insert(rest.to_owned(), range).is_some() {
+                    return Err(format!("the pipeline {rest} stands twice"));
+                }
                 self.pipeline = Some((rest.to_owned(), BTreeSet::new(), Vec::new()));
             }
             "pass" => {
@@ -224,7 +226,7 @@ impl Reader {
 
     /// A line of a pass.
     fn of_section(&mut self, line: &str, word: &str, rest: &str) -> Result<(), String> {
-        let not_understood = || format!("\"{}\" is no line of a lock", line.trim_start());
+        let not_understood = || format!("\"{}\" is not a valid line of a lock", line.trim_start());
         let section = self.section.as_mut().ok_or_else(not_understood)?;
         match word {
             "template" => section.template = rest.to_owned(),
@@ -253,7 +255,7 @@ impl Reader {
 
     /// Axes with their values.
     fn axes(&mut self, line: &str, pairs: &[&str]) -> Result<(), String> {
-        let not_understood = || format!("\"{}\" is no line of a lock", line.trim_start());
+        let not_understood = || format!("\"{}\" is not a valid line of a lock", line.trim_start());
         let section = self.section.as_mut().ok_or_else(not_understood)?;
         for pair in pairs {
             let (axis, values) = pair.split_once(" = ").ok_or_else(not_understood)?;
@@ -267,9 +269,17 @@ impl Reader {
     fn end_section(&mut self) -> Result<(), String> {
         let Some(section) = self.section.take() else { return Ok(()) };
         if !std::mem::take(&mut self.is_whole) {
-            return Err(format!("the pass {} before has no line of figures", list(&section.passes)));
+            return Err(format!("the pass {} has no line `combinations ...`", list(&section.passes)));
         }
         if let Some((_, _, sections)) = &mut self.pipeline {
+            let is_same = |known: &Section| {
+                known.template == section.template
+                    && !known.passes.is_disjoint(&section.passes)
+                    && !known.profiles.is_disjoint(&section.profiles)
+            };
+            if sections.iter().any(is_same) {
+                return Err(format!("the pass {} stands twice for one profile", list(&section.passes)));
+            }
             sections.push(section);
         }
         Ok(())

@@ -154,6 +154,11 @@ pub(super) fn requests(
             named.into_iter().collect()
         };
         requests = templates.iter().map(|template| Request::all(template, &unique)).collect();
+        // What a pipeline reaches is not looked at.
+        for own in &mut counts {
+            own.requests = 0..0;
+            own.reaching.clear();
+        }
     }
     Some((requests, counts))
 }

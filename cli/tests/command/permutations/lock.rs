@@ -239,7 +239,7 @@ fn update_says_what_it_changes_and_keeps_other_pipelines() {
     );
     let both = project.read("permutations.lock");
     assert!(both.contains("\npipeline other.json\n") && both.contains("\npipeline small.json\n"), "{both}");
-    assert!(project.update().ends_with("permutations.lock: as it was\n"));
+    assert!(project.update().ends_with("permutations.lock: unchanged\n"));
     assert_eq!(project.differences(), [""; 0], "the other pipeline is not held");
     project.edit("small.json", "[\"plain\", \"deep\"]", "[\"plain\"]");
     let said = project.update();
@@ -270,7 +270,7 @@ fn a_lock_that_cannot_be_read_is_solved_by_update() {
     for (lock, says) in [
         (conflict.clone(), "\"<<<<<<< HEAD\" marks a merge conflict"),
         (good.replace("version 1", "version 2"), "the lock has version 2, and this program writes version 1"),
-        (good.replace("texts 8", "texts x"), "is no line of a lock"),
+        (good.replace("texts 8", "texts x"), "is not a valid line of a lock"),
         (String::new(), "no line says \"version 1\""),
     ] {
         project.write("permutations.lock", &lock);
@@ -281,8 +281,7 @@ fn a_lock_that_cannot_be_read_is_solved_by_update() {
     }
     project.write("permutations.lock", &conflict);
     let output = project.run(&["permutations", "other.json", "--templates", ".", "--update"]);
-    let says =
-        ["error[UG0819]", "marks a merge conflict", "give all pipelines that it names, small.json as well"];
+    let says = ["error[UG0819]", "marks a merge conflict", "name these pipelines too: small.json"];
     umbragraph_test_support::command::rejected(&output, 1, &says);
     assert_eq!(project.read("permutations.lock"), conflict);
     std::fs::remove_file(project.folder.join("permutations.lock")).unwrap();

@@ -89,6 +89,8 @@ impl Causes {
                     if known.overrides.len() > failure.overrides.len() {
                         known.overrides = failure.overrides;
                     }
+                    let severity = &mut known.diagnostic.severity;
+                    *severity = (*severity).min(failure.diagnostic.severity);
                     known.leaves.extend(failure.leaves);
                     known.profiles.extend(failure.profiles);
                 }
@@ -100,8 +102,10 @@ impl Causes {
         for (key, (failure, max)) in merged {
             let effect = weigh(ground, &failure);
             let amount = failure.excess.map_or(0, |excess| excess.found);
+            let severity = failure.diagnostic.severity;
             let first = || Found { diagnostic: failure.diagnostic, amount, max, effects: Vec::new() };
             let found = self.found.entry(key).or_insert_with(first);
+            found.diagnostic.severity = found.diagnostic.severity.min(severity);
             found.max = found.max.max(max);
             found.effects.push(effect);
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::compose::{Composition, State, all};
+use super::compose::{Composition, State, wanted_bits};
 use super::cover::cover;
 use super::units::{Profiles, Units};
 
@@ -16,9 +16,17 @@ enum Part {
     Reached,
 }
 
+/// The texts that are to be proven next.
+pub(super) struct Chosen {
+    /// Those of whose units something is learned.
+    pub(super) of_units: BTreeSet<usize>,
+    /// Those that are proven by themselves.
+    pub(super) alone: Vec<usize>,
+}
+
 impl Composition<'_> {
-    /// The texts that are to be proven next.
-    pub(super) fn choose(&mut self, exhaustive: bool) -> Vec<usize> {
+    /// The texts that are to be proven next; none if all is known.
+    pub(super) fn choose(&mut self, exhaustive: bool) -> Chosen {
         let (mut alone, mut open) = (Vec::new(), Vec::new());
         for at in 0..self.texts.len() {
             if self.texts[at].state.is_settled {
@@ -26,20 +34,18 @@ impl Composition<'_> {
             }
             let (subject, overrides) = (self.texts[at].subject.clone(), self.texts[at].overrides);
             let (request, own) = self.texts[at].at;
-            let is_irregular =
-                !self.irregular.is_empty() && self.irregular.contains(self.template(&self.texts[at]));
             let split = self.explored[request].exploration.texts[own].declarations.as_deref();
             // Without a profile nothing is validated, and no summary ever known.
             let is_validated =
                 !subject.wanted.is_empty() && subject.profiles.len() <= Profiles::BITS as usize;
-            let split = split.filter(|_| !exhaustive && is_validated && !is_irregular);
+            let split = split.filter(|_| !exhaustive && is_validated && !self.is_irregular);
             let Some(split) = split else {
                 alone.push(at);
                 continue;
             };
             let units = &mut self.units;
             let part = |id: u32, kind: Part| u64::from(id) | (kind as u64) << 32;
-            let everything = all(&subject);
+            let everything = wanted_bits(&subject);
             let unproven = |units: &Units, state: &State| -> (Profiles, Vec<u64>) {
                 let refused = |all, unit: &u32| all | units.all[*unit as usize].refused();
                 let pending = everything & !state.units.iter().fold(0, refused);
@@ -73,7 +79,7 @@ impl Composition<'_> {
                     let is_unreached = |unit: &&u32| units.all[**unit as usize].reached & pending != pending;
                     let unreached = interface.reached.iter().filter(is_unreached);
                     parts.extend(unreached.map(|unit| part(*unit, Part::Reached)));
-                    // While something else is open, the module is looked at again.
+                    // A module counts as a unit only once all others are proven: until then it need not be.
                     if parts.is_empty() {
                         let module = &mut units.all[interface.module as usize];
                         if module.accepted & pending != pending {
@@ -98,10 +104,10 @@ impl Composition<'_> {
             |(_, parts): &&(usize, Vec<u64>)| parts.iter().any(|part| self.tried.contains(part));
         let stubborn: Vec<usize> = open.iter().filter(is_stubborn).map(|(at, _)| *at).collect();
         self.more = if stubborn.is_empty() { 0 } else { (self.more * 2).max(1) };
-        let mut chosen: BTreeSet<usize> = cover(&open).into_iter().chain(alone).collect();
+        let mut chosen: BTreeSet<usize> = cover(&open).into_iter().collect();
         chosen.extend(stubborn.into_iter().take(self.more));
         self.tried
             .extend(open.into_iter().filter(|(at, _)| chosen.contains(at)).flat_map(|(_, parts)| parts));
-        chosen.into_iter().collect()
+        Chosen { of_units: chosen, alone }
     }
 }

@@ -21,6 +21,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 
 use super::Options;
+use super::choose::Chosen;
 use super::failure;
 use super::interned::Declarations;
 use super::kept::{Keep, Kept};
@@ -68,8 +69,8 @@ pub(super) struct Composition<'a> {
     pub(super) profiles: Arc<[&'a TargetProfile]>,
     pub(super) units: Units,
     pub(super) overrides: Vec<Overrides>,
-    /// Templates of which naga has seen something else in a module than its declarations say.
-    pub(super) irregular: BTreeSet<&'a str>,
+    /// Whether naga has seen something else in a module than its declarations say. Nothing follows from units then.
+    pub(super) is_irregular: bool,
     /// The reason of each validator that cannot run.
     pub(super) unavailable: BTreeMap<usize, String>,
     /// The number of texts that were proven by themselves.
@@ -80,8 +81,8 @@ pub(super) struct Composition<'a> {
     pub(super) more: usize,
 }
 
-/// The profiles that a text is proven for. Where there are none, only renderings are of interest.
-pub(super) fn all(subject: &Subject<'_>) -> Profiles {
+/// The bits of the profiles that a text is proven for; a bit of its own where there are none.
+pub(super) fn wanted_bits(subject: &Subject<'_>) -> Profiles {
     match subject.wanted.is_empty() {
         true => 1,
         false => subject.wanted.iter().fold(0, |all, at| all | bit(*at)),
@@ -100,11 +101,11 @@ pub(super) fn compose<'a>(
             profiles.push(profile);
         }
     }
-    // In whatever order requests come.
+    // Sorted, so that the name under which proofs are kept does not depend on the order of requests.
     profiles.sort_by_cached_key(|profile| format!("{profile:?}"));
     let profiles: Arc<[&TargetProfile]> = profiles.into();
     let mut kinds: Vec<(BTreeMap<&str, String>, &Axes)> = Vec::new();
-    let mut known: HashMap<(usize, [u8; 32]), usize> = HashMap::new();
+    let mut known: HashMap<(usize, bool, [u8; 32]), usize> = HashMap::new();
     let mut found: Vec<(usize, (usize, usize), BTreeSet<usize>)> = Vec::new();
     for (request, each) in explored.iter_mut().enumerate() {
         let Some(axes) = templates.axes(&each.request.template) else { continue };
@@ -117,7 +118,7 @@ pub(super) fn compose<'a>(
         let own: Vec<usize> =
             own.filter_map(|own| profiles.iter().position(|profile| *profile == own)).collect();
         for (text, each_text) in each.exploration.texts.iter().enumerate() {
-            let at = *known.entry((kind, each_text.hash)).or_insert_with(|| {
+            let at = *known.entry((kind, own.is_empty(), each_text.hash)).or_insert_with(|| {
                 found.push((kind, (request, text), BTreeSet::new()));
                 found.len() - 1
             });
@@ -142,7 +143,7 @@ pub(super) fn compose<'a>(
         profiles,
         units,
         overrides,
-        irregular: BTreeSet::new(),
+        is_irregular: false,
         unavailable: BTreeMap::new(),
         proven: 0,
         tried: HashSet::new(),
@@ -163,7 +164,7 @@ impl<'a> Composition<'a> {
 
     /// Hands what is proven to later runs.
     pub(super) fn remember(&mut self, keep: &dyn Keep) {
-        if let Some(kept) = self.units.kept.take().filter(|_| self.irregular.is_empty())
+        if let Some(kept) = self.units.kept.take().filter(|_| !self.is_irregular)
             && let Some(bytes) = kept.with(&self.units.all)
         {
             keep.put(&self.key(), &bytes);
@@ -178,14 +179,17 @@ impl<'a> Composition<'a> {
     /// Proves as many texts as it takes to know of all.
     pub(super) fn prove(&mut self, options: &Options<'_>) {
         loop {
-            let chosen = self.choose(options.exhaustive);
+            let Chosen { of_units, alone } = self.choose(options.exhaustive);
+            let of_units = of_units.into_iter().map(|at| (at, true));
+            let chosen: Vec<(usize, bool)> =
+                of_units.chain(alone.into_iter().map(|at| (at, false))).collect();
             let settled = self.texts.iter().filter(|text| text.state.is_settled).count();
             let (done, count) = (AtomicUsize::new(settled), self.texts.len());
             if chosen.is_empty() {
                 (options.progress)(count, count);
                 return;
             }
-            let prove = |at: &usize| {
+            let prove = |(at, is_of_units): &(usize, bool)| {
                 if options.is_cancelled() {
                     return None;
                 }
@@ -198,20 +202,18 @@ impl<'a> Composition<'a> {
                 if !is_same {
                     return None;
                 }
-                let is_of_units = each.exploration.texts.get(text.at.1)?.declarations.is_some();
-                let is_for_all = is_of_units && !options.exhaustive;
-                let task = Task { source, subject: text.subject.clone(), is_for_all };
+                let task = Task { source, subject: text.subject.clone(), is_of_units: *is_of_units };
                 let proof = prove::prove(&task);
                 let opinions = failure::judge(&task, &proof, options.external);
                 (options.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, count);
-                Some((*at, task.source, proof, opinions))
+                Some((*at, task, proof, opinions))
             };
             let found: Vec<_> = chosen.par_iter().map(prove).collect();
             self.proven += found.len();
-            for (at, source, proof, opinions) in found.into_iter().flatten() {
-                self.learn(at, &source, proof, &opinions, options);
+            for (at, task, proof, opinions) in found.into_iter().flatten() {
+                self.learn(at, &task, proof, &opinions, options);
             }
-            for at in chosen {
+            for (at, _) in chosen {
                 self.settle(at, options.is_cancelled());
             }
         }

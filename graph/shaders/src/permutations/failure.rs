@@ -14,10 +14,9 @@ use crate::written::rejection::{Rejection, Scope};
 use crate::written::text_map::Source;
 use umbragraph_text::diagnostic::{Diagnostic, Place};
 
-/// The verdict of each external validator on a text, if naga accepts it.
+/// The verdict of each external validator on a text, if naga accepts it for some profile.
 pub(super) fn judge(task: &Task<'_>, proof: &Proof, validators: &[&dyn Validator]) -> Vec<Opinion> {
-    let is_wanted = |at: &usize| task.subject.wanted.contains(at);
-    let accepted = !proof.rejections.iter().any(|(_, profiles)| profiles.iter().any(is_wanted));
+    let accepted = proof.is_accepted(&task.subject);
     let judge = |each: &&dyn Validator| {
         if accepted { each.judge(&task.source.wgsl) } else { Opinion::Accepts }
     };

@@ -1,7 +1,6 @@
 //! Proofs of earlier runs.
 //!
-//! Of a unit is kept which profiles accept it, what callers see of it, and the reflection of an interface, under
-//! the hash of everything that it is made of. Units that somebody refuses or advises against are not kept: they are proven
+//! Of a unit is kept which profiles accept it and what callers see of it, under the hash of everything that it is made of. Units that somebody refuses or advises against are not kept: they are proven
 //! again, and said again. What cannot be read is not there.
 //!
 //! The host keeps the bytes ([`Keep`]), and keeps apart what different versions of this program have proven.
@@ -12,7 +11,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::units::{Profiles, Unit};
-use crate::reflection::{Binding, EntryPoint, Reflection};
+use crate::reflection::{Binding, EntryPoint};
 use crate::rules::summary::Summary;
 
 /// The maximum number of units that are kept for some profiles; with more, those of earlier runs are left out.
@@ -36,16 +35,14 @@ struct Record {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     summary: Option<Summary>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    reflection: Option<Reflection>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     binding: Option<Binding>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     entry_point: Option<EntryPoint>,
     accepted: Profiles,
     reached: Profiles,
-    /// Whether each entry point here is certain to write every texel, which reports leave out.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    covers: Vec<bool>,
+    /// Whether the entry point is certain to write every texel, which its own form leaves out.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    covers: bool,
 }
 
 impl Kept {
@@ -56,17 +53,13 @@ impl Kept {
 
     /// The unit with a hash.
     pub(super) fn unit(&self, hash: &[u8; 32]) -> Option<Unit> {
-        let Record { summary, mut reflection, binding, mut entry_point, accepted, reached, covers } =
+        let Record { summary, binding, entry_point, accepted, reached, covers } =
             self.0.get(&name(hash))?.clone();
-        let all = reflection.iter_mut().flat_map(|reflection| &mut reflection.entry_points);
-        for (entry_point, covers) in all.chain(&mut entry_point).zip(covers) {
-            entry_point.covers = covers;
-        }
+        let entry_point = entry_point.map(|entry_point| EntryPoint { covers, ..entry_point });
         Some(Unit {
             accepted,
             reached,
             summary: summary.map(Arc::new),
-            reflection: reflection.map(Arc::new),
             binding,
             entry_point,
             ..Unit::default()
@@ -77,17 +70,13 @@ impl Kept {
     pub(super) fn with(mut self, proven: &[Unit]) -> Option<Vec<u8>> {
         let is_accepted = |unit: &&Unit| !unit.follows && unit.accepted != 0 && unit.refusals.is_empty();
         let record = |unit: &Unit| {
-            let (reflection, entry_point) = (unit.reflection.as_deref().cloned(), unit.entry_point.clone());
-            let all = reflection.iter().flat_map(|reflection| &reflection.entry_points);
-            let covers = all.chain(&entry_point).map(|entry_point| entry_point.covers).collect();
             let record = Record {
                 summary: unit.summary.as_deref().cloned(),
-                reflection,
                 binding: unit.binding.clone(),
-                entry_point,
+                covers: unit.entry_point.as_ref().is_some_and(|entry_point| entry_point.covers),
+                entry_point: unit.entry_point.clone(),
                 accepted: unit.accepted,
                 reached: unit.reached,
-                covers,
             };
             (name(&unit.hash), record)
         };

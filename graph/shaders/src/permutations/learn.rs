@@ -1,33 +1,34 @@
 //! The lesson of a proof: about its text, and about the units that this is made of.
 
 use super::Options;
-use super::compose::{Composition, State, Text, all};
+use super::compose::{Composition, State, wanted_bits};
 use super::failure::{self, place_rejection};
-use super::prove::Proof;
+use super::prove::{Proof, Task};
 use super::units::{Refusal, bit};
 use super::validator::Opinion;
 use crate::rules::uniform_branches;
 use crate::written::declarations::{self, Kind};
 use crate::written::rejection::{Rejection, Scope};
-use crate::written::text_map::Source;
 
 impl Composition<'_> {
     /// Takes over what the proof of a text says of it and of its units.
     pub(super) fn learn(
         &mut self,
         at: usize,
-        source: &Source,
+        task: &Task<'_>,
         proof: Proof,
         opinions: &[Opinion],
         options: &Options<'_>,
     ) {
+        let source = &task.source;
         let text = &self.texts[at];
         let (request, own) = text.at;
         let each = &self.explored[request];
-        let split = each.exploration.texts[own].declarations.as_deref().filter(|_| !options.exhaustive);
+        let split = each.exploration.texts[own].declarations.as_deref().filter(|_| task.is_of_units);
         let ranges = split.and_then(|_| declarations::split(&source.wgsl)).unwrap_or_default();
+        let is_judged = options.external.is_empty() || proof.is_accepted(&task.subject);
         let mut summaries = proof.summaries;
-        // Of a text that is of units it is worked out from these.
+        // For a text that is of units this follows from the units.
         let together = summaries.iter().filter(|_| split.is_none()).flatten();
         let together: Vec<_> = together.map(|(name, summary)| (name.as_str(), &summary.branches)).collect();
         let branches = uniform_branches::found(&together);
@@ -36,8 +37,6 @@ impl Composition<'_> {
             let known = summaries.as_mut().and_then(|all| all.get_mut(name));
             known.into_iter().for_each(|summary| summary.branches.counted_from(range.start));
         }
-        let template = each.request.template.as_str();
-        let is_irregular = self.irregular.contains(template);
         let (units, overrides) = (&mut self.units, &self.overrides[text.overrides]);
         let resolved =
             split.map(|split| units.resolve(&self.declarations, (split, overrides), summaries.as_ref()));
@@ -51,7 +50,6 @@ impl Composition<'_> {
             }
             let is_seen = |unit: &u32| units.all[*unit as usize].accepted != 0;
             let is_known = proof.reflection.is_some() || resolved.units.iter().all(is_seen);
-            let is_known = is_known && !is_irregular;
             let interface = is_known.then(|| units.interface(&self.declarations, split, resolved)).flatten();
             if let Some(interface) = interface {
                 let is_other = proof.reflection.as_ref().is_some_and(|found| !interface.is(found));
@@ -61,11 +59,8 @@ impl Composition<'_> {
                 resolved.module = Some(interface.module);
             }
         }
-        let wanted = all(&text.subject);
-        let tried = match split {
-            Some(_) => (0..text.subject.profiles.len()).fold(wanted, |all, at| all | bit(at)),
-            None => wanted,
-        };
+        let wanted = wanted_bits(&task.subject);
+        let tried = task.profiles().fold(wanted, |all, (at, _)| all | bit(at));
         let bits = |profiles: &[usize]| match profiles {
             [] => tried,
             some => some.iter().fold(0, |all, at| all | bit(*at)),
@@ -114,7 +109,7 @@ impl Composition<'_> {
             }
         }
         let rejected = proof.rejections.iter().fold(0, |all, (_, profiles)| all | bits(profiles));
-        let accepted = if external.is_empty() { tried & !rejected } else { 0 };
+        let accepted = if external.is_empty() && is_judged { tried & !rejected } else { 0 };
         for (at, opinion) in opinions.iter().enumerate() {
             if let Opinion::Unavailable(message) = opinion {
                 self.unavailable.entry(at).or_insert_with(|| message.clone());
@@ -133,10 +128,9 @@ impl Composition<'_> {
         state.own = Some((own_refusals, proof.reflection));
         state.is_settled = true;
         if distrusted {
-            // Nothing of the family follows from its units: all of it is proven, as far as it was not.
-            self.irregular.insert(template);
-            let is_of_it = |text: &&mut Text<'_>| self.explored[text.at.0].request.template == template;
-            for text in self.texts.iter_mut().filter(is_of_it).filter(|text| text.state.own.is_none()) {
+            // All texts are proven by themselves, as far as they were not.
+            self.is_irregular = true;
+            for text in self.texts.iter_mut().filter(|text| text.state.own.is_none()) {
                 text.state = State::default();
             }
         }

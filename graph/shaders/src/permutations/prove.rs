@@ -46,14 +46,15 @@ impl<'a> Subject<'a> {
 pub(crate) struct Task<'a> {
     pub(crate) source: Source,
     pub(crate) subject: Arc<Subject<'a>>,
-    /// Whether it is tried for all profiles of the check: of those that are not wanted, only acceptance is of interest.
-    pub(crate) is_for_all: bool,
+    /// Whether something is learned of its units. Then it is tried for all profiles of the check; a rejection by one that
+    /// is not wanted is not reported.
+    pub(crate) is_of_units: bool,
 }
 
 impl<'a> Task<'a> {
     /// The profiles that it is proven for, by their indices.
     pub(crate) fn profiles(&self) -> impl Iterator<Item = (usize, &'a TargetProfile)> {
-        let is_tried = |at: &usize| self.is_for_all || self.subject.wanted.contains(at);
+        let is_tried = |at: &usize| self.is_of_units || self.subject.wanted.contains(at);
         self.subject.profiles.iter().copied().enumerate().filter(move |(at, _)| is_tried(at))
     }
 }
@@ -72,6 +73,12 @@ pub(crate) struct Proof {
 }
 
 impl Proof {
+    /// Whether a profile that is wanted accepts the text.
+    pub(crate) fn is_accepted(&self, subject: &Subject<'_>) -> bool {
+        let is_rejected = |at: &usize| self.rejections.iter().any(|(_, profiles)| profiles.contains(at));
+        subject.wanted.iter().any(|at| !is_rejected(at))
+    }
+
     fn reject(&mut self, rejection: Rejection, profiles: impl IntoIterator<Item = usize>) {
         match self.rejections.iter_mut().find(|(known, _)| *known == rejection) {
             Some((_, all)) => {
@@ -137,7 +144,7 @@ fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Rejection>
                     rejected = true;
                     let text = &task.source.wgsl;
                     let rejection = blame(text, (&module, &info), subject.axes, (&sets, at), rejection);
-                    // Of functions that no entry point reaches, naga evaluates nothing.
+                    // Naga evaluates nothing in functions that no entry point reaches, so no unit is to blame.
                     let rejection = Rejection { scope: Scope::Text, ..rejection };
                     proof.reject(rejection, profiles.iter().copied());
                 }

@@ -124,7 +124,7 @@ pub(super) struct Units {
     texts: u32,
     /// The directives of the text at hand.
     directives: Id,
-    /// The view of each declaration in the last text that has it, and the unit that it was.
+    /// A memo for each declaration: what it saw last, and its unit.
     last: HashMap<Id, (Vec<Option<Id>>, Id)>,
     /// The units that earlier runs have proven.
     pub(super) kept: Option<Kept>,

@@ -436,6 +436,11 @@ fn requests_together_say_what_each_says_alone() {
             "{{% if a %}}@group({group}) @binding(9) var<storage, read> list: array<f32, {size}>;
              @fragment fn listed() -> @location(0) vec4<f32> {{ return vec4<f32>(list[1] + row()); }}{{% endif %}}"
         ));
+        // Browsers refuse this, and naga does not.
+        text.push_str(
+            "{% if b %}@fragment fn edged(@location(0) x: f32) -> @location(0) vec4<f32> {
+             if x > 0.5 { return vec4<f32>(dpdx(x)); } return vec4<f32>(x); }{% endif %}",
+        );
         let fixture = Fixture::sound(&[
             ("main.wgsl.jinja", &text),
             ("main.axes.json", AXES),
@@ -467,6 +472,9 @@ fn requests_together_say_what_each_says_alone() {
             let valid = few.iter().filter(|(_, valid, _)| *valid).count();
             mixed += usize::from(valid > 0 && valid < few.len());
         }
+        let is_invalid =
+            |report: &crate::permutations::TemplateReport| report.variants.iter().any(|each| !each.valid);
+        assert_eq!(together.diagnostics.has_errors(), together.templates.iter().any(is_invalid), "{text}");
         let verdicts =
             |at: usize| together.templates[at].variants.iter().map(|each| (&each.hash, each.valid));
         let other: BTreeMap<_, _> = verdicts(1).collect();
@@ -475,6 +483,46 @@ fn requests_together_say_what_each_says_alone() {
     }
     println!("{mixed} requests with valid and invalid texts, {shared} texts of another verdict elsewhere");
     assert!(mixed > 0 && shared > 0, "{mixed} {shared}");
+}
+
+#[test]
+fn an_error_for_one_profile_is_no_warning_because_of_another() {
+    let fixture = fault(
+        "fn edge(x: f32) -> f32 { if x > 0.5 { return dpdx(x); } return x; }
+         {% if a %}fn more() -> f32 { return 1.0; } fn further() -> f32 { return 2.0; }{% endif %}
+         @fragment fn main(@location(0) x: f32) -> @location(0) vec4<f32> {
+             return vec4<f32>(edge(x){% if a %} + more() + further(){% endif %});
+         }",
+    );
+    // The larger text is proven first, and for no browser.
+    let request = |a: bool, profile: &str| Request {
+        allowed: [("a".to_owned(), vec![umbragraph_text::diagnostic::AxisValue::Bool(a)])].into(),
+        ..Request::all("main.wgsl.jinja", &[TargetProfile::from_name(profile).unwrap()])
+    };
+    let check =
+        |requests: &[Request]| check(&fixture.set, requests, &Options::default()).diagnostics.has_errors();
+    let [native, browser] = [request(true, "vulkan"), request(false, "webgpu")];
+    assert!(!check(std::slice::from_ref(&native)));
+    assert!(check(&[native, browser]));
+}
+
+#[test]
+fn texts_with_names_in_a_circle_are_advised() {
+    let fixture = fault(
+        "struct Block { flag: u32 }
+         @group(0) @binding(0) var<uniform> block: Block;
+         fn area(radius: f32) -> f32 { return radius; }
+         fn radius() -> f32 { return area(1.0); }
+         @fragment fn main() -> @location(0) vec4<f32> {
+             if block.flag != 0u { return vec4<f32>(radius()); }
+             return vec4<f32>(0.0);
+         }",
+    );
+    let request = Request::all("main.wgsl.jinja", &[TargetProfile::webgpu()]);
+    compare(&fixture, &request);
+    let outcome = check(&fixture.set, &[request], &Options::default());
+    let codes: Vec<&str> = outcome.diagnostics.iter().map(|each| each.code.id).collect();
+    assert_eq!(codes, [crate::codes::UNIFORM_BRANCH.id]);
 }
 
 #[test]
