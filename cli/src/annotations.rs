@@ -78,6 +78,11 @@ pub(crate) fn summary(diagnostics: &Diagnostics, sources: &Sources, text: &str) 
 /// Adds a summary to the file that GitHub names; nothing where there is none.
 pub(crate) fn add_summary(summary: &str) {
     let Some(path) = std::env::var_os("GITHUB_STEP_SUMMARY").filter(|path| !path.is_empty()) else { return };
+    // A pipe that nobody reads would be waited for.
+    if std::fs::metadata(&path).is_ok_and(|found| !found.is_file()) {
+        complain("the summary of the step cannot be written: GITHUB_STEP_SUMMARY names no regular file\n");
+        return;
+    }
     let file = std::fs::OpenOptions::new().append(true).create(true).open(&path);
     if let Err(error) = file.and_then(|mut file| file.write_all(summary.as_bytes())) {
         complain(&format!("the summary of the step cannot be written: {error}\n"));

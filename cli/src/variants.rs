@@ -21,6 +21,8 @@ use crate::replace::{replace, unwritable};
 pub(crate) struct Outcome {
     /// The part of the whole that was proven; all without one.
     pub(crate) shard: Option<Shard>,
+    /// Whether options chose a part of what is reached, or more.
+    pub(crate) is_partial: bool,
     pub(crate) reached: Vec<ReachedConfigurations>,
     pub(crate) permutations: Permutations,
 }
@@ -51,6 +53,8 @@ struct Document<'a> {
     diagnostics: Vec<serde_json::Value>,
     /// The part of the whole that this is.
     shard: Option<Shard>,
+    /// Whether options chose a part of what is reached, or more.
+    partial: bool,
     pipelines: Vec<ReachedPipeline<'a>>,
     templates: &'a [TemplateReport],
     combinations: Count,
@@ -201,6 +205,7 @@ impl Outcome {
         let document = Document {
             diagnostics,
             shard: self.shard,
+            partial: self.is_partial,
             pipelines: self.reached.iter().map(pipeline).collect(),
             templates: &self.permutations.templates,
             combinations: self.combinations(),

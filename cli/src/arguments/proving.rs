@@ -73,3 +73,10 @@ pub(crate) struct PermutationsArguments {
     #[command(flatten)]
     pub(crate) cache: CacheArguments,
 }
+
+impl PermutationsArguments {
+    /// Whether what is proven is a part of what is reached, or more.
+    pub(crate) fn is_partial(&self) -> bool {
+        self.all || self.config || !self.settings.is_empty() || !self.profiles.is_empty()
+    }
+}

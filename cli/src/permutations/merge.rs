@@ -26,6 +26,7 @@ const MAX_BYTES: u64 = 1 << 30;
 struct Report {
     diagnostics: Vec<Value>,
     shard: Option<Shard>,
+    partial: bool,
     pipelines: Vec<ReachedPipeline>,
     templates: Vec<Template>,
     combinations: Number,
@@ -82,6 +83,7 @@ impl Default for Number {
 
 impl Report {
     fn add(&mut self, other: Self) {
+        self.partial |= other.partial;
         for diagnostic in other.diagnostics {
             match self.diagnostics.iter_mut().find(|known| is_alike(known, &diagnostic)) {
                 Some(known) => unite(&mut known["profiles"], &diagnostic["profiles"]),
@@ -131,10 +133,7 @@ impl Report {
                 exact: sum.is_some() && covered.exact && self.combinations.exact,
             };
         }
-        let texts = self
-            .templates
-            .iter()
-            .flat_map(|one| one.variants.iter().map(move |each| (&one.profiles, &each.hash)));
+        let texts = self.templates.iter().flat_map(|one| one.variants.iter().map(|each| &each.hash));
         self.texts = texts.collect::<BTreeSet<_>>().len();
     }
 }
@@ -160,6 +159,16 @@ pub(super) fn run(arguments: &PermutationsArguments, session: &mut Session) -> b
     for path in &arguments.pipelines {
         match read(path) {
             Ok(report) => {
+                if report.partial && (arguments.locked || arguments.update) {
+                    let name = path.display().to_string();
+                    let message = format!(
+                        "\"{name}\" is of a part of what is reached, or of more: a lock has exactly that"
+                    );
+                    let help = "make the report without --config, --set, --feature, --preset, --params, --profile and --all";
+                    session
+                        .diagnostics
+                        .push(Diagnostic::in_file(codes::SHARDS, name, "", message).help(help));
+                }
                 shards.push(report.shard);
                 joined.add(report);
             }

@@ -66,7 +66,8 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
             .filter(|_| arguments.update)
             .is_none_or(|lock| write_lock(arguments, &session, &lock));
     }
-    let mut outcome = Outcome { shard: arguments.shard, ..Outcome::default() };
+    let is_partial = arguments.is_partial();
+    let mut outcome = Outcome { shard: arguments.shard, is_partial, ..Outcome::default() };
     if let Some((requests, reached)) = requests(arguments, &mut session) {
         outcome.reached = reached;
         if arguments.axes {

@@ -122,6 +122,19 @@ fn reports_of_other_shards_are_not_joined() {
 }
 
 #[test]
+fn a_report_of_a_part_is_put_into_no_lock() {
+    let project = Project::new("shards-part").with_other();
+    for option in [&["--config"][..], &["--all"], &["--profile", "webgpu"]] {
+        let output = project.run(&[&BOTH[..], &["--no-cache", "--format", "json"], option].concat());
+        project.write("part.json", &text(&output.stdout));
+        let reports = ["part.json".to_owned()];
+        let output = project.merge(&reports, &["--update"]);
+        rejected(&output, 1, &["error[UG0822]", "\"part.json\" is of a part of what is reached"]);
+        assert!(!project.folder.join("permutations.lock").exists());
+    }
+}
+
+#[test]
 fn an_error_of_several_shards_is_said_once_at_its_place() {
     let project = Project::new("shards-error").with_other();
     project.edit("veil.wgsl.jinja", "0.0, 0.0, 0.0, 1.0", "oops, 0.0, 0.0, 1.0");
