@@ -117,7 +117,12 @@ const EFFECTS: [(&str, &str, &[&str]); 5] = [
     (
         "auto_exposure",
         "auto_exposure.",
-        &["auto_exposure.exposure", "auto_exposure.exposure@-1", "auto_exposure.histogram"],
+        &[
+            "auto_exposure.adapted",
+            "auto_exposure.adapted@-1",
+            "auto_exposure.exposure",
+            "auto_exposure.histogram",
+        ],
     ),
     (
         "environment",

@@ -22,6 +22,8 @@ const ELSEWHERE: &[(&str, &[&str])] = &[
     ("cli/tests/command/view.rs", &["UG0816"]),
     ("cli/tests/command/check/mod.rs", &["UG0220"]),
     ("cli/tests/command/permutations/configurations.rs", &["UG0553"]),
+    ("cli/tests/command/permutations/lock.rs", &["UG0818", "UG0819"]),
+    ("cli/tests/command/permutations/shards.rs", &["UG0822"]),
     ("cli/tests/command/permutations/mod.rs", &["UG0560", "UG0561", "UG0562"]),
     ("cli/tests/command/why.rs", &["UG0008"]),
     ("graph/shaders/src/tests/compiling.rs", &["UG0513"]),

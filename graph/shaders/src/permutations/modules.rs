@@ -128,9 +128,22 @@ impl Units {
         let reached = reached.filter_map(|(is_reached, unit)| unit.filter(|_| *is_reached)).collect();
         let reflection = match &self.all[module as usize].reflection {
             Some(known) => known.clone(),
-            None => self.reflection(&all, &variables, &overrides, declarations)?.into(),
+            None => {
+                let found = self.reflection(&all, &variables, &overrides, declarations)?;
+                self.one_of_equal(found)
+            }
         };
         Some(Interface { module, reached, reflection })
+    }
+
+    /// One allocation for all reflections that are equal: most interfaces differ in functions alone.
+    fn one_of_equal(&mut self, reflection: Reflection) -> Arc<Reflection> {
+        if let Some(known) = self.reflections.get(&reflection) {
+            return known.clone();
+        }
+        let new = Arc::new(reflection);
+        self.reflections.insert(new.clone());
+        new
     }
 
     /// Follows the calls of an entry point.

@@ -8,7 +8,7 @@
 //!
 //! A summary is known once some text with the function has been proven. Until then its callers are open.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
 use super::components::components;
@@ -124,6 +124,8 @@ pub(super) struct Units {
     texts: u32,
     /// The directives of the text at hand.
     directives: Id,
+    /// Every reflection of an interface once.
+    pub(super) reflections: HashSet<Arc<Reflection>>,
     /// A memo for each declaration: what it saw last, and its unit.
     last: HashMap<Id, (Vec<Option<Id>>, Id)>,
     /// The units that earlier runs have proven.
