@@ -29,10 +29,13 @@ pub fn replace(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Diagnostic
     if path.metadata().is_ok_and(|known| !known.is_file()) {
         return std::fs::write(path, contents).map_err(failed);
     }
-    let (unfinished, mut file) = Unfinished::create(path)?;
-    file.write_all(contents.as_ref()).map_err(failed)?;
-    drop(file);
+    let (unfinished, file) = Unfinished::create(path)?;
+    write_and_close(file, contents.as_ref()).map_err(failed)?;
     unfinished.finish()
+}
+
+fn write_and_close(mut file: File, contents: &[u8]) -> std::io::Result<()> {
+    file.write_all(contents)
 }
 
 /// Writes a text over a known one. Its byte order mark stays.
