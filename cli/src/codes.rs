@@ -36,7 +36,7 @@ umbragraph::low_level::codes! {
     /// A lock that cannot be read.
     LOCK_INVALID = "UG0819", "unreadable lock",
         "`permutations.lock` is written by `umbragraph permutations PIPELINE... --update`. A merge conflict in it, and a lock of another version, are solved by the same command, given all pipelines that the lock names.";
-    /// Reports that are not those of all shards.
+    /// Reports that cannot be joined.
     SHARDS = "UG0822", "reports of shards",
         "`umbragraph permutations --merge REPORT.json...` joins the reports that `umbragraph permutations PIPELINE... --shard K/N --format json` prints, one for each K from 1 to N, of the same pipelines.";
 }

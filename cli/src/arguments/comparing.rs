@@ -12,7 +12,7 @@ use super::{Choices, one_of, parse_size};
 pub(crate) struct GraphArguments {
     /// The pipeline.
     pub(crate) pipeline: PathBuf,
-    /// The form: svg, html, dot, mermaid or json; without it that of the extension of --out, else svg.
+    /// The format: svg, html, dot, mermaid or json. By default the one that the extension of --out names, else svg.
     #[arg(long, value_name = "NAME", value_parser = one_of("forms", GraphFormat::ALL, GraphFormat::name))]
     pub(crate) format: Option<GraphFormat>,
     /// The file to write; without it the output goes to standard output.

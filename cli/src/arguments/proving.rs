@@ -46,7 +46,7 @@ pub(crate) struct PermutationsArguments {
     /// Proves each distinct text by itself, not only a few that together hold every declaration.
     #[arg(long)]
     pub(crate) exhaustive: bool,
-    /// A line for each pass as well, one for what was proven now, and notes about values that nobody has chosen.
+    /// A line for each pass as well, one for what was proven now, and notes.
     #[arg(long)]
     pub(crate) verbose: bool,
     /// The third of eight parts of the work, for several machines. The parts are the same on each, of about equal cost, and

@@ -9,7 +9,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use umbragraph::diagnostic::{Code, Diagnostic, Place, Severity, counted};
-use umbragraph::low_level::compose::read_bytes;
+use umbragraph::low_level::compose::{read_bytes, unreadable};
 use umbragraph::low_level::shader::{AxisValue, AxisValues};
 
 use super::{Shard, write_lock};
@@ -172,12 +172,7 @@ pub(super) fn run(arguments: &PermutationsArguments, session: &mut Session) -> b
                 shards.push(report.shard);
                 joined.add(report);
             }
-            Err(reason) => {
-                let name = path.display().to_string();
-                let message = format!("\"{name}\" is no report: {reason}");
-                let help = "print one with `umbragraph permutations PIPELINE... --shard 1/2 --format json`";
-                session.diagnostics.push(Diagnostic::in_file(codes::SHARDS, name, "", message).help(help));
-            }
+            Err(diagnostic) => session.diagnostics.push(diagnostic),
         }
     }
     if session.diagnostics.has_errors() {
@@ -200,13 +195,13 @@ pub(super) fn run(arguments: &PermutationsArguments, session: &mut Session) -> b
         lock.pipelines.insert(file.name_of(Path::new(&one.pipeline)), one.reached.clone());
     }
     let is_whole = !session.diagnostics.has_errors();
+    session.quiet(arguments.verbose || arguments.format.is_data());
     if arguments.locked && is_whole {
         let before = session.diagnostics.len();
         hold(session, &file, &lock, &PassPlaces::new());
         let new: Vec<Value> = session.diagnostics.iter().skip(before).map(|one| session.json(one)).collect();
         joined.diagnostics.extend(new);
     }
-    session.quiet(arguments.verbose || arguments.format.is_data());
     let line = |one: &ReachedPipeline| {
         let texts: BTreeSet<(String, usize)> =
             one.reached.sections().into_iter().map(|one| (one.texts.hash, one.texts.texts)).collect();
@@ -227,25 +222,30 @@ pub(super) fn run(arguments: &PermutationsArguments, session: &mut Session) -> b
     is_fine && (!arguments.update || is_whole && write_lock(arguments, session, &lock))
 }
 
-fn read(path: &Path) -> Result<Report, String> {
-    let bytes = read_bytes(path, MAX_BYTES).map_err(|error| error.to_string())?.ok_or("it is too large")?;
-    serde_json::from_slice(&bytes).map_err(|error| error.to_string())
+fn read(path: &Path) -> Result<Report, Diagnostic> {
+    let name = path.display().to_string();
+    let invalid = |reason: &dyn std::fmt::Display| {
+        let message = format!("\"{name}\" is not a report: {reason}");
+        let help = "print one with `umbragraph permutations PIPELINE... --shard 1/2 --format json`";
+        Diagnostic::in_file(codes::SHARDS, &*name, "", message).help(help)
+    };
+    let bytes = read_bytes(path, MAX_BYTES).map_err(|error| unreadable(&name, &error))?;
+    let bytes = bytes.ok_or_else(|| invalid(&"it is too large"))?;
+    serde_json::from_slice(&bytes).map_err(|error| invalid(&error))
 }
+
+const MIXED: &str = "a report of a whole run cannot be joined with reports of shards";
 
 /// Whether these are all shards of one split, or reports of whole runs.
 fn are_whole(shards: &[Option<Shard>]) -> Result<(), String> {
     let Some(Some(Shard { of, .. })) = shards.first() else {
         let is_mixed = shards.iter().any(Option::is_some);
-        return if is_mixed {
-            Err("a report of a whole run stands among those of shards".to_owned())
-        } else {
-            Ok(())
-        };
+        return if is_mixed { Err(MIXED.to_owned()) } else { Ok(()) };
     };
     let mut missing: BTreeSet<u32> = (1..=*of).collect();
     for shard in shards {
         match shard {
-            None => return Err("a report of a whole run stands among those of shards".to_owned()),
+            None => return Err(MIXED.to_owned()),
             Some(shard) if shard.of != *of => {
                 return Err(format!("shards of {of} and of {} do not belong together", shard.of));
             }

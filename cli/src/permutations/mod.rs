@@ -86,6 +86,7 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     }
     // Where something is wrong, it is not known what is reached.
     let is_whole = !session.diagnostics.has_errors();
+    session.quiet(arguments.verbose || arguments.format.is_data());
     let asked = (arguments.locked || arguments.update) && is_whole;
     let lock = asked.then(|| {
         let (lock, places) = outcome.lock(&file);
@@ -96,7 +97,6 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     });
     let text = outcome.human(in_full);
     let proven = end(outcome.permutations.proven, outcome.permutations.texts);
-    session.quiet(arguments.verbose || arguments.format.is_data());
     // Which pipeline an error of a template belongs to is not known.
     let fine = outcome.reached.iter().map(|one| one.pipeline.clone());
     let fine: Vec<String> = fine.filter(|_| !session.diagnostics.has_errors()).collect();

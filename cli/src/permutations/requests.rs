@@ -180,7 +180,7 @@ fn costs(arguments: &PermutationsArguments, session: &mut Session, asked: &[Targ
     costs
 }
 
-/// The name of a pass in the document; that of its loop or its use of a subgraph where these make it.
+/// The place of a pass in the document. A loop or a subgraph makes passes: theirs is the place of the loop or the use.
 fn place_of(document: &Document, pass: &str) -> Option<Span> {
     let entries = document.root.entries_of("passes").iter();
     let is_of =

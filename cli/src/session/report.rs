@@ -16,16 +16,12 @@ impl Session {
         self.diagnostics.merge();
     }
 
-    /// Drops notes about values that nobody has chosen, unless all is wanted or something is wrong: whoever chooses them
-    /// is told so.
+    /// Drops notes, unless all is wanted or something is wrong: a survey notes values that nobody has chosen, and whoever
+    /// chooses them is told so.
     pub(crate) fn quiet(&mut self, all: bool) {
-        let is_about_values = |one: &Diagnostic| {
-            let mut related = one.related.iter();
-            one.severity == Severity::Note && related.any(|related| related.message.starts_with("with "))
-        };
         if !all && !self.diagnostics.has_errors() {
             let diagnostics = std::mem::take(&mut self.diagnostics).into_iter();
-            self.diagnostics = diagnostics.filter(|one| !is_about_values(one)).collect();
+            self.diagnostics = diagnostics.filter(|one| one.severity != Severity::Note).collect();
         }
     }
 

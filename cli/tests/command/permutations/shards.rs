@@ -110,14 +110,15 @@ fn reports_of_other_shards_are_not_joined() {
         ([&two[..], &three[1..]].concat(), "shards of 2 and of 3 do not belong together"),
         (
             names(&["1-2.json", "2-2.json", "whole.json"]),
-            "a report of a whole run stands among those of shards",
+            "a report of a whole run cannot be joined with reports of shards",
         ),
-        (names(&["small.json"]), "is no report"),
-        (names(&["none.json"]), "is no report"),
+        (names(&["small.json"]), "is not a report"),
     ] {
         let output = project.merge(&reports, &[]);
         rejected(&output, 1, &["error[UG0822]", says]);
     }
+    let output = project.merge(&names(&["none.json"]), &[]);
+    rejected(&output, 1, &["error[UG0001]", "the file \"none.json\" cannot be read: it does not exist"]);
     assert_eq!(project.merge(&names(&["whole.json"]), &["--format", "json"]).status.code(), Some(0));
 }
 

@@ -237,7 +237,8 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
         }
         failures.extend(found);
         causes.add(&ground, failures);
-        let verdicts = each.tasks.iter().map(|text| composition.verdict(each, *text));
+        let wanted = composition.wanted(each);
+        let verdicts = each.tasks.iter().map(|text| composition.verdict(wanted, *text));
         let verdicts = verdicts.map(|verdict| shared(verdict, &mut reflections)).collect();
         reports.push(summary::report_on(templates, each, &composition.declarations, verdicts));
     }

@@ -29,7 +29,7 @@ use crate::written::rejection::Excess;
 /// Profiles as bits.
 pub(super) type Profiles = u64;
 
-/// The bit of a profile. Those beyond the 64th share the last; nothing is proven by units then.
+/// The bit of a profile. Those beyond the 64th share its bit; with them nothing is proven by units.
 pub(super) fn bit(profile: usize) -> Profiles {
     1 << profile.min(Profiles::BITS as usize - 1)
 }

@@ -20,7 +20,7 @@ type Advised = HashMap<Vec<u32>, Vec<(u32, usize)>>;
 
 impl<'a> Composition<'a> {
     /// The bits of the profiles of a request.
-    fn wanted(&self, each: &Explored<'a>) -> Profiles {
+    pub(super) fn wanted(&self, each: &Explored<'a>) -> Profiles {
         each.request.profiles.iter().fold(0, |all, own| all | self.bit_of(own))
     }
 
@@ -28,13 +28,12 @@ impl<'a> Composition<'a> {
         self.profiles.iter().position(|profile| *profile == own).map_or(0, bit)
     }
 
-    /// The verdict of a text for a request.
-    pub(super) fn verdict(&self, each: &Explored<'a>, text: usize) -> Verdict {
+    /// The verdict of a text for the profiles of a request.
+    pub(super) fn verdict(&self, wanted: Profiles, text: usize) -> Verdict {
         let Some(Text { state, .. }) = self.texts.get(text) else {
             return Verdict::default();
         };
         let units = &self.units.all;
-        let wanted = self.wanted(each);
         let own = state.own.iter().flat_map(|(refusals, _)| refusals);
         let refused = own.filter(|one| one.is_fatal).fold(0, |all, one| all | one.profiles);
         let refused = state.units.iter().fold(refused, |all, unit| all | units[*unit as usize].refused());
