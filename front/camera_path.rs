@@ -43,7 +43,7 @@ pub enum CameraArgument {
 
 /// Things that a camera which moves by itself must not run into.
 pub trait Obstacles {
-    /// A place straight above another, or itself, which nothing lies above.
+    /// The nearest place at or straight above `place` with nothing above it.
     fn lifted(&self, place: DVec3) -> DVec3;
     /// The distance that a camera may go from a place along a direction, of `distance` metres.
     fn free(&self, from: DVec3, direction: DVec3, distance: f64) -> f64;

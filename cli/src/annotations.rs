@@ -77,6 +77,10 @@ pub(crate) fn summary(diagnostics: &Diagnostics, sources: &Sources, text: &str) 
 
 /// Adds a summary to the file that GitHub names; nothing where there is none.
 pub(crate) fn add_summary(summary: &str) {
+    // Of a run without annotations there is none.
+    if summary.is_empty() {
+        return;
+    }
     let Some(path) = std::env::var_os("GITHUB_STEP_SUMMARY").filter(|path| !path.is_empty()) else { return };
     // A pipe that nobody reads would be waited for.
     if std::fs::metadata(&path).is_ok_and(|found| !found.is_file()) {

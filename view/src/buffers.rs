@@ -7,6 +7,7 @@ use eframe::egui::{self, Color32, RichText};
 use half::f16;
 use serde_json::{Value, json};
 use umbragraph::Plan;
+use umbragraph::low_level::pipeline;
 use umbragraph::low_level::shader::{Scalar, ScalarKind, TypeLayout};
 use umbragraph::work::SlotSource;
 
@@ -34,7 +35,7 @@ pub(crate) struct Field {
 /// The bytes of a resource; `None` if it is no buffer.
 pub(crate) fn size_of(plan: &Plan, name: &str) -> Option<u64> {
     let resource = plan.resources.get(name)?;
-    let is_buffer = plan.pipeline.resource(resource.handle).kind_name() == "a buffer";
+    let is_buffer = matches!(plan.pipeline.resource(resource.handle).kind, pipeline::ResourceKind::Buffer(_));
     is_buffer.then_some(resource.bytes)
 }
 
@@ -145,7 +146,7 @@ pub(crate) fn show(ui: &mut egui::Ui, fields: &[Field], has_more: bool, places: 
         ui.label(RichText::new(format!("The first {MAX_FIELDS} fields.")).weak());
     }
     if fields.is_empty() {
-        ui.label(RichText::new("No field differs.").weak());
+        ui.label(RichText::new("No fields.").weak());
     }
     let name_color = Color32::from_rgb(150, 160, 190);
     egui::ScrollArea::vertical().auto_shrink(false).show_rows(ui, height, fields.len(), |ui, rows| {

@@ -41,7 +41,7 @@ struct Look {
     layer: Option<u32>,
     /// Whether the stencil is shown instead of the depth.
     is_stencil: bool,
-    /// The way in which a buffer is read, of those of its shaders.
+    /// The index of the layout that a buffer is read with, among those of its shaders.
     layout: usize,
     /// The numbers that are black and white; `None` follows the contents.
     range: Option<[f32; 2]>,

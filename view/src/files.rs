@@ -3,18 +3,17 @@
 
 use std::path::{Path, PathBuf};
 
-use umbragraph::low_level::compose::read_bytes;
-use umbragraph::low_level::source::MAX_FILE_BYTES;
+use umbragraph::low_level::compose::read_source;
+use umbragraph::low_level::source::Sources;
 
-/// The text of a regular file: a pipe may never end.
+/// The text of a regular file, without its byte order mark.
 ///
 /// # Errors
 /// A file that cannot be read, is too large or is no UTF-8, in words.
 pub(crate) fn read(path: &Path) -> Result<String, String> {
-    let failed = |reason: &str| format!("the file \"{}\" cannot be read: {reason}", path.display());
-    let bytes = read_bytes(path, MAX_FILE_BYTES as u64).map_err(|error| failed(&error.to_string()))?;
-    let bytes = bytes.ok_or_else(|| failed("it is larger than 64 MiB"))?;
-    String::from_utf8(bytes).map_err(|_| failed("it is no UTF-8"))
+    let mut sources = Sources::new();
+    let file = read_source(path, &mut sources).map_err(|found| found.message)?;
+    Ok(sources.get(file).map(|file| file.text().to_string()).unwrap_or_default())
 }
 
 /// The first name of a row, `base-001.end` and so on, that no file has.

@@ -6,7 +6,7 @@
 use umbragraph::diagnostic::{Diagnostic, Place, codes};
 use umbragraph::wgpu;
 
-/// Does some work, of which `what` is the name in the diagnostic.
+/// Runs `work` inside error scopes; `what` names it in the diagnostic.
 ///
 /// # Errors
 /// The first error of the device meanwhile.

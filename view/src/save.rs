@@ -40,12 +40,11 @@ pub(crate) fn into_document(
         return Err("the pipeline comes with the module: save a parameter file instead".to_owned());
     }
     let text = files::read(path)?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    let saved = with_defaults(text, &all(values, composed, plan))?;
+    let saved = with_defaults(&text, &all(values, composed, plan))?;
     if saved == text {
         return Ok("nothing to save: the defaults are these values".to_owned());
     }
-    replace_if(path, text, &saved).map_err(|found| found.message)?;
+    replace_if(path, &text, &saved).map_err(|found| found.message)?;
     Ok(format!("saved into {}", path.display()))
 }
 

@@ -66,8 +66,18 @@ impl Targets {
                 let texture = &self.list[at].1;
                 let wanted =
                     if is_picture { Some(size) } else { resource.size.map(|one| [one.width, one.height]) };
+                let usages = resource.usages.unwrap_or(wgpu::TextureUsages::empty()) | MORE;
                 wanted.is_none_or(|wanted| [texture.width(), texture.height()] == wanted)
                     && Some(texture.format()) == resource.format
+                    && texture.usage().contains(usages)
+                    && resource.size.is_none_or(|size| {
+                        let own = [
+                            texture.depth_or_array_layers(),
+                            texture.mip_level_count(),
+                            texture.sample_count(),
+                        ];
+                        own == [size.layers, size.mips, size.samples]
+                    })
             });
             if fits {
                 continue;

@@ -60,11 +60,12 @@ pub(crate) fn run(only: Option<&str>) -> Result<bool, String> {
 
 /// Runs the viewer's window under random edits and random input.
 pub(crate) fn soak_viewer(seed: u64, edits: u32, seconds: u64) -> Result<(), String> {
-    let Some(viewer) = ALL.iter().find(|integration| integration.name == "view") else { return Ok(()) };
+    let viewer = ALL.iter().find(|integration| integration.name == "view");
+    let viewer = viewer.ok_or("there is no integration \"view\"")?;
     let mut command = test(viewer, &process::workspace_root().join(viewer.folder));
     command.args(["random", "--nocapture"]);
-    command.env("UMBRAGRAPH_SEED", seed.to_string());
     command
+        .env("UMBRAGRAPH_SEED", seed.to_string())
         .env("UMBRAGRAPH_VIEW_EDITS", edits.to_string())
         .env("UMBRAGRAPH_VIEW_SECONDS", seconds.to_string());
     process::run(&mut command, "cargo")

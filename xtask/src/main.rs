@@ -78,6 +78,7 @@ environment:
   UMBRAGRAPH_REQUIRE_BROWSER=1
                              `web --test` fails where no browser is installed
   UMBRAGRAPH_VIEW_SECONDS=N  the time of random input in the viewer's test, in place of 60
+  UMBRAGRAPH_VIEW_PATIENCE=N the seconds that the viewer's test waits for an answer, in place of 90
   UMBRAGRAPH_VIEW_EDITS=N    the number of random edits in the viewer's test, in place of 20
   UMBRAGRAPH_COMMAND=FILE    the command that the viewer's test compares with, in place of building it
   UMBRAGRAPH_SEED=N          another seed for tests of random cases, and

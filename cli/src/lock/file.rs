@@ -134,7 +134,7 @@ pub(crate) fn hold(session: &mut Session, file: &LockFile<'_>, reached: &Lock, p
         let whole_file = || Place::File { path: pipeline.clone(), locator: String::new() };
         let place = of_pass.or(line).map_or_else(whole_file, Place::Span);
         let mut difference = Diagnostic::error(codes::LOCK_DIFFERS, place, message)
-            .help(format!("if it is meant, run the same with --update and commit \"{}\"", file.name()));
+            .help(format!("if it is meant, replace --locked by --update, and commit \"{}\"", file.name()));
         if let (Some(_), Some(line)) = (of_pass, line) {
             difference = difference.related(line, "the lock has other figures");
         }

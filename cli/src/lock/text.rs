@@ -141,7 +141,7 @@ impl Parsed {
             reader.line(line, range.clone()).map_err(|message| invalid(range, message))?;
         }
         if !reader.has_version {
-            return Err(invalid(0..0, "no line says \"version 1\"".to_owned()));
+            return Err(invalid(0..0, format!("no line says \"version {VERSION}\"")));
         }
         reader.end().map_err(|message| invalid(at..at, message))?;
         Ok(reader.parsed)

@@ -12,7 +12,7 @@ use umbragraph::diagnostic::{Code, Diagnostic, Place, Severity, counted};
 use umbragraph::low_level::compose::{read_bytes, unreadable};
 use umbragraph::low_level::shader::{AxisValue, AxisValues};
 
-use super::{Shard, write_lock};
+use super::{Shard, write_if_whole};
 use crate::arguments::PermutationsArguments;
 use crate::codes;
 use crate::lock::{Lock, LockFile, PassPlaces, Pipeline, Section, hold};
@@ -219,7 +219,8 @@ pub(super) fn run(arguments: &PermutationsArguments, session: &mut Session) -> b
         |_| serde_json::to_string_pretty(&joined).unwrap_or_default(),
         &fine,
     );
-    is_fine && (!arguments.update || is_whole && write_lock(arguments, session, &lock))
+    let is_written = write_if_whole(arguments, session, Some(&lock).filter(|_| is_whole));
+    is_fine && is_written
 }
 
 fn read(path: &Path) -> Result<Report, Diagnostic> {

@@ -106,18 +106,23 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
         |diagnostics| outcome.json(diagnostics),
         &fine,
     );
-    let is_written = match lock.as_ref().filter(|_| arguments.update) {
-        Some(lock) => write_lock(arguments, &session, lock),
-        None if arguments.update => {
-            complain(&format!("{} is left as it is, because of errors\n", arguments.lock.display()));
-            false
-        }
-        None => true,
-    };
+    let is_written = write_if_whole(arguments, &session, lock.as_ref());
     if let Some((cache, name)) = cached.filter(|_| is_fine) {
         cache.keep(&name, &Said { lock, ..session.said(arguments.format, text) });
     }
     is_fine && is_written
+}
+
+/// Writes the lock where that is asked; whether nothing keeps it from that. Without a lock it is not known what is reached.
+fn write_if_whole(arguments: &PermutationsArguments, session: &Session, lock: Option<&Lock>) -> bool {
+    match lock {
+        _ if !arguments.update => true,
+        Some(lock) => write_lock(arguments, session, lock),
+        None => {
+            complain(&format!("{} is left as it is, because of errors\n", arguments.lock.display()));
+            false
+        }
+    }
 }
 
 /// Writes the lock, and says what differs from before; whether it could be written.

@@ -116,8 +116,7 @@ impl Shard {
     }
 }
 
-/// The cost of loading configurations and proving what they reach, in no unit. Of six pipelines with costs from 0.5 s to
-/// 300 s it is right within a factor of three.
+/// A rough estimate, without a unit, of the cost of loading configurations and proving what they reach.
 pub(crate) fn cost(configurations: usize, passes: usize) -> u128 {
     let states = (configurations.max(1) * passes.max(1)) as u128;
     states * states.isqrt()

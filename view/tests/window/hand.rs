@@ -13,7 +13,7 @@ use crate::x11::Display;
 pub(crate) const SIZE: [u16; 2] = [1400, 860];
 
 /// The longest time until an effect: the program and its dependencies are not optimised much, the driver is software.
-fn patience() -> Duration {
+pub(crate) fn patience() -> Duration {
     Duration::from_secs(crate::random::variable("UMBRAGRAPH_VIEW_PATIENCE", 90))
 }
 

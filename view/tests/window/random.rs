@@ -83,9 +83,9 @@ fn random_input_neither_ends_nor_bloats_the_window() {
     hand.display.press(&[CONTROL], u32::from('0'));
     sleep(Duration::from_secs(2));
     hand.leave_text();
-    while hand.state()["playing"] == true {
+    if hand.state()["playing"] == true {
         hand.display.press(&[], u32::from(' '));
-        sleep(Duration::from_secs(2));
+        hand.wait("pause", |state| state["playing"] == false);
     }
     hand.settle();
     let said = hand.said();

@@ -17,9 +17,6 @@ use x11rb::protocol::xproto::{
 use x11rb::rust_connection::RustConnection;
 use x11rb::wrapper::ConnectionExt as _;
 
-/// The longest time until the window answers.
-const PATIENCE: Duration = Duration::from_secs(60);
-
 struct Source {
     connection: RustConnection,
     root: Window,
@@ -130,7 +127,7 @@ impl Source {
             if let Some(event) = self.connection.poll_for_event().unwrap() {
                 return event;
             }
-            assert!(begin.elapsed() < PATIENCE, "the window {fault}");
+            assert!(begin.elapsed() < crate::hand::patience(), "the window {fault}");
             std::thread::sleep(Duration::from_millis(10));
         }
     }

@@ -65,7 +65,7 @@ pub struct ReachedProgram {
 /// A node kind or an expression can reject values that are each within their range: four levels with three distances.
 /// If only features are switched, that is an error, since features can say what they require and exclude. If a
 /// parameter is involved, it is a note: whoever chooses such values gets an error then, and no shader is reached. These
-/// configurations are counted apart. So is a warning of the pipeline's own about such values a note.
+/// configurations are counted apart. A constraint of the pipeline that warns about such values becomes a note, too.
 ///
 /// The diagnostics of `judge` on a plan are added: those of a dry run, for one. It judges each configuration that has a
 /// pass with other work, or other shaders, than all before.
@@ -114,7 +114,7 @@ pub fn reach(
             survey.present.append(&mut present);
             for mut diagnostic in new {
                 if known.insert(diagnostic.key()) {
-                    // The pipeline's own warning about values is one for whoever chooses them.
+                    // Such values are not the default: the warning concerns only whoever chooses them.
                     if diagnostic.code.id == codes::CONSTRAINT.id
                         && at > 0
                         && !overrides.parameters.is_empty()
