@@ -118,7 +118,10 @@ fn a_green_step_has_a_summary_with_and_without_a_cache() {
         let both = std::fs::read_to_string(folder.join("summary.md")).unwrap();
         assert_eq!(both, first.repeat(2), "a step adds to what is there");
         std::fs::remove_file(folder.join("summary.md")).unwrap();
-        assert!(run(&folder, &github[..4]).status.success());
+        // The second is known.
+        for _ in 0..2 {
+            assert!(run(&folder, &github[..4]).status.success());
+        }
         assert!(!folder.join("summary.md").exists(), "only with annotations");
     }
 }

@@ -148,4 +148,6 @@ fn an_error_of_several_shards_is_said_once_at_its_place() {
     assert_eq!(output.status.code(), Some(1));
     assert!(!project.folder.join("permutations.lock").exists());
     assert!(text(&project.merge(&reports, &["--format", "github"]).stdout).contains("line=5"));
+    let output = project.merge(&reports, &["--update"]);
+    rejected(&output, 1, &["permutations.lock is left as it is, because of errors"]);
 }
