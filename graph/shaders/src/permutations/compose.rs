@@ -34,6 +34,7 @@ use super::kept::{Keep, Kept};
 use super::overrides;
 use super::prove::{self, Subject, Task};
 use super::proven::Explored;
+use super::report::Costs;
 use super::units::{Overrides, Profiles, Refusal, Units, bit};
 use crate::axes::Axes;
 use crate::codes;
@@ -63,7 +64,15 @@ pub(super) struct State {
     /// Whether nothing more has to be proven for it.
     pub(super) is_settled: bool,
     /// Findings in it and in no unit of it, where it was proven.
-    pub(super) own: Option<(Vec<Refusal>, Option<Arc<Reflection>>)>,
+    pub(super) own: Option<Own>,
+}
+
+/// The findings of the proof of a text.
+#[derive(Default)]
+pub(super) struct Own {
+    pub(super) refusals: Vec<Refusal>,
+    pub(super) reflection: Option<Arc<Reflection>>,
+    pub(super) costs: Costs,
 }
 
 /// All texts, and what is proven of them.
@@ -250,6 +259,6 @@ impl<'a> Composition<'a> {
             overrides: AxisValues::new(),
             is_fatal: true,
         };
-        text.state.own = Some((vec![refusal], None));
+        text.state.own = Some(Own { refusals: vec![refusal], ..Own::default() });
     }
 }

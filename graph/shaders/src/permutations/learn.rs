@@ -1,7 +1,8 @@
 //! The lesson of a proof: about its text, and about the units that this is made of.
 
 use super::Options;
-use super::compose::{Composition, State, wanted_bits};
+use super::compose::{Composition, Own, State, wanted_bits};
+use super::costs;
 use super::failure::{self, place_rejection};
 use super::prove::{Proof, Task};
 use super::units::{Refusal, bit};
@@ -125,7 +126,9 @@ impl Composition<'_> {
             }
             (state.units, state.open, state.module) = (resolved.units, resolved.open, resolved.module);
         }
-        state.own = Some((own_refusals, proof.reflection));
+        let entries = proof.reflection.iter().flat_map(|each| each.entry_points.iter().map(|entry| &entry.name));
+        let costs = summaries.map(|all| costs::of_summaries(&all, entries)).unwrap_or_default();
+        state.own = Some(Own { refusals: own_refusals, reflection: proof.reflection.clone(), costs });
         state.is_settled = true;
         if distrusted {
             // All texts are proven by themselves, as far as they were not.

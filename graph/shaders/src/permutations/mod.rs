@@ -19,6 +19,7 @@ mod choose;
 mod components;
 mod compose;
 mod content;
+mod costs;
 mod cover;
 mod dead;
 mod declared;
@@ -42,8 +43,9 @@ pub use crate::axes::Space;
 pub use cache::ShaderCache;
 pub use dead::dead;
 pub use declared::declares;
+pub use crate::rules::cost::{Cost, Operations, WEIGHTS};
 pub use kept::Keep;
-pub use report::{Permutations, TemplateReport, ValueBytes, VariantReport};
+pub use report::{Costs, Permutations, TemplateReport, ValueBytes, VariantReport};
 pub use request::Request;
 use request::space_of;
 pub use umbragraph_text::diagnostic::Count;
@@ -204,7 +206,7 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
     }
     diagnostics.extend(rejected);
     let failures = composition.failures();
-    let mut reflections = HashSet::new();
+    let (mut reflections, mut costs) = (HashSet::new(), HashSet::new());
 
     let mut causes = Causes::default();
     let mut reports = Vec::new();
@@ -238,8 +240,12 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
         failures.extend(found);
         causes.add(&ground, failures);
         let wanted = composition.wanted(each);
-        let verdicts = each.tasks.iter().map(|text| composition.verdict(wanted, *text));
-        let verdicts = verdicts.map(|verdict| shared(verdict, &mut reflections)).collect();
+        let verdict = |text: &usize| {
+            let verdict = shared(composition.verdict(wanted, *text), &mut reflections);
+            let costs = verdict.reflection.as_ref().map(|_| composition.costs(*text, &mut costs));
+            Verdict { costs: costs.unwrap_or_default(), ..verdict }
+        };
+        let verdicts = each.tasks.iter().map(verdict).collect();
         reports.push(summary::report_on(templates, each, &composition.declarations, verdicts));
     }
     diagnostics.extend(agree::disagreements(templates, &composition.explored, &reports));

@@ -18,8 +18,9 @@ use super::interned::{Declarations, Id};
 use super::prove::Subject;
 use super::units::{Key, Profiles, Resolved, Units, bit};
 use crate::reflection::{Binding, EntryPoint, Reflection};
+use crate::rules::cost::Spent;
 use crate::rules::limits;
-use crate::rules::uses::Uses;
+use crate::rules::summary::Summary;
 use crate::written::declarations::Kind;
 
 /// The origin of a texture or sampler: the name of a variable, or the number of an argument above this.
@@ -33,10 +34,12 @@ pub(super) struct Used {
     globals: Vec<Id>,
     sampled: Vec<(Root, Root)>,
     calls: Vec<(Id, Vec<Root>)>,
+    spent: Spent<Id>,
 }
 
 impl Used {
-    pub(super) fn new(uses: &Uses, declarations: &Declarations) -> Self {
+    pub(super) fn new(summary: &Summary, declarations: &Declarations) -> Self {
+        let Summary { uses, cost, .. } = summary;
         let root = |root: &String| match root.parse::<u32>() {
             Ok(argument) => ARGUMENT | argument,
             Err(_) => declarations.named(root).unwrap_or(UNKNOWN),
@@ -48,7 +51,13 @@ impl Used {
             globals: uses.globals.iter().filter_map(|name| declarations.named(name)).collect(),
             sampled: uses.sampled.iter().map(|(image, sampler)| (root(image), root(sampler))).collect(),
             calls: calls.collect(),
+            spent: cost.by(|name| declarations.named(name)),
         }
+    }
+
+    /// What it costs by itself.
+    pub(super) fn spent(&self) -> &Spent<Id> {
+        &self.spent
     }
 }
 

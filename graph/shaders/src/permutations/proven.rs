@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::explore::Exploration;
+use super::report::Costs;
 use super::request::Request;
 use crate::axes::Space;
 use crate::reflection::Reflection;
@@ -25,4 +26,5 @@ pub(super) struct Verdict {
     pub(super) is_valid: bool,
     /// The reflection, if at least one profile accepts it.
     pub(super) reflection: Option<Arc<Reflection>>,
+    pub(super) costs: Arc<Costs>,
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::reflection::{Binding, Reflection};
 use crate::rendering::render;
+use crate::rules::cost::Cost;
 use crate::rendering::templates::TemplateSet;
 use umbragraph_text::diagnostic::{AxisValue, AxisValues, Count, Diagnostics};
 
@@ -59,6 +60,9 @@ pub struct TemplateReport {
     pub interface: Vec<Binding>,
 }
 
+/// The costs of the entry points of a text by name.
+pub type Costs = BTreeMap<String, Cost>;
+
 /// One distinct text.
 #[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
@@ -76,6 +80,9 @@ pub struct VariantReport {
     pub hash: String,
     /// Whether every profile accepts it.
     pub valid: bool,
+    /// The cost of each entry point; none for a text that no profile accepts.
+    #[serde(serialize_with = "shared")]
+    pub costs: Arc<Costs>,
     /// The reflection of the module; `None` for a text that no profile accepts.
     #[serde(skip)]
     pub reflection: Option<Arc<Reflection>>,
@@ -92,11 +99,18 @@ pub struct ValueBytes {
     pub bytes: i64,
 }
 
-fn shared<S: serde::Serializer>(values: &Arc<AxisValues>, serializer: S) -> Result<S::Ok, S::Error> {
+fn shared<T: serde::Serialize, S: serde::Serializer>(values: &Arc<T>, serializer: S) -> Result<S::Ok, S::Error> {
     serde::Serialize::serialize(values.as_ref(), serializer)
 }
 
 impl VariantReport {
+    /// The entry point that costs most, with its cost.
+    pub fn worst(&self) -> Option<(&str, &Cost)> {
+        let all = self.costs.iter().map(|(name, cost)| (name.as_str(), cost));
+        // The first of equals.
+        all.rev().max_by_key(|(_, cost)| cost.total)
+    }
+
     /// A file name that says which variant of which pass it is: `forward.sscs=true.taps=16.1f2e3d4c.wgsl`. Long lists of
     /// values are cut; the first digits of the hash keep names apart.
     pub fn file_name(&self, name: &str) -> String {

@@ -39,6 +39,7 @@ pub(super) fn report_on(
             bytes: text.bytes,
             hash: blake3::Hash::from_bytes(text.hash).to_string(),
             valid: verdict.is_valid,
+            costs: verdict.costs,
             reflection: verdict.reflection,
         });
     }

@@ -253,7 +253,7 @@ impl Units {
                 let known = &mut self.all[unit as usize];
                 known.summary = known.summary.take().or_else(found);
                 let summary = known.summary.clone();
-                known.used = summary.as_ref().map(|summary| Used::new(&summary.uses, declarations));
+                known.used = summary.as_ref().map(|summary| Used::new(summary, declarations));
                 // Nobody calls an entry point; others see where it stands in the pipeline.
                 let of_entry = Arc::<Summary>::default();
                 let Some(summary) =

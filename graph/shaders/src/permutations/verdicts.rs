@@ -34,14 +34,14 @@ impl<'a> Composition<'a> {
             return Verdict::default();
         };
         let units = &self.units.all;
-        let own = state.own.iter().flat_map(|(refusals, _)| refusals);
+        let own = state.own.iter().flat_map(|own| &own.refusals);
         let refused = own.filter(|one| one.is_fatal).fold(0, |all, one| all | one.profiles);
         let refused = state.units.iter().fold(refused, |all, unit| all | units[*unit as usize].refused());
         let shared = state.module.and_then(|module| units[module as usize].reflection.clone());
-        let reflection = state.own.as_ref().and_then(|(_, own)| own.clone()).or(shared);
+        let reflection = state.own.as_ref().and_then(|own| own.reflection.clone()).or(shared);
         let is_accepted = wanted == 0 || refused & wanted != wanted;
         let is_valid = if wanted == 0 { refused == 0 } else { refused & wanted == 0 };
-        Verdict { is_valid, reflection: reflection.filter(|_| is_accepted) }
+        Verdict { is_valid, reflection: reflection.filter(|_| is_accepted), ..Verdict::default() }
     }
 
     /// The diagnostics about validators that cannot run.
@@ -74,7 +74,7 @@ impl<'a> Composition<'a> {
                         note(Blamed::Unit(*unit, number), refusal);
                     }
                 }
-                for (number, refusal) in state.own.iter().flat_map(|(own, _)| own).enumerate() {
+                for (number, refusal) in state.own.iter().flat_map(|own| &own.refusals).enumerate() {
                     note(Blamed::Text(*at, number), refusal);
                 }
                 for (unit, condition) in self.conditions(&state.units, &mut advised) {

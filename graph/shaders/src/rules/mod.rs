@@ -1,7 +1,8 @@
-//! Rules that naga does not enforce and browsers or targets do: uniform control flow, aliasing, limits.
+//! Rules that naga does not enforce and browsers or targets do: uniform control flow, aliasing, limits; and the cost of shaders.
 
 pub(crate) mod aliasing;
 pub(crate) mod constant_arguments;
+pub(crate) mod cost;
 pub(crate) mod endless_loops;
 pub(crate) mod limits;
 pub(crate) mod summary;

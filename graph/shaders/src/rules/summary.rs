@@ -11,6 +11,7 @@ use std::fmt::Write as _;
 use naga::Module;
 use naga::valid::{FunctionInfo, ModuleInfo};
 
+use super::cost::{self, Spent};
 use super::uniform_branches::{self, Branches};
 use super::uses::{self, Uses};
 use super::{aliasing, uniformity};
@@ -23,6 +24,7 @@ pub(crate) struct Summary {
     pub(crate) text: String,
     pub(crate) uses: Uses,
     pub(crate) branches: Branches,
+    pub(crate) cost: Spent<String>,
 }
 
 /// The summaries of the functions and entry points of a validated module by name, and violations of rules of WGSL that
@@ -44,12 +46,14 @@ pub(crate) fn summaries(module: &Module, info: &ModuleInfo) -> (BTreeMap<String,
         let branches = uniform_branches::of(module, function, None);
         let name = function.name.clone().unwrap_or_default();
         let uses = uses::of(module, function, info);
-        summaries.insert(name, Summary { text, uses, branches });
+        let cost = cost::of(module, function, info);
+        summaries.insert(name, Summary { text, uses, branches, cost });
     }
     for (at, entry) in module.entry_points.iter().enumerate() {
         let branches = uniform_branches::of(module, &entry.function, Some(entry.stage));
-        let uses = uses::of(module, &entry.function, info.get_entry_point(at));
-        summaries.insert(entry.name.clone(), Summary { uses, branches, ..Summary::default() });
+        let info = info.get_entry_point(at);
+        let (uses, cost) = (uses::of(module, &entry.function, info), cost::of(module, &entry.function, info));
+        summaries.insert(entry.name.clone(), Summary { uses, branches, cost, ..Summary::default() });
     }
     (summaries, rejections)
 }

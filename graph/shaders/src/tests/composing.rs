@@ -9,14 +9,14 @@ use super::Fixture;
 use crate::permutations::{Options, Permutations, Request, check};
 use crate::{AxisKind, TargetProfile};
 
-/// Texts with their verdicts and reflections.
+/// Texts with their verdicts, reflections and costs.
 type Verdicts = BTreeMap<String, (bool, String)>;
 
 fn verdicts(outcome: &Permutations) -> Verdicts {
     let variants = outcome.templates.iter().flat_map(|report| &report.variants);
     let of = |variant: &crate::permutations::VariantReport| {
         let reflection = variant.reflection.as_ref().map(|each| format!("{each:?}"));
-        (variant.valid, reflection.unwrap_or_default())
+        (variant.valid, format!("{}{:?}", reflection.unwrap_or_default(), variant.costs))
     };
     variants.map(|variant| (variant.hash.clone(), of(variant))).collect()
 }
