@@ -36,6 +36,15 @@ umbragraph::low_level::codes! {
     /// A lock that cannot be read.
     LOCK_INVALID = "UG0819", "unreadable lock",
         "`permutations.lock` is written by `umbragraph permutations PIPELINE... --update`. A merge conflict in it, and a lock of another version, are solved by the same command, given all pipelines that the lock names.";
+    /// A figure of shaders that is above its budget.
+    BUDGET = "UG0826", "over budget",
+        "`permutations.budgets.json` gives passes budgets: numbers of texts, bytes, bindings, registers and cost. Costs are counted over the shader by `umbragraph permutations` and are the same on every machine; `--verbose` prints them, `--format json` those of every variant.";
+    /// A budget that cannot hold.
+    BUDGET_INVALID = "UG0827", "invalid budget",
+        "`permutations.budgets.json` is an object of pipelines by their paths from its folder. Each has `texts`, `bytes`, and `passes`: an object of passes, or `*` for all others, with `texts`, `bytes`, `largest`, `bindings`, `registers` and `cost`.";
+    /// Figures of an offline compiler that belong to no variant.
+    MEASURED = "UG0828", "unusable measurements",
+        "`--measured FILE` puts the figures of an offline compiler into the JSON report: `{ \"tool\": NAME, \"variants\": { HASH: { FIGURE: NUMBER } } }`, where a hash is one of the report, or its first eight digits or more.";
     /// Reports that cannot be joined.
     SHARDS = "UG0822", "reports of shards",
         "`umbragraph permutations --merge REPORT.json...` joins the reports that `umbragraph permutations PIPELINE... --shard K/N --format json` prints, one for each K from 1 to N, of the same pipelines.";

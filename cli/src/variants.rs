@@ -12,7 +12,8 @@ use umbragraph::low_level::shader::permutations::{Count, Permutations, TemplateR
 
 use umbragraph::low_level::source::Span;
 
-use crate::lock::{Lock, LockFile, PassPlaces, Pipeline, Reaching};
+use crate::lock::{Lock, LockFile, PassPlaces, Pipeline, Reaching, worst};
+use crate::measured::Measured;
 use crate::permutations::Shard;
 use crate::replace::{replace, unwritable};
 
@@ -25,6 +26,8 @@ pub(crate) struct Outcome {
     pub(crate) is_partial: bool,
     pub(crate) reached: Vec<ReachedConfigurations>,
     pub(crate) permutations: Permutations,
+    /// Figures of an offline compiler.
+    pub(crate) measured: Option<Measured>,
 }
 
 /// The configurations of one pipeline.
@@ -63,6 +66,9 @@ struct Document<'a> {
     proven: usize,
     /// Declarations with what they see of others.
     declarations: usize,
+    /// Figures of an offline compiler, by the hashes of variants.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    measured: Option<&'a Measured>,
 }
 
 /// A pipeline in the JSON output.
@@ -81,6 +87,7 @@ struct Summary<'a> {
     texts: BTreeMap<&'a str, usize>,
     dead: BTreeSet<&'a str>,
     profiles: &'a [String],
+    cost: u64,
 }
 
 impl Outcome {
@@ -119,6 +126,7 @@ impl Outcome {
                     texts: BTreeMap::new(),
                     dead: report.dead_axes.iter().map(String::as_str).collect(),
                     profiles: &report.profiles,
+                    cost: 0,
                 };
                 passes.push((&report.name, summary));
                 passes.len() - 1
@@ -128,6 +136,8 @@ impl Outcome {
             summary
                 .texts
                 .extend(report.variants.iter().map(|variant| (variant.hash.as_str(), variant.bytes)));
+            let costs = report.variants.iter().filter_map(|variant| Some(variant.worst()?.1.total));
+            summary.cost = costs.fold(summary.cost, u64::max);
             summary.dead.retain(|name| report.dead_axes.iter().any(|dead| dead == name));
         }
         for (name, summary) in passes.iter().filter(|_| in_full) {
@@ -137,9 +147,10 @@ impl Outcome {
                 if *name == summary.template { String::new() } else { format!(" ({})", summary.template) };
             let _ = write!(
                 text,
-                "{name}{of}: {}, {}, {bytes} bytes, largest {max}, for {}",
+                "{name}{of}: {}, {}, {bytes} bytes, largest {max}, cost up to {}, for {}",
                 plural(summary.covered, "combination"),
                 counted(summary.texts.len(), "distinct text"),
+                summary.cost,
                 summary.profiles.join(", "),
             );
             if !summary.dead.is_empty() {
@@ -165,6 +176,28 @@ impl Outcome {
             lock.pipelines.insert(name, pipeline);
         }
         (lock, places)
+    }
+
+    /// The lines of templates that cost most in the text of a pass that costs most, the most expensive first.
+    pub(crate) fn expensive(
+        &self,
+        templates: &TemplateSet,
+        file: &LockFile<'_>,
+        pipeline: &str,
+        pass: &str,
+    ) -> Vec<(Span, u64)> {
+        const MAX: usize = 3;
+        let of_pass = |reached: &ReachedConfigurations| {
+            let all = reached.reaching.iter().filter(|one| one.passes.iter().any(|own| own == pass));
+            all.map(|one| one.request).collect::<Vec<usize>>()
+        };
+        let reached = self.reached.iter().find(|one| file.name_of(Path::new(&one.pipeline)) == pipeline);
+        let requests = reached.map(of_pass).unwrap_or_default();
+        let reports = self.permutations.templates.iter().filter(|one| requests.contains(&one.request));
+        let reports: Vec<&TemplateReport> = reports.collect();
+        let Some(variant) = worst(&reports) else { return Vec::new() };
+        let of = reports.iter().find(|report| report.variants.iter().any(|one| std::ptr::eq(one, variant)));
+        of.map(|report| report.expensive(templates, variant, MAX)).unwrap_or_default()
     }
 
     /// The passes of a pipeline together.
@@ -212,6 +245,7 @@ impl Outcome {
             texts: self.permutations.texts,
             proven: self.permutations.proven,
             declarations: self.permutations.declarations,
+            measured: self.measured.as_ref(),
         };
         serde_json::to_string_pretty(&document).unwrap_or_default()
     }

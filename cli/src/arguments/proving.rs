@@ -65,6 +65,12 @@ pub(crate) struct PermutationsArguments {
     /// The lock.
     #[arg(long, value_name = "FILE", default_value = "permutations.lock")]
     pub(crate) lock: PathBuf,
+    /// The budgets of passes: numbers of texts, bytes, bindings, registers, and cost. Without the file there are none.
+    #[arg(long, value_name = "FILE", default_value = "permutations.budgets.json")]
+    pub(crate) budgets: PathBuf,
+    /// Figures of an offline compiler for variants, by their hashes, to be put into the JSON report.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["merge", "axes"])]
+    pub(crate) measured: Option<PathBuf>,
     /// The form of the diagnostics: human, json, github, sarif or junit.
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: DiagnosticsFormat,

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use umbragraph::diagnostic::counted;
 
-use super::text::written;
-use super::{Lock, Pipeline, Texts};
+use super::text::{with_values, written};
+use super::{Lock, Pipeline, Texts, is_notable};
 
 /// The maximum number of passes that are named in one line.
 const NAMES: usize = 4;
@@ -152,6 +152,10 @@ fn of_texts(before: &Texts, after: &Texts) -> Option<String> {
             (Some(_), None) => clauses.push(format!("axis {axis} removed")),
             (None, None) => {}
         }
+    }
+    let (old, new) = (before.worst.cost, after.worst.cost);
+    if is_notable(old, new) || is_notable(new, old) {
+        clauses.push(format!("cost {old} -> {new}{}", with_values(&after.worst.values)));
     }
     let grows = |old: String, new: String, noun: &str| format!("{old} -> {new} {noun}");
     let bytes = || match (before.bytes, after.bytes) {

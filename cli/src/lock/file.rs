@@ -13,7 +13,7 @@ use umbragraph::low_level::compose::read_bytes;
 use umbragraph::low_level::source::Span;
 
 use super::text::Invalid;
-use super::{Change, Lock, Parsed, difference};
+use super::{Change, Lock, Parsed, difference, is_notable};
 use crate::codes;
 use crate::replace::replace;
 use crate::session::Session;
@@ -28,6 +28,23 @@ pub(crate) struct LockFile<'p> {
 
 /// The places of passes, by the names of pipelines and passes.
 pub(crate) type PassPlaces = BTreeMap<(String, String), Span>;
+
+/// All that diagnostics show of passes besides figures.
+pub(crate) struct Shown<'a> {
+    pub(crate) places: &'a PassPlaces,
+    /// The lines of templates that cost most in the worst text of a pass of a pipeline.
+    pub(crate) expensive: &'a dyn Fn(&str, &str) -> Vec<(Span, u64)>,
+}
+
+impl Shown<'_> {
+    /// Adds the lines that cost most to a diagnostic about the cost of a pass.
+    pub(crate) fn with_lines(&self, diagnostic: Diagnostic, pipeline: &str, pass: &str) -> Diagnostic {
+        let add = |diagnostic: Diagnostic, (line, cost): (Span, u64)| {
+            diagnostic.related(line, format!("{cost} of the cost is here"))
+        };
+        (self.expensive)(pipeline, pass).into_iter().fold(diagnostic, add)
+    }
+}
 
 impl<'p> LockFile<'p> {
     pub(crate) fn new(path: &'p Path) -> Self {
@@ -53,7 +70,7 @@ impl<'p> LockFile<'p> {
     }
 
     /// Whether the file of a pipeline of the lock is there.
-    fn exists(&self, name: &str) -> bool {
+    pub(crate) fn exists(&self, name: &str) -> bool {
         name.starts_with("umbragraph:") || self.path.parent().unwrap_or(Path::new("")).join(name).exists()
     }
 
@@ -111,7 +128,7 @@ pub(crate) fn read(session: &mut Session, path: &Path) -> Result<Option<(Parsed,
 }
 
 /// Holds what is reached to the lock: a diagnostic for each difference, at the pass.
-pub(crate) fn hold(session: &mut Session, file: &LockFile<'_>, reached: &Lock, places: &PassPlaces) {
+pub(crate) fn hold(session: &mut Session, file: &LockFile<'_>, reached: &Lock, shown: &Shown<'_>) {
     let (parsed, whole) = match read(session, file.path) {
         Ok(Some(found)) => found,
         Ok(None) => {
@@ -130,7 +147,7 @@ pub(crate) fn hold(session: &mut Session, file: &LockFile<'_>, reached: &Lock, p
         let key = pass.map(|pass| (pipeline.clone(), pass));
         let line = key.as_ref().and_then(|key| parsed.passes.get(key));
         let line = line.or_else(|| parsed.pipelines.get(&pipeline)).map(|line| whole.inside(line.clone()));
-        let of_pass = key.as_ref().and_then(|key| places.get(key)).copied();
+        let of_pass = key.as_ref().and_then(|key| shown.places.get(key)).copied();
         let whole_file = || Place::File { path: pipeline.clone(), locator: String::new() };
         let place = of_pass.or(line).map_or_else(whole_file, Place::Span);
         let mut difference = Diagnostic::error(codes::LOCK_DIFFERS, place, message)
@@ -138,8 +155,22 @@ pub(crate) fn hold(session: &mut Session, file: &LockFile<'_>, reached: &Lock, p
         if let (Some(_), Some(line)) = (of_pass, line) {
             difference = difference.related(line, "the lock has other figures");
         }
+        if let Some((pipeline, pass)) = key.filter(|key| costs_more(&parsed.lock, reached, key)) {
+            difference = shown.with_lines(difference, &pipeline, &pass);
+        }
         session.diagnostics.push(difference);
     }
+}
+
+/// Whether a pass costs notably more than before for some profile.
+fn costs_more(before: &Lock, after: &Lock, (pipeline, pass): &(String, String)) -> bool {
+    let costs = |lock: &Lock| -> BTreeMap<String, u64> {
+        let programs = lock.pipelines.get(pipeline).into_iter().flat_map(|one| &one.programs);
+        let own = programs.filter(|((name, _), _)| name == pass).flat_map(|(_, profiles)| profiles);
+        own.map(|(profile, texts)| (profile.clone(), texts.worst.cost)).collect()
+    };
+    let before = costs(before);
+    costs(after).iter().any(|(profile, cost)| before.get(profile).is_some_and(|old| is_notable(*old, *cost)))
 }
 
 /// Writes what is reached of some pipelines into the lock; the differences in words.

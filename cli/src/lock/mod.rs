@@ -15,12 +15,13 @@ mod text;
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
-use umbragraph::low_level::shader::AxisValue;
-use umbragraph::low_level::shader::permutations::{Count, TemplateReport};
+use umbragraph::low_level::shader::permutations::{Count, TemplateReport, VariantReport};
+use umbragraph::low_level::shader::{AxisValue, AxisValues};
 
 pub(crate) use difference::{Change, difference};
-pub(crate) use file::{LockFile, PassPlaces, hold, read, update};
+pub(crate) use file::{LockFile, PassPlaces, Shown, hold, read, update};
 use text::Parsed;
+pub(crate) use text::with_values;
 
 /// The program of a pass: the name of the pass, and the template.
 pub(crate) type Program = (String, String);
@@ -53,6 +54,22 @@ pub(crate) struct Texts {
     pub(crate) bytes: usize,
     /// The hash of all distinct texts.
     pub(crate) hash: String,
+    /// The bytes of the largest text.
+    pub(crate) largest: usize,
+    /// The most bindings of a text.
+    pub(crate) bindings: usize,
+    /// The most registers of an entry point, as they are estimated.
+    pub(crate) registers: u64,
+    pub(crate) worst: Worst,
+}
+
+/// The entry point that costs most.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub(crate) struct Worst {
+    pub(crate) cost: u64,
+    pub(crate) entry_point: String,
+    /// The values without which it costs at least a tenth less.
+    pub(crate) values: AxisValues,
 }
 
 /// Passes and profiles that reach the same texts; the form in which a lock is written.
@@ -91,7 +108,8 @@ impl Pipeline {
         let mut known: BTreeMap<BTreeSet<usize>, Texts> = BTreeMap::new();
         let mut texts = |requests: BTreeSet<usize>| {
             let make = |requests: &BTreeSet<usize>| {
-                Texts::new(requests.iter().filter_map(|request| by_request.get(request).copied()))
+                let reports = requests.iter().filter_map(|request| by_request.get(request).copied());
+                Texts::new(&reports.collect::<Vec<_>>())
             };
             if let Some(texts) = known.get(&requests) {
                 return texts.clone();
@@ -155,11 +173,11 @@ impl From<Pipeline> for Vec<Section> {
 }
 
 impl Texts {
-    fn new<'r>(reports: impl Iterator<Item = &'r TemplateReport>) -> Self {
+    fn new(reports: &[&TemplateReport]) -> Self {
         let mut axes: BTreeMap<String, BTreeSet<AxisValue>> = BTreeMap::new();
         let (mut combinations, mut declarations) = (Count::ZERO, BTreeSet::<u64>::new());
         let mut bytes_of: BTreeMap<&str, usize> = BTreeMap::new();
-        for report in reports {
+        for report in reports.iter() {
             for (axis, values) in &report.values {
                 axes.entry(axis.clone()).or_default().extend(values.iter().cloned());
             }
@@ -172,6 +190,10 @@ impl Texts {
             hash.update(text.as_bytes());
         }
         let hash = hash.finalize().to_hex();
+        let variants = || reports.iter().flat_map(|report| &report.variants);
+        let costs = || variants().flat_map(|variant| variant.costs.values());
+        let bindings =
+            |variant: &VariantReport| variant.reflection.as_ref().map_or(0, |found| found.bindings.len());
         Self {
             axes,
             combinations: combinations.to_string(),
@@ -179,6 +201,40 @@ impl Texts {
             declarations: declarations.len(),
             bytes: bytes_of.values().sum(),
             hash: hash.as_str().chars().take(16).collect(),
+            largest: bytes_of.values().max().copied().unwrap_or_default(),
+            bindings: variants().map(bindings).max().unwrap_or_default(),
+            registers: costs().map(|cost| cost.registers).max().unwrap_or_default(),
+            worst: Worst::of(reports),
         }
     }
+}
+
+impl Worst {
+    fn of(reports: &[&TemplateReport]) -> Self {
+        let Some(worst) = worst(reports) else { return Self::default() };
+        let Some((entry_point, cost)) = worst.worst() else { return Self::default() };
+        let all = || reports.iter().flat_map(|report| &report.variants);
+        // Where a value has no alternative, it is no cause.
+        let causes = |(axis, value): &(&String, &AxisValue)| {
+            let mut others = all().filter(|other| other.axes.get(*axis) != Some(*value)).peekable();
+            others.peek().is_some()
+                && others
+                    .all(|other| other.worst().is_none_or(|(_, less)| is_notable(less.total, cost.total)))
+        };
+        let values = worst.axes.iter().filter(causes);
+        let values = values.map(|(axis, value)| (axis.clone(), value.clone())).collect();
+        Self { cost: cost.total, entry_point: entry_point.to_owned(), values }
+    }
+}
+
+/// The variant that costs most; the first of equals.
+pub(crate) fn worst<'r>(reports: &[&'r TemplateReport]) -> Option<&'r VariantReport> {
+    let all = reports.iter().flat_map(|report| &report.variants).filter(|variant| variant.worst().is_some());
+    let cost = |variant: &&VariantReport| variant.worst().map_or(0, |(_, cost)| cost.total);
+    all.min_by_key(|variant| std::cmp::Reverse(cost(variant)))
+}
+
+/// Whether a cost is less than another by a tenth or more.
+fn is_notable(less: u64, more: u64) -> bool {
+    less.saturating_mul(10) <= more.saturating_mul(9) && less < more
 }

@@ -8,9 +8,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::ops::Range;
 
-use umbragraph::low_level::shader::AxisValue;
+use umbragraph::low_level::shader::{AxisValue, AxisValues};
 
-use super::{Lock, Pipeline, Section, Texts};
+use super::{Lock, Pipeline, Section, Texts, Worst};
 
 /// The version of the form.
 const VERSION: u32 = 1;
@@ -77,7 +77,14 @@ fn figures(text: &mut String, texts: &Texts) {
     if !fixed.is_empty() {
         let _ = writeln!(text, "{fixed}");
     }
-    let Texts { combinations, texts, declarations, bytes, hash, .. } = texts;
+    let Texts { combinations, texts, declarations, bytes, hash, largest, bindings, registers, worst, .. } =
+        texts;
+    let Worst { cost, entry_point, values } = worst;
+    let _ = writeln!(
+        text,
+        "  largest {largest}; bindings {bindings}; registers {registers}; cost {cost} of {entry_point}{}",
+        with_values(values)
+    );
     let _ = writeln!(
         text,
         "  combinations {combinations}; texts {texts}; declarations {declarations}; bytes {bytes}; hash {hash}"
@@ -94,6 +101,12 @@ fn value(value: &AxisValue) -> String {
         AxisValue::Name(name) => serde_json::Value::from(name.as_str()).to_string(),
         other => other.to_string(),
     }
+}
+
+/// ` with a = 1, b = "x"`; nothing where there are no values.
+pub(crate) fn with_values(values: &AxisValues) -> String {
+    let pairs: Vec<String> = values.iter().map(|(axis, one)| format!("{axis} = {}", value(one))).collect();
+    if pairs.is_empty() { String::new() } else { format!(" with {}", pairs.join(", ")) }
 }
 
 /// Values; integers in a row as `1..8`.
@@ -211,6 +224,10 @@ impl Reader {
                         declarations: 0,
                         bytes: 0,
                         hash: String::new(),
+                        largest: 0,
+                        bindings: 0,
+                        registers: 0,
+                        worst: Worst::default(),
                     },
                 });
             }
@@ -227,6 +244,10 @@ impl Reader {
     /// A line of a pass.
     fn of_section(&mut self, line: &str, word: &str, rest: &str) -> Result<(), String> {
         let not_understood = || format!("\"{}\" is not a valid line of a lock", line.trim_start());
+        let number = |part: &str, name: &str| -> Result<usize, String> {
+            let number = part.strip_prefix(name).and_then(|number| number.trim_start().parse().ok());
+            number.ok_or_else(not_understood)
+        };
         let section = self.section.as_mut().ok_or_else(not_understood)?;
         match word {
             "template" => section.template = rest.to_owned(),
@@ -235,10 +256,6 @@ impl Reader {
                 let [combinations, texts, declarations, bytes, hash] = parts[..] else {
                     return Err(not_understood());
                 };
-                let number = |part: &str, name: &str| -> Result<usize, String> {
-                    let number = part.strip_prefix(name).and_then(|number| number.trim_start().parse().ok());
-                    number.ok_or_else(not_understood)
-                };
                 let own = &mut section.texts;
                 own.combinations = combinations.to_owned();
                 own.texts = number(texts, "texts")?;
@@ -246,6 +263,24 @@ impl Reader {
                 own.bytes = number(bytes, "bytes")?;
                 own.hash = hash.strip_prefix("hash ").ok_or_else(not_understood)?.to_owned();
                 self.is_whole = true;
+            }
+            "largest" => {
+                let (figures, values) = rest.split_once(" with ").unwrap_or((rest, ""));
+                let figures: Vec<&str> = figures.split("; ").collect();
+                let [largest, bindings, registers, cost] = figures[..] else { return Err(not_understood()) };
+                let (cost, entry_point) = cost.split_once(" of ").ok_or_else(not_understood)?;
+                let own = &mut section.texts;
+                own.largest = largest.parse().map_err(|_| not_understood())?;
+                own.bindings = number(bindings, "bindings")?;
+                own.registers = number(registers, "registers")? as u64;
+                let cost = number(cost, "cost")? as u64;
+                let mut worst = Worst { cost, entry_point: entry_point.to_owned(), ..Worst::default() };
+                for pair in parts(values).into_iter().filter(|pair| !pair.is_empty()) {
+                    let (axis, value) = pair.split_once(" = ").ok_or_else(not_understood)?;
+                    let value = serde_json::from_str(value).map_err(|_| not_understood())?;
+                    worst.values.insert(axis.to_owned(), value);
+                }
+                own.worst = worst;
             }
             "fixed" => self.axes(line, &parts(rest))?,
             _ => return Err(not_understood()),
@@ -343,6 +378,14 @@ mod tests {
             declarations: 9,
             bytes: 10,
             hash: "0123".to_owned(),
+            largest: 9,
+            bindings: 3,
+            registers: 12,
+            worst: Worst {
+                cost: 77,
+                entry_point: "shade".to_owned(),
+                values: [("filter".to_owned(), AxisValue::from("a, \"b\" with c = 1"))].into(),
+            },
         };
         let profiles = [("webgpu".to_owned(), texts.clone()), ("vulkan".to_owned(), texts.clone())];
         let fewer = Texts { axes: BTreeMap::new(), ..texts };

@@ -14,8 +14,9 @@ use umbragraph::low_level::shader::{AxisValue, AxisValues};
 
 use super::{Shard, write_if_whole};
 use crate::arguments::PermutationsArguments;
+use crate::budgets::Budgets;
 use crate::codes;
-use crate::lock::{Lock, LockFile, PassPlaces, Pipeline, Section, hold};
+use crate::lock::{Lock, LockFile, PassPlaces, Pipeline, Section, Shown, hold};
 use crate::session::Session;
 
 /// The maximum bytes of a report, or of a file that a diagnostic is about.
@@ -67,6 +68,7 @@ struct Variant {
     bytes: usize,
     hash: String,
     valid: bool,
+    costs: BTreeMap<String, Value>,
 }
 
 #[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -195,10 +197,24 @@ pub(super) fn run(arguments: &PermutationsArguments, session: &mut Session) -> b
         lock.pipelines.insert(file.name_of(Path::new(&one.pipeline)), one.reached.clone());
     }
     let is_whole = !session.diagnostics.has_errors();
+    // Places and texts are not in reports.
+    let nothing = Shown { places: &PassPlaces::new(), expensive: &|_, _| Vec::new() };
     session.quiet(arguments.verbose || arguments.format.is_data());
     if arguments.locked && is_whole {
         let before = session.diagnostics.len();
-        hold(session, &file, &lock, &PassPlaces::new());
+        hold(session, &file, &lock, &nothing);
+        let new: Vec<Value> = session.diagnostics.iter().skip(before).map(|one| session.json(one)).collect();
+        joined.diagnostics.extend(new);
+    }
+    if is_whole
+        && !joined.partial
+        && let Some(budgets) = Budgets::read(session, &arguments.budgets)
+    {
+        let file = LockFile::new(&arguments.budgets);
+        let name = |one: &ReachedPipeline| (file.name_of(Path::new(&one.pipeline)), one.reached.clone());
+        let reached: BTreeMap<String, Pipeline> = joined.pipelines.iter().map(name).collect();
+        let before = session.diagnostics.len();
+        budgets.hold(session, &file, &reached, &nothing);
         let new: Vec<Value> = session.diagnostics.iter().skip(before).map(|one| session.json(one)).collect();
         joined.diagnostics.extend(new);
     }

@@ -19,8 +19,10 @@ use crate::annotations::add_summary;
 use crate::arguments::{DiagnosticsFormat, PermutationsArguments};
 use crate::axes;
 use crate::bar::Bar;
+use crate::budgets::Budgets;
 use crate::cache::{Cache, Said};
-use crate::lock::{Lock, LockFile, hold, update};
+use crate::lock::{Lock, LockFile, Shown, hold, update};
+use crate::measured::Measured;
 use crate::session::Session;
 use crate::streams::{complain, print, print_json};
 use crate::validator::ExternalValidator;
@@ -43,8 +45,14 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
         && arguments.also.is_empty()
         // Parameter files are read later than the name is made.
         && arguments.settings.params.is_empty()
+        && arguments.measured.is_none()
         && !arguments.axes
         && !arguments.exhaustive;
+    // Parts of what is reached are not all that a budget is about.
+    let is_partial = arguments.is_partial();
+    let is_budgeted = !is_partial && arguments.shard.is_none() && !arguments.axes;
+    let budgets = Some(&arguments.budgets).filter(|_| is_budgeted);
+    let budgets = budgets.and_then(|path| Budgets::read(&mut session, path));
     let cached = cache.as_ref().filter(|_| is_text).map(|cache| {
         session.read_all(&arguments.pipelines, &arguments.files.extension);
         (cache, cache.run(session.sources()))
@@ -66,7 +74,6 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
             .filter(|_| arguments.update)
             .is_none_or(|lock| write_lock(arguments, &session, &lock));
     }
-    let is_partial = arguments.is_partial();
     let mut outcome = Outcome { shard: arguments.shard, is_partial, ..Outcome::default() };
     if let Some((requests, reached)) = requests(arguments, &mut session) {
         outcome.reached = reached;
@@ -84,17 +91,29 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
             session.diagnostics.push(diagnostic);
         }
     }
+    if let Some(path) = &arguments.measured {
+        outcome.measured = Measured::read(&mut session, path, &outcome.permutations.templates);
+    }
     // Where something is wrong, it is not known what is reached.
     let is_whole = !session.diagnostics.has_errors();
     session.quiet(arguments.verbose || arguments.format.is_data());
+    let templates = session.templates.clone();
     let asked = (arguments.locked || arguments.update) && is_whole;
     let lock = asked.then(|| {
         let (lock, places) = outcome.lock(&file);
         if arguments.locked {
-            hold(&mut session, &file, &lock, &places);
+            let expensive = |pipeline: &str, pass: &str| outcome.expensive(&templates, &file, pipeline, pass);
+            hold(&mut session, &file, &lock, &Shown { places: &places, expensive: &expensive });
         }
         lock
     });
+    if let Some(budgets) = budgets.filter(|_| is_whole) {
+        let file = LockFile::new(&arguments.budgets);
+        let (reached, places) = outcome.lock(&file);
+        let expensive = |pipeline: &str, pass: &str| outcome.expensive(&templates, &file, pipeline, pass);
+        let shown = Shown { places: &places, expensive: &expensive };
+        budgets.hold(&mut session, &file, &reached.pipelines, &shown);
+    }
     let text = outcome.human(in_full);
     let proven = end(outcome.permutations.proven, outcome.permutations.texts);
     // Which pipeline an error of a template belongs to is not known.

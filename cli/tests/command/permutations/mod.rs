@@ -1,5 +1,6 @@
 //! `umbragraph permutations`, `wgsl` and what `check` says of profiles and hosts, as a user meets them.
 
+mod budgets;
 mod configurations;
 mod formats;
 mod lock;

@@ -39,29 +39,30 @@ impl Composition<'_> {
 
     fn costs_of_units(&self, units: &[u32]) -> Costs {
         let all = units.iter().filter_map(|unit| self.units.all.get(*unit as usize));
-        let functions: HashMap<&u32, &Spent<u32>> = all
-            .clone()
-            .filter_map(|unit| Some((unit.name.as_ref()?, unit.used.as_ref()?.spent())))
-            .collect();
+        let functions: HashMap<&u32, &Spent<u32>> =
+            all.clone().filter_map(|unit| Some((unit.name.as_ref()?, unit.used.as_ref()?.spent()))).collect();
         let entries = all.filter(|unit| unit.entry_point.is_some());
         let named = entries.filter_map(|unit| unit.name.as_ref());
-        named
-            .map(|name| (self.declarations.name(*name).to_owned(), cost::total(name, &functions)))
-            .collect()
+        named.map(|name| (self.declarations.name(*name).to_owned(), cost::total(name, &functions))).collect()
     }
 }
 
 impl TemplateReport {
-    /// The places of templates that cost most in a variant, the most expensive first: loops as often as they run, and
+    /// The places of templates that cost most in the worst entry point of a variant, the most expensive first: loops as often as they run, and
     /// functions as often as they are called. None for a variant that is no valid WGSL.
-    pub fn expensive(&self, templates: &TemplateSet, variant: &VariantReport, max: usize) -> Vec<(Span, u64)> {
+    pub fn expensive(
+        &self,
+        templates: &TemplateSet,
+        variant: &VariantReport,
+        max: usize,
+    ) -> Vec<(Span, u64)> {
         let Some(source) = render::render_fixed(templates, &self.template, &variant.axes) else {
             return Vec::new();
         };
         let found = wgsl::with_stack(|| {
             let module = wgsl::parse(&source.wgsl).ok()?;
             let info = wgsl::validate(&module, naga::valid::Capabilities::all()).ok()?;
-            Some(cost::lines(&module, &info))
+            Some(cost::lines(&module, &info, variant.worst()?.0))
         });
         // By lines of the text: one line of a template can be many of them.
         let line_of = |at: usize| {

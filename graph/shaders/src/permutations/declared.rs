@@ -72,7 +72,8 @@ fn has(text: &str, binding: &str, member: Option<&str>) -> bool {
             Some(other) if declared.starts_with("alias") => name = Some(other),
             _ => {
                 let tokens: Vec<&str> = words(declared).map(|range| &declared[range]).collect();
-                return tokens.first() == Some(&"struct") && tokens.windows(2).any(|two| two == [member, ":"]);
+                return tokens.first() == Some(&"struct")
+                    && tokens.windows(2).any(|two| two == [member, ":"]);
             }
         }
     }
@@ -97,7 +98,9 @@ mod tests {
         let found = |binding, member| has(text, binding, member);
         assert!(found("sun", None) && found("sun", Some("color")) && found("sun", Some("far")));
         assert!(!found("near", None) && !found("strength", None) && !found("lit", None));
-        assert!(!found("sun", Some("vec3f")) && !found("sun", Some("far_off")) && !found("Light", Some("color")));
+        assert!(
+            !found("sun", Some("vec3f")) && !found("sun", Some("far_off")) && !found("Light", Some("color"))
+        );
         assert!(has(&text[..text.len() - 3], "anything", None), "a text that is cut off has every name");
         assert!(!has("alias A = B; alias B = A; @group(0) @binding(0) var<uniform> a: A;", "a", Some("b")));
     }

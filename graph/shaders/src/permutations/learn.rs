@@ -126,7 +126,8 @@ impl Composition<'_> {
             }
             (state.units, state.open, state.module) = (resolved.units, resolved.open, resolved.module);
         }
-        let entries = proof.reflection.iter().flat_map(|each| each.entry_points.iter().map(|entry| &entry.name));
+        let entries =
+            proof.reflection.iter().flat_map(|each| each.entry_points.iter().map(|entry| &entry.name));
         let costs = summaries.map(|all| costs::of_summaries(&all, entries)).unwrap_or_default();
         state.own = Some(Own { refusals: own_refusals, reflection: proof.reflection.clone(), costs });
         state.is_settled = true;

@@ -40,10 +40,10 @@ mod validator;
 mod verdicts;
 
 pub use crate::axes::Space;
+pub use crate::rules::cost::{Cost, Operations, WEIGHTS};
 pub use cache::ShaderCache;
 pub use dead::dead;
 pub use declared::declares;
-pub use crate::rules::cost::{Cost, Operations, WEIGHTS};
 pub use kept::Keep;
 pub use report::{Costs, Permutations, TemplateReport, ValueBytes, VariantReport};
 pub use request::Request;

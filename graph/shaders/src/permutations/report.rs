@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use crate::reflection::{Binding, Reflection};
 use crate::rendering::render;
-use crate::rules::cost::Cost;
 use crate::rendering::templates::TemplateSet;
+use crate::rules::cost::Cost;
 use umbragraph_text::diagnostic::{AxisValue, AxisValues, Count, Diagnostics};
 
 /// The outcome of a check.
@@ -99,7 +99,10 @@ pub struct ValueBytes {
     pub bytes: i64,
 }
 
-fn shared<T: serde::Serialize, S: serde::Serializer>(values: &Arc<T>, serializer: S) -> Result<S::Ok, S::Error> {
+fn shared<T: serde::Serialize, S: serde::Serializer>(
+    values: &Arc<T>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
     serde::Serialize::serialize(values.as_ref(), serializer)
 }
 

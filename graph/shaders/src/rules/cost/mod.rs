@@ -123,9 +123,8 @@ impl Operations {
 impl<K> Spent<K> {
     /// The same with functions known by something else; calls of unknown ones are left out.
     pub(crate) fn by<L>(&self, id: impl Fn(&K) -> Option<L>) -> Spent<L> {
-        let call = |call: &Call<K>| {
-            Some(Call { callee: id(&call.callee)?, times: call.times, live: call.live })
-        };
+        let call =
+            |call: &Call<K>| Some(Call { callee: id(&call.callee)?, times: call.times, live: call.live });
         let calls = self.calls.iter().filter_map(call).collect();
         Spent { operations: self.operations, registers: self.registers, calls }
     }
@@ -209,7 +208,8 @@ mod tests {
         assert_eq!((found.arithmetic, found.reads), (6, 6));
         let found = fragment("sum = (block.matrix * vec4f(at, at)).x;").operations;
         assert_eq!((found.arithmetic, found.reads), (32, 16));
-        let found = fragment("list[1] = textureSample(image, linear, at).x + textureLoad(image, vec2i(1), 0).x;");
+        let found =
+            fragment("list[1] = textureSample(image, linear, at).x + textureLoad(image, vec2i(1), 0).x;");
         let found = found.operations;
         assert_eq!((found.samples, found.texture_reads, found.writes), (1, 1, 1));
     }
@@ -241,7 +241,9 @@ mod tests {
         let found = fragment("if at.x > 0.0 { sum = tap(at); } else { sum = tap(at.yx); }");
         assert_eq!((found.operations.comparisons, found.operations.branches), (2, 1));
         let few = fragment("sum = at.x + 1.0;").registers;
-        let more = fragment("let a = sin(at); let b = cos(at); let c = tan(at); sum = dot(a, b) + c.x + tap(c);").registers;
+        let more =
+            fragment("let a = sin(at); let b = cos(at); let c = tan(at); sum = dot(a, b) + c.x + tap(c);")
+                .registers;
         // A variable with a vector made of it; the variable, three vectors and the one that the last is made of.
         assert_eq!((few, more), (1 + 1 + 4, 1 + 3 * 2 + 2));
         let weighted = fragment("sum = tap(at);");

@@ -17,11 +17,7 @@ use crate::written::ir;
 pub(super) type Known = HashMap<Handle<LocalVariable>, Option<i64>>;
 
 /// The constant that a variable starts with.
-pub(super) fn initial(
-    module: &Module,
-    function: &Function,
-    variable: Handle<LocalVariable>,
-) -> Option<i64> {
+pub(super) fn initial(module: &Module, function: &Function, variable: Handle<LocalVariable>) -> Option<i64> {
     function.local_variables[variable].init.and_then(|init| constant(module, function, init))
 }
 
@@ -127,9 +123,7 @@ pub(super) fn writes(function: &Function, block: &Block, variable: Handle<LocalV
 
 /// The statements of a block that may write a variable.
 fn count(function: &Function, block: &Block, variable: Handle<LocalVariable>) -> usize {
-    let is_it = |at: &Handle<Expression>| {
-        matches!(function.expressions[ir::base(function, *at)], Expression::LocalVariable(own) if own == variable)
-    };
+    let is_it = |at: &Handle<Expression>| matches!(function.expressions[ir::base(function, *at)], Expression::LocalVariable(own) if own == variable);
     let of = |statement: &Statement| {
         let own = match statement {
             Statement::Store { pointer, .. } => is_it(pointer),

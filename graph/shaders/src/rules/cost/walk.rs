@@ -21,9 +21,9 @@ pub(crate) fn of(module: &Module, function: &Function, info: &FunctionInfo) -> S
     walk.finish()
 }
 
-/// The cost of every place of a validated module in its text, through all calls of its entry points.
-pub(crate) fn lines(module: &Module, info: &ModuleInfo) -> Vec<(Range<usize>, u64)> {
-    let entries = module.entry_points.iter().enumerate();
+/// The cost of every place of a validated module in its text, through all calls of an entry point.
+pub(crate) fn lines(module: &Module, info: &ModuleInfo, entry_point: &str) -> Vec<(Range<usize>, u64)> {
+    let entries = module.entry_points.iter().enumerate().filter(|(_, entry)| entry.name == entry_point);
     let mut open: Vec<(&Function, &FunctionInfo, u64)> =
         entries.map(|(at, entry)| (&entry.function, info.get_entry_point(at), 1)).collect();
     // A function stands behind those that it calls, so callers are done before.
@@ -196,7 +196,10 @@ impl<'m> Walk<'m> {
     fn forget(&mut self, statement: &Statement) {
         for block in ir::blocks(statement) {
             let written = |variable: &_| trips::writes(self.function, block, *variable);
-            self.known.iter_mut().filter(|(variable, _)| written(variable)).for_each(|(_, known)| *known = None);
+            self.known
+                .iter_mut()
+                .filter(|(variable, _)| written(variable))
+                .for_each(|(_, known)| *known = None);
         }
     }
 
@@ -258,10 +261,25 @@ fn math(fun: MathFunction, argument: u64, result: u64) -> u64 {
     use MathFunction as M;
     match fun {
         M::Pow => 8 * result,
-        M::Cos | M::Cosh | M::Sin | M::Sinh | M::Tan | M::Tanh | M::Acos | M::Asin | M::Atan | M::Atan2
-        | M::Asinh | M::Acosh | M::Atanh | M::Exp | M::Exp2 | M::Log | M::Log2 | M::Sqrt | M::InverseSqrt => {
-            4 * result
-        }
+        M::Cos
+        | M::Cosh
+        | M::Sin
+        | M::Sinh
+        | M::Tan
+        | M::Tanh
+        | M::Acos
+        | M::Asin
+        | M::Atan
+        | M::Atan2
+        | M::Asinh
+        | M::Acosh
+        | M::Atanh
+        | M::Exp
+        | M::Exp2
+        | M::Log
+        | M::Log2
+        | M::Sqrt
+        | M::InverseSqrt => 4 * result,
         M::Dot => 2 * argument,
         M::Length | M::Distance => 2 * argument + 4,
         M::Normalize => 3 * argument + 4,
