@@ -120,7 +120,7 @@ pub(crate) enum Command {
 }
 
 /// The options that give parameters and features their values.
-#[derive(Args, Clone)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct Settings {
     /// Gives a parameter a value: JSON, a word of an enumeration, or on or off for a boolean.
     #[arg(long = "set", value_name = "NAME=VALUE")]

@@ -20,6 +20,8 @@ use crate::replace::{replace, unwritable};
 /// The outcome of a run.
 #[derive(Default)]
 pub(crate) struct Outcome {
+    /// The hash of all that it follows from but the shard.
+    pub(crate) run: String,
     /// The part of the whole that was proven; all without one.
     pub(crate) shard: Option<Shard>,
     /// Whether options chose a part of what is reached, or more.
@@ -53,6 +55,8 @@ pub(crate) struct ReachedConfigurations {
 /// The JSON output. `templates` has one entry for each pass and product of axis values.
 #[derive(Serialize)]
 struct Document<'a> {
+    /// The hash of all that it follows from but the shard: files, options, version.
+    run: &'a str,
     diagnostics: Vec<serde_json::Value>,
     /// The part of the whole that this is.
     shard: Option<Shard>,
@@ -114,11 +118,11 @@ impl Outcome {
             self.sum(&mut text, requests);
             text.push('\n');
         }
-        let mut passes: Vec<(&str, Summary<'_>)> = Vec::new();
+        let mut passes: Vec<((&str, &str), Summary<'_>)> = Vec::new();
         for report in &self.permutations.templates {
-            let at = passes
-                .iter()
-                .position(|(name, known)| *name == report.name && known.template == report.template);
+            let own = (report.name.as_str(), report.group.as_str());
+            let at =
+                passes.iter().position(|(name, known)| *name == own && known.template == report.template);
             let at = at.unwrap_or_else(|| {
                 let summary = Summary {
                     template: &report.template,
@@ -128,7 +132,7 @@ impl Outcome {
                     profiles: &report.profiles,
                     cost: 0,
                 };
-                passes.push((&report.name, summary));
+                passes.push((own, summary));
                 passes.len() - 1
             });
             let Some((_, summary)) = passes.get_mut(at) else { continue };
@@ -140,14 +144,15 @@ impl Outcome {
             summary.cost = costs.fold(summary.cost, u64::max);
             summary.dead.retain(|name| report.dead_axes.iter().any(|dead| dead == name));
         }
-        for (name, summary) in passes.iter().filter(|_| in_full) {
+        for ((name, group), summary) in passes.iter().filter(|_| in_full) {
             let bytes: usize = summary.texts.values().sum();
             let max = summary.texts.values().max().copied().unwrap_or_default();
             let of =
                 if *name == summary.template { String::new() } else { format!(" ({})", summary.template) };
+            let on = if group.is_empty() { String::new() } else { format!(" on {group}") };
             let _ = write!(
                 text,
-                "{name}{of}: {}, {}, {bytes} bytes, largest {max}, cost up to {}, for {}",
+                "{name}{on}{of}: {}, {}, {bytes} bytes, largest {max}, cost up to {}, for {}",
                 plural(summary.covered, "combination"),
                 counted(summary.texts.len(), "distinct text"),
                 summary.cost,
@@ -205,9 +210,7 @@ impl Outcome {
         let is_of = |report: &&TemplateReport| requests.contains(&report.request);
         let reports = || self.permutations.templates.iter().filter(is_of);
         // A program that a profile draws otherwise is one all the same.
-        let name =
-            |report: &'_ TemplateReport| report.name.split(" on ").next().unwrap_or_default().to_owned();
-        let passes: BTreeSet<String> = reports().map(name).collect();
+        let passes: BTreeSet<&str> = reports().map(|report| report.name.as_str()).collect();
         let hashes = reports().flat_map(|report| report.variants.iter().map(|variant| variant.hash.as_str()));
         let texts: BTreeSet<&str> = hashes.collect();
         let combinations = reports().fold(Count::ZERO, |sum, report| sum.plus(report.covered));
@@ -236,6 +239,7 @@ impl Outcome {
             reached: Pipeline::new(&counts.reaching, &self.permutations.templates),
         };
         let document = Document {
+            run: &self.run,
             diagnostics,
             shard: self.shard,
             partial: self.is_partial,

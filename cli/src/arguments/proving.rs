@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{CacheArguments, DiagnosticsFormat, Files, Settings};
+use crate::lock;
 use crate::permutations::Shard;
 use crate::validator::ExternalValidator;
 
@@ -57,13 +58,13 @@ pub(crate) struct PermutationsArguments {
     #[arg(long, conflicts_with_all = ["shard", "all", "axes", "config", "set", "feature", "preset", "params", "profiles", "write", "also", "exhaustive"])]
     pub(crate) merge: bool,
     /// Fails if other shaders are reached than the lock says, and names the passes and the values that differ.
-    #[arg(long, conflicts_with_all = PARTIAL)]
+    #[arg(long, group = "uses_lock", conflicts_with_all = PARTIAL)]
     pub(crate) locked: bool,
     /// Writes what is reached into the lock, to be committed, and says what differs from before.
-    #[arg(long, conflicts_with = "locked", conflicts_with_all = PARTIAL)]
+    #[arg(long, group = "uses_lock", conflicts_with_all = PARTIAL)]
     pub(crate) update: bool,
-    /// The lock.
-    #[arg(long, value_name = "FILE", default_value = "permutations.lock")]
+    /// The lock that --locked compares with, or --update writes.
+    #[arg(long, value_name = "FILE", default_value = lock::DEFAULT, requires = "uses_lock")]
     pub(crate) lock: PathBuf,
     /// The budgets of passes: numbers of texts, bytes, bindings, registers, and cost. Without the file there are none.
     #[arg(long, value_name = "FILE", default_value = "permutations.budgets.json")]

@@ -9,7 +9,7 @@ use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
 
 use umbragraph::diagnostic::{Diagnostic, Place};
-use umbragraph::low_level::compose::read_bytes;
+use umbragraph::low_level::compose::{normalize, read_bytes};
 use umbragraph::low_level::source::Span;
 
 use super::text::Invalid;
@@ -20,6 +20,9 @@ use crate::session::Session;
 
 /// The maximum bytes of a lock.
 const MAX_BYTES: u64 = 64 << 20;
+
+/// The lock where none is named.
+pub(crate) const DEFAULT: &str = "permutations.lock";
 
 /// The path of a lock.
 pub(crate) struct LockFile<'p> {
@@ -55,7 +58,7 @@ impl<'p> LockFile<'p> {
     /// in it.
     pub(crate) fn name_of(&self, pipeline: &Path) -> String {
         let slashed = |path: &Path| path.display().to_string().replace('\\', "/");
-        let plain = |path: &Path| Some(normal(&std::path::absolute(path).ok()?));
+        let plain = |path: &Path| Some(normalize(&std::path::absolute(path).ok()?));
         let is_bundled = pipeline.to_string_lossy().starts_with("umbragraph:");
         let (Some(own), Some(path)) = (plain(self.path), plain(pipeline).filter(|_| !is_bundled)) else {
             return slashed(pipeline);
@@ -74,6 +77,13 @@ impl<'p> LockFile<'p> {
         name.starts_with("umbragraph:") || self.path.parent().unwrap_or(Path::new("")).join(name).exists()
     }
 
+    /// The way out: the command that writes it.
+    fn mend(&self) -> String {
+        let is_default = self.path == Path::new(DEFAULT);
+        let lock = if is_default { String::new() } else { format!(" --lock {}", self.name()) };
+        format!("`umbragraph permutations PIPELINE... --update{lock}` writes it")
+    }
+
     fn name(&self) -> String {
         self.path.display().to_string()
     }
@@ -82,7 +92,7 @@ impl<'p> LockFile<'p> {
     fn text(&self) -> Result<Option<String>, Diagnostic> {
         let failed = |reason: String| {
             let message = format!("the lock \"{}\" cannot be read: {reason}", self.name());
-            Diagnostic::in_file(codes::LOCK_INVALID, self.name(), "", message).help(MEND)
+            Diagnostic::in_file(codes::LOCK_INVALID, self.name(), "", message).help(self.mend())
         };
         match read_bytes(self.path, MAX_BYTES) {
             Ok(Some(bytes)) => {
@@ -109,8 +119,6 @@ impl<'p> LockFile<'p> {
     }
 }
 
-const MEND: &str = "`umbragraph permutations PIPELINE... --update` writes it anew";
-
 /// A lock of the disk, with its text among the sources; `None` where there is no file.
 ///
 /// # Errors
@@ -122,7 +130,7 @@ pub(crate) fn read(session: &mut Session, path: &Path) -> Result<Option<(Parsed,
     match Parsed::new(&text) {
         Ok(parsed) => Ok(Some((parsed, whole))),
         Err(Invalid { range, message, .. }) => {
-            Err(Diagnostic::error(codes::LOCK_INVALID, whole.inside(range), message).help(MEND))
+            Err(Diagnostic::error(codes::LOCK_INVALID, whole.inside(range), message).help(file.mend()))
         }
     }
 }
@@ -134,8 +142,7 @@ pub(crate) fn hold(session: &mut Session, file: &LockFile<'_>, reached: &Lock, s
         Ok(None) => {
             let message = format!("there is no lock \"{}\"", file.name());
             let missing = Diagnostic::in_file(codes::LOCK_DIFFERS, file.name(), "", message);
-            let help = "`umbragraph permutations PIPELINE... --update` writes it; commit it";
-            session.diagnostics.push(missing.help(help));
+            session.diagnostics.push(missing.help(format!("{}; commit it", file.mend())));
             return;
         }
         Err(diagnostic) => {
@@ -206,17 +213,4 @@ pub(crate) fn update(file: &LockFile<'_>, reached: &Lock) -> Result<String, Diag
     let change = |Change { pipeline, message, .. }: Change| format!("{pipeline}: {message}\n");
     let changes: String = difference(&before, &lock).into_iter().map(change).collect();
     Ok(format!("{changes}{name}: written\n"))
-}
-
-/// A path without `.` and `..`.
-fn normal(path: &Path) -> PathBuf {
-    let mut out = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir => drop(out.pop()),
-            other => out.push(other),
-        }
-    }
-    out
 }

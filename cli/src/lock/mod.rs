@@ -19,7 +19,7 @@ use umbragraph::low_level::shader::permutations::{Count, TemplateReport, Variant
 use umbragraph::low_level::shader::{AxisValue, AxisValues};
 
 pub(crate) use difference::{Change, difference};
-pub(crate) use file::{LockFile, PassPlaces, Shown, hold, read, update};
+pub(crate) use file::{DEFAULT, LockFile, PassPlaces, Shown, hold, read, update};
 use text::Parsed;
 pub(crate) use text::with_values;
 

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use umbragraph::diagnostic::{Code, Diagnostic, Place, Severity, counted};
 use umbragraph::low_level::compose::{read_bytes, unreadable};
+use umbragraph::low_level::shader::permutations::Count;
 use umbragraph::low_level::shader::{AxisValue, AxisValues};
 
 use super::{Shard, write_if_whole};
@@ -25,12 +26,14 @@ const MAX_BYTES: u64 = 1 << 30;
 /// A report, of a shard or joined.
 #[derive(Default, Serialize, Deserialize)]
 struct Report {
+    /// The hash of the run that it is of.
+    run: String,
     diagnostics: Vec<Value>,
     shard: Option<Shard>,
     partial: bool,
     pipelines: Vec<ReachedPipeline>,
     templates: Vec<Template>,
-    combinations: Number,
+    combinations: Count,
     texts: usize,
     proven: usize,
     declarations: usize,
@@ -39,7 +42,7 @@ struct Report {
 #[derive(Serialize, Deserialize)]
 struct ReachedPipeline {
     pipeline: String,
-    configurations: Number,
+    configurations: Count,
     loaded: usize,
     rejected: usize,
     reached: Pipeline,
@@ -49,10 +52,12 @@ struct ReachedPipeline {
 #[derive(PartialEq, Serialize, Deserialize)]
 struct Template {
     name: String,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    group: String,
     template: String,
     profiles: Vec<String>,
-    configurations: Number,
-    covered: Number,
+    configurations: Count,
+    covered: Count,
     paths: usize,
     values: BTreeMap<String, BTreeSet<AxisValue>>,
     variants: Vec<Variant>,
@@ -64,23 +69,11 @@ struct Template {
 struct Variant {
     axes: AxisValues,
     paths: usize,
-    configurations: Number,
+    configurations: Count,
     bytes: usize,
     hash: String,
     valid: bool,
     costs: BTreeMap<String, Value>,
-}
-
-#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
-struct Number {
-    number: u128,
-    exact: bool,
-}
-
-impl Default for Number {
-    fn default() -> Self {
-        Self { number: 0, exact: true }
-    }
 }
 
 impl Report {
@@ -104,8 +97,7 @@ impl Report {
         }
         for own in other.templates {
             let is_known = |known: &&mut Template| {
-                let without = |name: &str| name.split(" on ").next().unwrap_or_default().to_owned();
-                without(&known.name) == without(&own.name)
+                known.name == own.name
                     && known.template == own.template
                     && known.variants == own.variants
                     && known.configurations == own.configurations
@@ -129,11 +121,7 @@ impl Report {
         let hash = |one: &Template| one.variants.first().map(|first| first.hash.clone());
         self.templates.sort_by(|a, b| (&a.name, &a.template, hash(a)).cmp(&(&b.name, &b.template, hash(b))));
         for covered in self.templates.iter().map(|template| template.covered) {
-            let sum = self.combinations.number.checked_add(covered.number);
-            self.combinations = Number {
-                number: sum.unwrap_or(u128::MAX),
-                exact: sum.is_some() && covered.exact && self.combinations.exact,
-            };
+            self.combinations = self.combinations.plus(covered);
         }
         let texts = self.templates.iter().flat_map(|one| one.variants.iter().map(|each| &each.hash));
         self.texts = texts.collect::<BTreeSet<_>>().len();
@@ -160,7 +148,17 @@ pub(super) fn run(arguments: &PermutationsArguments, session: &mut Session) -> b
     let mut shards: Vec<Option<Shard>> = Vec::new();
     for path in &arguments.pipelines {
         match read(path) {
+            Ok(report) if !shards.is_empty() && report.shard.is_some() && report.run != joined.run => {
+                let first =
+                    arguments.pipelines.first().map_or("", |first| first.to_str().unwrap_or_default());
+                let name = path.display().to_string();
+                let message =
+                    format!("\"{name}\" is of other files, options or another version than \"{first}\"");
+                let help = "make all reports of the same files, with the same options and the same program";
+                session.diagnostics.push(Diagnostic::in_file(codes::SHARDS, name, "", message).help(help));
+            }
             Ok(report) => {
+                joined.run.clone_from(&report.run);
                 if report.partial && (arguments.locked || arguments.update) {
                     let name = path.display().to_string();
                     let message = format!(

@@ -53,10 +53,8 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     let is_budgeted = !is_partial && arguments.shard.is_none() && !arguments.axes;
     let budgets = Some(&arguments.budgets).filter(|_| is_budgeted);
     let budgets = budgets.and_then(|path| Budgets::read(&mut session, path));
-    let cached = cache.as_ref().filter(|_| is_text).map(|cache| {
-        session.read_all(&arguments.pipelines, &arguments.files.extension);
-        (cache, cache.run(session.sources()))
-    });
+    session.read_all(&arguments.pipelines, &arguments.files.extension);
+    let cached = cache.as_ref().filter(|_| is_text).map(|cache| (cache, cache.run(session.sources())));
     let said = cached.as_ref().and_then(|(cache, name)| cache.said(name));
     let is_known = |said: &Said| {
         // A difference is shown at its pass.
@@ -74,7 +72,8 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
             .filter(|_| arguments.update)
             .is_none_or(|lock| write_lock(arguments, &session, &lock));
     }
-    let mut outcome = Outcome { shard: arguments.shard, is_partial, ..Outcome::default() };
+    let run = fingerprint(arguments, &session);
+    let mut outcome = Outcome { run, shard: arguments.shard, is_partial, ..Outcome::default() };
     if let Some((requests, reached)) = requests(arguments, &mut session) {
         outcome.reached = reached;
         if arguments.axes {
@@ -130,6 +129,19 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
         cache.keep(&name, &Said { lock, ..session.said(arguments.format, text) });
     }
     is_fine && is_written
+}
+
+/// The hash of all that the outcome of a run follows from but its shard: this version, the texts of files (whatever folder
+/// they lie in), and the options that choose what is proven.
+fn fingerprint(arguments: &PermutationsArguments, session: &Session) -> String {
+    let PermutationsArguments { profiles, all, config, settings, exhaustive, .. } = arguments;
+    let mut hash = blake3::Hasher::new();
+    let version = env!("CARGO_PKG_VERSION");
+    hash.update(format!("{version} {profiles:?} {all} {config} {settings:?} {exhaustive}").as_bytes());
+    for (_, file) in session.sources().iter() {
+        hash.update(blake3::hash(file.text().as_bytes()).as_bytes());
+    }
+    hash.finalize().to_hex().as_str().chars().take(16).collect()
 }
 
 /// Writes the lock where that is asked; whether nothing keeps it from that. Without a lock it is not known what is reached.

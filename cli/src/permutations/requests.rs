@@ -93,8 +93,8 @@ pub(super) fn requests(
                     0 | 1 => String::new(),
                     count => format!(" and {} more", count - 1),
                 };
-                let on = if at == 0 { String::new() } else { format!(" on {}", names(group)) };
-                let name = format!("{stem}.{}{more}{on}", program.passes.first().map_or("", String::as_str));
+                let own_group = if at == 0 { String::new() } else { names(group) };
+                let name = format!("{stem}.{}{more}", program.passes.first().map_or("", String::as_str));
                 for pass in &program.passes {
                     let place = || place_of(understood.0, pass).unwrap_or(program.place);
                     own.places.entry(pass.clone()).or_insert_with(place);
@@ -124,6 +124,7 @@ pub(super) fn requests(
                     reach(requests.len());
                     requests.push(Request {
                         name: name.clone(),
+                        group: own_group.clone(),
                         allowed,
                         assumed: program.assumed.clone(),
                         place: program.place.into(),

@@ -348,4 +348,8 @@ fn a_lock_wants_all_that_is_reached() {
         }
     }
     assert_eq!(project.permutations(&["--locked", "--update"]).status.code(), Some(2));
+    assert_eq!(project.permutations(&["--lock", "other.lock"]).status.code(), Some(2));
+    let missing = project.permutations(&["--locked", "--lock", "other.lock"]);
+    let says = ["there is no lock \"other.lock\"", "--update --lock other.lock` writes it; commit it"];
+    umbragraph_test_support::command::rejected(&missing, 1, &says);
 }

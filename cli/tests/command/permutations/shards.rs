@@ -123,6 +123,18 @@ fn reports_of_other_shards_are_not_joined() {
 }
 
 #[test]
+fn reports_of_different_files_are_not_joined() {
+    let project = Project::new("shards-files").with_other();
+    let first = project.shards(2);
+    let kept = project.read("1-2.json");
+    project.edit("fill.wgsl.jinja", "0.0, 1.0);\n}\n@fragment", "0.5, 1.0);\n}\n@fragment");
+    assert_eq!(project.shards(2), first);
+    project.write("1-2.json", &kept);
+    let says = "\"2-2.json\" is of other files, options or another version than \"1-2.json\"";
+    rejected(&project.merge(&first, &["--update"]), 1, &["error[UG0822]", says]);
+}
+
+#[test]
 fn a_report_of_a_part_is_put_into_no_lock() {
     let project = Project::new("shards-part").with_other();
     for option in [&["--config"][..], &["--all"], &["--profile", "webgpu"]] {

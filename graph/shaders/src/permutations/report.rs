@@ -34,6 +34,9 @@ pub struct TemplateReport {
     pub request: usize,
     /// The pass, or what else the request calls itself.
     pub name: String,
+    /// The profiles that it is about where others reach something else under its name.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub group: String,
     /// The template.
     pub template: String,
     /// The names of the profiles.

@@ -15,6 +15,8 @@ use umbragraph_text::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, desc
 pub struct Request {
     /// The name in reports: that of a pass, for one.
     pub name: String,
+    /// The profiles that it is about where others reach something else under its name; empty where none do.
+    pub group: String,
     /// The template.
     pub template: String,
     /// The values that axes can have; an axis that is not named can have all of its values.
@@ -33,6 +35,7 @@ impl Request {
     pub fn all(template: &str, profiles: &[TargetProfile]) -> Self {
         Self {
             name: template.to_owned(),
+            group: String::new(),
             template: template.to_owned(),
             allowed: BTreeMap::new(),
             assumed: BTreeMap::new(),

@@ -51,6 +51,7 @@ pub(super) fn report_on(
     TemplateReport {
         request: each.at,
         name: request.name.clone(),
+        group: request.group.clone(),
         template: request.template.clone(),
         profiles: request.profiles.iter().map(|profile| profile.name.clone()).collect(),
         configurations: space.count(&AxisValues::new()),

@@ -6,7 +6,7 @@
 use std::fmt;
 
 /// A number of configurations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Count {
     /// The number, or a lower bound of it.
     pub number: u128,
