@@ -21,13 +21,21 @@ use super::wgsl_error;
 use crate::codes;
 use crate::reflection::WorkgroupSizes;
 use crate::rules::aliasing;
+use crate::rules::behaviors;
 use crate::rules::constant_arguments;
-use crate::rules::endless_loops;
+use crate::rules::spelled;
+use crate::rules::stage_variables;
+use crate::rules::texture_arguments;
+use crate::rules::types;
 use crate::rules::uniformity;
+use crate::written::attributes;
 use crate::written::complexity;
+use crate::written::constructors;
 use crate::written::hint;
 use crate::written::operators;
 use crate::written::rejection::Rejection;
+use crate::written::scopes;
+use crate::written::tokens::Tokens;
 
 /// Stack for parsing and validating nested text.
 pub(crate) const STACK_BYTES: usize = 32 << 20;
@@ -35,29 +43,48 @@ pub(crate) const STACK_BYTES: usize = 32 << 20;
 /// Parses WGSL.
 ///
 /// # Errors
-/// Why naga rejects it.
+/// Why naga rejects it, or the first rule of the text that it breaks.
 pub(crate) fn parse(text: &str) -> Result<Module, Rejection> {
     complexity::check(text)?;
     let module = guarded(|| {
         naga::front::wgsl::parse_str(text)
             .map_err(|error| hint::improve(text, wgsl_error::parse(text, &error)))
     })?;
-    operators::check(text)?;
+    let tokens = Tokens::new(text);
+    operators::check(&tokens)?;
+    attributes::check(&tokens, &module)?;
+    constructors::check(&tokens, &module)?;
+    scopes::check(&tokens)?;
+    spelled::check(&tokens, &module)?;
     Ok(module)
 }
 
 /// Validates a parsed module.
 ///
 /// # Errors
-/// Why naga rejects it, or the first loop or constant that browsers reject.
+/// Why naga rejects it, or the first rule that it breaks.
 pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<ModuleInfo, Rejection> {
     let info = guarded(|| {
         Validator::new(ValidationFlags::all(), capabilities)
             .validate(module)
             .map_err(|error| wgsl_error::validation(codes::WGSL_INVALID, module, &error))
     })?;
-    let beyond = endless_loops::found(module).into_iter().chain(constant_arguments::found(module)).next();
+    let rules = [
+        behaviors::found,
+        types::found,
+        stage_variables::found,
+        constant_arguments::found,
+        texture_arguments::found,
+    ];
+    let beyond = rules.into_iter().find_map(|found| found(module).into_iter().next());
     beyond.map_or(Ok(info), Err)
+}
+
+/// Whether naga by itself takes a text, without the rules of this crate.
+#[cfg(test)]
+pub(crate) fn is_valid_for_naga(text: &str, capabilities: Capabilities) -> bool {
+    naga::front::wgsl::parse_str(text)
+        .is_ok_and(|module| Validator::new(ValidationFlags::all(), capabilities).validate(&module).is_ok())
 }
 
 /// Violations of WGSL rules that naga does not check; browsers reject such modules.

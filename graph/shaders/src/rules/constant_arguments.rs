@@ -11,31 +11,37 @@
 //! | `ldexp(e1, e2)` | e2 above 128 |
 //! | `pack2x16float`, `quantizeToF16` | a value beyond ±65,504 |
 //! | `unpack2x16float`, `bitcast<f32>` | bits of an infinity or of no number |
+//! | `mix`, `reflect`, `determinant`, `ldexp` of constants | a value beyond the largest f32 |
 //!
 //! A `let` is no constant, whatever its value. Source: *WebGPU Shading Language*, "Built-in Functions".
 
 use naga::{Arena, Expression, Function, Handle, Literal, MathFunction, Module, ScalarKind, TypeInner};
 
 use crate::codes;
+use crate::written::ir;
 use crate::written::rejection::Rejection;
 
 /// The calls of a module with constants that their functions do not take.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
-    let functions = module.functions.iter().map(|(_, function)| function);
-    let all = functions.chain(module.entry_points.iter().map(|entry| &entry.function));
-    all.flat_map(|function| {
-        let calls = Calls { module, function };
-        function.expressions.iter().filter_map(move |(handle, _)| calls.rejection(handle)).collect::<Vec<_>>()
-    })
-    .collect()
+    ir::functions(module)
+        .flat_map(|function| {
+            let calls = Constants { module, function };
+            function
+                .expressions
+                .iter()
+                .filter_map(move |(handle, _)| calls.rejection(handle))
+                .collect::<Vec<_>>()
+        })
+        .collect()
 }
 
-struct Calls<'m> {
-    module: &'m Module,
-    function: &'m Function,
+/// The constants of a function.
+pub(super) struct Constants<'m> {
+    pub(super) module: &'m Module,
+    pub(super) function: &'m Function,
 }
 
-impl Calls<'_> {
+impl Constants<'_> {
     fn rejection(&self, handle: Handle<Expression>) -> Option<Rejection> {
         let (message, help) = match self.function.expressions[handle] {
             Expression::Math { fun, arg, arg1, arg2, arg3 } => {
@@ -54,6 +60,9 @@ impl Calls<'_> {
                 let message = format!("the bits 0x{bits:08x} are no finite f32");
                 (message, "compare bits as integers, or take the bits of a finite number")
             }
+            Expression::Literal(Literal::F16(value)) if !f32::from(value).is_finite() => {
+                ("the value does not fit in an f16, which ends at 65,504".to_owned(), "take a smaller value")
+            }
             _ => return None,
         };
         let place = self.function.expressions.get_span(handle);
@@ -65,7 +74,7 @@ impl Calls<'_> {
         fun: MathFunction,
         arguments: [Option<Handle<Expression>>; 4],
     ) -> Option<(String, &'static str)> {
-        let argument = |at: usize| arguments[at].and_then(|argument| self.constant(argument));
+        let argument = |at: usize| arguments[at].and_then(|argument| self.values(argument));
         let pairs = |one: usize, other: usize| Some(argument(one)?.into_iter().zip(argument(other)?));
         Some(match fun {
             MathFunction::Clamp => {
@@ -86,9 +95,33 @@ impl Calls<'_> {
                 (message, "take fewer bits, or a smaller offset")
             }
             MathFunction::Ldexp => {
-                let exponent = argument(1)?.into_iter().find(|exponent| *exponent > 128.0)?;
-                (format!("\"ldexp\" has the exponent {exponent}, above 128"), "no f32 is so large")
+                let too_large = argument(1)?.into_iter().find(|exponent| *exponent > 128.0);
+                if let Some(exponent) = too_large {
+                    (format!("\"ldexp\" has the exponent {exponent}, above 128"), "no f32 is so large")
+                } else {
+                    let values = pairs(0, 1)?.map(|(value, exponent)| value * exponent.exp2());
+                    overflow("ldexp", values)?
+                }
             }
+            MathFunction::Mix => {
+                let (one, other, share) = (argument(0)?, argument(1)?, argument(2)?);
+                let shares = share.iter().chain(share.iter().cycle().filter(|_| share.len() == 1));
+                let parts = one.iter().zip(&other).zip(shares);
+                let steps = |((one, other), share): ((&f64, &f64), &f64)| {
+                    [one * (1.0 - share), other * share, one * (1.0 - share) + other * share]
+                };
+                overflow("mix", parts.flat_map(steps))?
+            }
+            MathFunction::Reflect => {
+                let (incident, normal) = (argument(0)?, argument(1)?);
+                let dot: f64 = incident.iter().zip(&normal).map(|(one, other)| one * other).sum();
+                let steps = incident
+                    .iter()
+                    .zip(&normal)
+                    .flat_map(|(incident, normal)| [dot, 2.0 * dot * normal, incident - 2.0 * dot * normal]);
+                overflow("reflect", steps)?
+            }
+            MathFunction::Determinant => overflow("determinant", determinant_steps(&argument(0)?))?,
             MathFunction::Pack2x16float | MathFunction::QuantizeToF16 => {
                 let value = argument(0)?.into_iter().find(|value| value.abs() > 65_504.0)?;
                 (format!("{value} does not fit in a half, which ends at 65,504"), "clamp the value first")
@@ -103,7 +136,7 @@ impl Calls<'_> {
     }
 
     /// The components of a constant of the function.
-    fn constant(&self, handle: Handle<Expression>) -> Option<Vec<f64>> {
+    pub(super) fn values(&self, handle: Handle<Expression>) -> Option<Vec<f64>> {
         self.literals(&self.function.expressions, handle)?.into_iter().map(number).collect()
     }
 
@@ -132,6 +165,40 @@ impl Calls<'_> {
             _ => None,
         }
     }
+}
+
+/// The first value that no f32 holds.
+fn overflow(function: &str, mut values: impl Iterator<Item = f64>) -> Option<(String, &'static str)> {
+    let value = values.find(|value| value.abs() > f64::from(f32::MAX))?;
+    Some((
+        format!("\"{function}\" of these constants is {value:e}, which no f32 holds"),
+        "take smaller values",
+    ))
+}
+
+/// Products and sums of the determinant of a square matrix by its columns, the last of which is the value.
+fn determinant_steps(values: &[f64]) -> impl Iterator<Item = f64> {
+    let side = values.len().isqrt();
+    let mut steps = Vec::new();
+    expand(values, side, &mut steps);
+    steps.into_iter()
+}
+
+/// The determinant by its first column; every product and sum is noted.
+fn expand(values: &[f64], side: usize, steps: &mut Vec<f64>) -> f64 {
+    if side <= 1 {
+        return values.first().copied().unwrap_or_default();
+    }
+    let mut sum = 0.0;
+    for row in 0..side {
+        let is_of_minor = |(at, _): &(usize, &f64)| *at >= side && at % side != row;
+        let minor: Vec<f64> =
+            values.iter().enumerate().filter(is_of_minor).map(|(_, value)| *value).collect();
+        let product = values[row] * expand(&minor, side - 1, steps);
+        sum += if row % 2 == 0 { product } else { -product };
+        steps.extend([product, sum]);
+    }
+    sum
 }
 
 fn number(literal: Literal) -> Option<f64> {

@@ -14,7 +14,7 @@ use naga::valid::{FunctionInfo, ModuleInfo};
 use super::cost::{self, Spent};
 use super::uniform_branches::{self, Branches};
 use super::uses::{self, Uses};
-use super::{aliasing, uniformity};
+use super::{aliasing, stage_variables, uniformity};
 use crate::written::rejection::Rejection;
 
 /// The summary of a function.
@@ -33,6 +33,7 @@ pub(crate) fn summaries(module: &Module, info: &ModuleInfo) -> (BTreeMap<String,
     let (uniform, mut rejections) = uniformity::analysis(module);
     let (accesses, aliases) = aliasing::analysis(module);
     rejections.extend(aliases);
+    let mentions = stage_variables::analysis(module);
     let mut summaries = BTreeMap::new();
     for (handle, function) in module.functions.iter() {
         let info = &info[handle];
@@ -40,6 +41,7 @@ pub(crate) fn summaries(module: &Module, info: &ModuleInfo) -> (BTreeMap<String,
         // Writing to a string cannot fail.
         let _ =
             write!(text, "\n{}", uniform.get(&handle).map(uniformity::Summary::digest).unwrap_or_default());
+        let _ = write!(text, "\n{}", mentions.get(&handle).copied().unwrap_or_default().digest());
         if let Some(uses) = accesses.get(&handle) {
             let _ = write!(text, "\n{}", aliasing::digest(uses));
         }

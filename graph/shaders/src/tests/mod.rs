@@ -15,6 +15,8 @@ mod reflecting;
 mod rejecting;
 mod second_compiler;
 mod texture_reads;
+mod wgsl_mutants;
+mod wgsl_rules;
 
 use super::{AxisValue, AxisValues, TargetProfile, TemplateSet};
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, Place};

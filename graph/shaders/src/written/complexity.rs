@@ -27,6 +27,11 @@ pub(crate) fn check(text: &str) -> Result<(), Rejection> {
     if text.len() > MAX_BYTES {
         return Err(rejection("the module is larger than 4 MiB", 0));
     }
+    if let Some(at) = text.bytes().position(|byte| byte == 0) {
+        let message = "the text has a null character, which WGSL allows nowhere, not even in comments";
+        let rejection = Rejection::new(codes::WGSL_SYNTAX, message, naga::Span::UNDEFINED).of(Scope::Text);
+        return Err(Rejection { range: Some(at..at + 1), ..rejection.help("remove it") });
+    }
     // Every count is at most the length.
     if text.len() <= MAX_OPERATORS {
         return Ok(());

@@ -129,7 +129,7 @@ fn split_from(
             }
             b' ' | b'\t' | b'\n' => {}
             b'\r' if bytes.get(at + 1) == Some(&b'\n') => {}
-            b'\r' | 0x0b | 0x0c | 0x80.. => return None,
+            0 | b'\r' | 0x0b | 0x0c | 0x80.. => return None,
             b'{' => {
                 start.get_or_insert(at);
                 depth += 1;
@@ -173,10 +173,10 @@ fn comment(bytes: &[u8], start: usize) -> Option<usize> {
     comment_end(bytes, start)
 }
 
-/// Whether a comment has a character that ends a line of WGSL and is no `\n`.
+/// Whether a comment has a character that ends a line of WGSL and is no `\n`, or a null character.
 fn has_other_line_end(comment: &[u8]) -> bool {
     let ends = |window: &[u8]| matches!(window, [0xc2, 0x85] | [b'\r', 0..=9 | 11..]);
-    comment.iter().any(|byte| matches!(byte, 0x0b | 0x0c))
+    comment.iter().any(|byte| matches!(byte, 0 | 0x0b | 0x0c))
         || comment.windows(2).any(ends)
         || comment.windows(3).any(|window| matches!(window, [0xe2, 0x80, 0xa8 | 0xa9]))
 }

@@ -1,10 +1,14 @@
 //! Generated WGSL as text: the origins of its parts, the reasons for its rejection, and analyses that run before naga.
 
+pub(crate) mod attributes;
 pub(crate) mod complexity;
+pub(crate) mod constructors;
 pub(crate) mod declarations;
 pub(crate) mod hint;
 pub(crate) mod ir;
 pub(crate) mod operators;
 pub(crate) mod rejection;
+pub(crate) mod scopes;
 pub(crate) mod stages;
 pub(crate) mod text_map;
+pub(crate) mod tokens;

@@ -10,34 +10,22 @@
 //! - `&&` and `||` do not mix; between them stands at most one comparison each;
 //! - on each side of a comparison stands arithmetic, or one shift and nothing else.
 //!
-//! A `<` after a name begins a template list if a `>` ends it; the search is that of the specification.
-//!
-//! Source: *WebGPU Shading Language*, "Expression Grammar Summary" and "Template Lists".
+//! Source: *WebGPU Shading Language*, "Expression Grammar Summary".
 
-use std::collections::HashSet;
 use std::ops::Range;
 
 use naga::Span;
 
-use super::complexity;
 use super::rejection::Rejection;
+use super::tokens::{KEYWORDS, Tokens, is_assignment};
 use crate::codes;
-
-/// Words that are no operand, so that a sign after them has one operand.
-const KEYWORDS: [&str; 10] =
-    ["return", "if", "else", "while", "switch", "case", "let", "const", "const_assert", "in"];
-
-/// Tokens of two bytes, but for those that begin with `>`, which may end a template list.
-const PAIRS: [&str; 17] =
-    ["&&", "||", "<<", "<=", "==", "!=", "->", "++", "--", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^="];
 
 /// A binary operator, and its place.
 type Operator = Range<usize>;
 
 /// Rejects the first pair of operators that needs parentheses.
-pub(crate) fn check(text: &str) -> Result<(), Rejection> {
-    let tokens = tokens(text);
-    let lists = template_lists(text, &tokens);
+pub(crate) fn check(tokens: &Tokens<'_>) -> Result<(), Rejection> {
+    let Tokens { text, ranges: tokens, lists } = tokens;
     // The operators of each open expression, the outermost first.
     let mut open: Vec<Vec<Operator>> = vec![Vec::new()];
     let mut after_operand = false;
@@ -95,10 +83,6 @@ pub(crate) fn check(text: &str) -> Result<(), Rejection> {
     open.iter().try_for_each(|operators| allowed(text, operators))
 }
 
-fn is_assignment(word: &str) -> bool {
-    word.ends_with('=') && !["==", "!=", "<=", ">="].contains(&word)
-}
-
 /// Ends an expression within the same brackets.
 fn end(text: &str, open: &mut [Vec<Operator>]) -> Result<(), Rejection> {
     let Some(operators) = open.last_mut() else { return Ok(()) };
@@ -112,74 +96,6 @@ fn close(text: &str, open: &mut Vec<Vec<Operator>>) -> Result<(), Rejection> {
         open.push(Vec::new());
     }
     allowed(text, &operators)
-}
-
-/// Names, numbers, and operators of one or two bytes.
-fn tokens(text: &str) -> Vec<Range<usize>> {
-    let mut tokens: Vec<Range<usize>> = Vec::new();
-    for range in complexity::words(text) {
-        if let Some(last) = tokens.last_mut()
-            && last.end == range.start
-            && (PAIRS.contains(&&text[last.start..range.end])
-                || is_exponent(&text[last.clone()], &text[range.clone()]))
-        {
-            last.end = range.end;
-        } else {
-            tokens.push(range);
-        }
-    }
-    tokens
-}
-
-/// Whether a word goes on with a number such as `1e` or `1e-`.
-fn is_exponent(number: &str, word: &str) -> bool {
-    let is_number = number.starts_with(|first: char| first.is_ascii_digit());
-    let is_hex = number.starts_with("0x") || number.starts_with("0X");
-    let ends = if is_hex { ['p', 'P'] } else { ['e', 'E'] };
-    let begun = number.strip_suffix(['+', '-']);
-    is_number
-        && match begun {
-            Some(begun) => begun.ends_with(ends),
-            None => number.ends_with(ends) && ["+", "-"].contains(&word),
-        }
-}
-
-/// The tokens that begin and end the template lists of a text.
-fn template_lists(text: &str, tokens: &[Range<usize>]) -> HashSet<usize> {
-    let word = |at: usize| tokens.get(at).map_or("", |range| &text[range.clone()]);
-    let is_name = |word: &str| {
-        word.starts_with(|first: char| first.is_alphabetic() || first == '_') && !KEYWORDS.contains(&word)
-    };
-    let mut lists = HashSet::new();
-    // Where a list may have begun, and within how many brackets.
-    let mut pending: Vec<(usize, usize)> = Vec::new();
-    let mut depth = 0_usize;
-    for at in 0..tokens.len() {
-        match word(at) {
-            "<" if at > 0 && is_name(word(at - 1)) => pending.push((at, depth)),
-            ">" => {
-                if let Some((begin, _)) = pending.pop_if(|(_, within)| *within == depth) {
-                    lists.extend([begin, at]);
-                }
-            }
-            "(" | "[" => depth += 1,
-            ")" | "]" => {
-                pending.retain(|(_, within)| *within < depth);
-                depth = depth.saturating_sub(1);
-            }
-            "&&" | "||" => pending.retain(|(_, within)| *within < depth),
-            ";" | "{" | ":" => {
-                depth = 0;
-                pending.clear();
-            }
-            other if is_assignment(other) => {
-                depth = 0;
-                pending.clear();
-            }
-            _ => {}
-        }
-    }
-    lists
 }
 
 /// Rejects operators of one level that do not go together.
@@ -259,7 +175,12 @@ fn tightness(operator: &str) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::check;
+    use super::Tokens;
+    use crate::written::rejection::Rejection;
+
+    fn check(text: &str) -> Result<(), Rejection> {
+        super::check(&Tokens::new(text))
+    }
 
     fn accepts(expression: &str) -> bool {
         check(&format!("fn f() {{ let r = {expression}; }}")).is_ok()

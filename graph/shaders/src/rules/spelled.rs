@@ -1,0 +1,302 @@
+//! Rules about what a text spells and naga's form of it no longer tells.
+//!
+//! | text | in naga's form |
+//! |---|---|
+//! | `s[0]` of a structure | `s.first` |
+//! | `bitcast<vec2<f32>>(x)` of one `u32` | a bit cast to `f32`, with as many components as `x` |
+//! | `counter = 1u` of an atomic | `atomicStore(&counter, 1u)` |
+//! | `textureGather(0, depth, …)` | `textureGather(depth, …)` |
+//! | `let r = 3000000000` | `let r = 3000000000u` |
+//!
+//! For each of them, this pass finds the expression in naga's form and looks at the text that it was made from.
+
+use std::ops::Range;
+
+use naga::front::Typifier;
+use naga::proc::ResolveContext;
+use naga::{
+    Expression, Function, Handle, ImageClass, Literal, MathFunction, Module, ScalarKind, Span, Statement,
+    TypeInner,
+};
+
+use super::types::{self, Parts};
+use crate::codes;
+use crate::written::ir;
+use crate::written::rejection::Rejection;
+use crate::written::tokens::{Tokens, is_name};
+
+/// Built-in functions that give a constant without a type of its own, if that is all that they are given.
+const UNTYPED: [&str; 14] = [
+    "abs", "array", "clamp", "cross", "dot", "max", "min", "select", "sign", "vec2", "vec3", "vec4", "all",
+    "any",
+];
+
+/// Rejects the first expression of a module that naga reads in another way.
+pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejection> {
+    (0..tokens.ranges.len()).try_for_each(|at| shift(tokens, at))?;
+    let (untyped, parts) = (untyped(tokens, module), types::parts(module));
+    ir::functions(module)
+        .try_for_each(|function| Check { tokens, module, function, parts: &parts }.check(&untyped))
+}
+
+struct Check<'a> {
+    tokens: &'a Tokens<'a>,
+    module: &'a Module,
+    function: &'a Function,
+    parts: &'a [Parts],
+}
+
+impl<'a> Check<'a> {
+    fn check(&self, untyped: &[Range<usize>]) -> Result<(), Rejection> {
+        let expressions = &self.function.expressions;
+        let mut types = Typifier::new();
+        let locals = &self.function.local_variables;
+        let context = ResolveContext::with_locals(self.module, locals, &self.function.arguments);
+        let mut of = |handle: Handle<Expression>| {
+            types.grow(handle, expressions, &context).ok()?;
+            Some(types.get(handle, &self.module.types).clone())
+        };
+        for (handle, expression) in expressions.iter() {
+            let found = match expression {
+                Expression::AccessIndex { base, .. } if self.text(handle).ends_with(']') => {
+                    let of_base = of(*base);
+                    of_base
+                        .is_some_and(|ty| self.is_structure(&ty))
+                        .then_some(("a structure has members, and no elements", "write the member's name"))
+                }
+                Expression::As { expr, convert: None, .. } => {
+                    let mut is_other = || self.bits_of_cast(handle).zip(of(*expr).and_then(|ty| bits(&ty)));
+                    let is_large = || {
+                        let literal = matches!(expressions[*expr], Expression::Literal(Literal::U32(value)) if value > i32::MAX.cast_unsigned());
+                        literal
+                            && self.argument(handle).is_some_and(|at| {
+                                is_untyped(self.tokens, self.module, at) && self.tokens.word(at + 1) == ")"
+                            })
+                    };
+                    if !self.text(handle).starts_with("bitcast") {
+                        None
+                    } else if is_other().is_some_and(|(to, from)| to != from) {
+                        Some(("a bit cast takes as many bits as it gives", "take a vector of the same size"))
+                    } else if is_large() {
+                        Some((
+                            "a number without a suffix is an i32, which does not hold this",
+                            "add the suffix \"u\"",
+                        ))
+                    } else {
+                        None
+                    }
+                }
+                Expression::Math { fun: MathFunction::Sign, arg, .. } => {
+                    let is_unsigned = of(*arg).and_then(|ty| ty.scalar_kind()) == Some(ScalarKind::Uint);
+                    is_unsigned.then_some(("\"sign\" takes no unsigned numbers", "use \"min(value, 1u)\""))
+                }
+                Expression::ImageSample { image, gather: Some(_), .. } => {
+                    let image = ir::image(self.module, self.function, *image);
+                    let is_depth =
+                        matches!(image, Some(TypeInner::Image { class: ImageClass::Depth { .. }, .. }));
+                    let first = self.argument(handle).map_or("", |at| self.tokens.word(at));
+                    (is_depth && first.starts_with(|first: char| first.is_ascii_digit())).then_some((
+                        "depth has one component, so that none is chosen",
+                        "leave the first argument out",
+                    ))
+                }
+                Expression::Load { pointer } => {
+                    let holds = of(*pointer).is_some_and(|ty| self.is_composite_with_atomics(&ty));
+                    holds.then_some((
+                        "what holds atomics is not read as a whole",
+                        "use \"atomicLoad\" on each",
+                    ))
+                }
+                Expression::ImageLoad { coordinate, array_index, sample, level, .. } => {
+                    let used = [Some(*coordinate), *array_index, *sample, *level];
+                    let is_large = used.into_iter().flatten().any(|used| self.is_large_without_suffix(used));
+                    is_large.then_some((
+                        "a number without a suffix is an i32, which does not hold this",
+                        "no texture is so large",
+                    ))
+                }
+                Expression::Literal(Literal::U32(value)) if *value > i32::MAX.cast_unsigned() => {
+                    let place = expressions.get_span(handle).to_range();
+                    let is_within = |range: &Range<usize>| {
+                        place
+                            .as_ref()
+                            .is_some_and(|place| range.start <= place.start && place.end <= range.end)
+                    };
+                    untyped.iter().any(is_within).then_some((
+                        "a number without a suffix is an i32, which does not hold this",
+                        "add the suffix \"u\"",
+                    ))
+                }
+                _ => None,
+            };
+            if let Some((message, help)) = found {
+                return Err(reject(message, help, expressions.get_span(handle)));
+            }
+        }
+        self.stores(&mut of)
+    }
+
+    fn stores(&self, of: &mut impl FnMut(Handle<Expression>) -> Option<TypeInner>) -> Result<(), Rejection> {
+        let mut blocks = vec![&self.function.body];
+        while let Some(block) = blocks.pop() {
+            for (statement, span) in block.span_iter() {
+                blocks.extend(ir::blocks(statement));
+                let Statement::Store { pointer, .. } = statement else { continue };
+                let written =
+                    span.to_range().and_then(|range| self.tokens.text.get(range)).unwrap_or_default();
+                if !written.starts_with("atomicStore") && of(*pointer).is_some_and(|ty| self.is_atomic(&ty)) {
+                    let help = "use \"atomicStore(&counter, value)\"";
+                    return Err(reject("an atomic is not assigned to", help, *span));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn text(&self, handle: Handle<Expression>) -> &'a str {
+        let range = self.function.expressions.get_span(handle).to_range();
+        range.and_then(|range| self.tokens.text.get(range)).unwrap_or_default()
+    }
+
+    /// Whether a constant, or a component of it, is beyond `i32` and written without a suffix.
+    fn is_large_without_suffix(&self, handle: Handle<Expression>) -> bool {
+        match &self.function.expressions[handle] {
+            Expression::Literal(Literal::U32(value)) => {
+                *value > i32::MAX.cast_unsigned()
+                    && self.text(handle).ends_with(|last: char| last.is_ascii_digit())
+            }
+            Expression::Compose { components, .. } => {
+                components.iter().any(|component| self.is_large_without_suffix(*component))
+            }
+            _ => false,
+        }
+    }
+
+    /// The first token of the arguments of a call.
+    fn argument(&self, handle: Handle<Expression>) -> Option<usize> {
+        let range = self.function.expressions.get_span(handle).to_range()?;
+        let call = self.tokens.ranges.partition_point(|token| token.start < range.start);
+        let next = self.tokens.word(call + 1);
+        let open = if next == "<" {
+            (call..self.tokens.ranges.len()).find(|at| self.tokens.word(*at) == "(")?
+        } else {
+            call + 1
+        };
+        (self.tokens.word(open) == "(").then_some(open + 1)
+    }
+
+    fn is_structure(&self, ty: &TypeInner) -> bool {
+        match ty {
+            TypeInner::Struct { .. } => true,
+            TypeInner::Pointer { base, .. } => {
+                matches!(self.module.types[*base].inner, TypeInner::Struct { .. })
+            }
+            _ => false,
+        }
+    }
+
+    fn is_atomic(&self, pointer: &TypeInner) -> bool {
+        matches!(pointer, TypeInner::Pointer { base, .. } if matches!(self.module.types[*base].inner, TypeInner::Atomic(_)))
+    }
+
+    fn is_composite_with_atomics(&self, pointer: &TypeInner) -> bool {
+        let TypeInner::Pointer { base, .. } = pointer else { return false };
+        let has_atomics = self.parts.get(base.index()).is_some_and(|parts| parts.has_atomics);
+        has_atomics && !self.is_atomic(pointer)
+    }
+
+    /// The bits of the type to which a bit cast is written.
+    fn bits_of_cast(&self, handle: Handle<Expression>) -> Option<u32> {
+        let range = self.function.expressions.get_span(handle).to_range()?;
+        let first = self.tokens.ranges.partition_point(|token| token.start < range.start);
+        let mut at = first + 2;
+        // An alias stands for another name, at most for so many others.
+        for _ in 0..64 {
+            let (name, next) = (self.tokens.word(at), self.tokens.word(at + 1));
+            let scalar = if next == "<" { self.tokens.word(at + 2) } else { name };
+            let width = if scalar.ends_with("16") || scalar.ends_with('h') { 16 } else { 32 };
+            if let Some(size) = name.strip_prefix("vec").and_then(|rest| rest.get(..1)?.parse::<u32>().ok()) {
+                return Some(size * width);
+            }
+            if ["f32", "i32", "u32", "f16"].contains(&name) {
+                return Some(width);
+            }
+            let is_alias = |at: &usize| self.tokens.word(*at) == "alias" && self.tokens.word(at + 1) == name;
+            at = (0..self.tokens.ranges.len()).find(is_alias)? + 3;
+        }
+        None
+    }
+}
+
+fn bits(ty: &TypeInner) -> Option<u32> {
+    match ty {
+        TypeInner::Scalar(scalar) => Some(u32::from(scalar.width) * 8),
+        TypeInner::Vector { size, scalar } => Some(*size as u32 * u32::from(scalar.width) * 8),
+        _ => None,
+    }
+}
+
+fn reject(message: &str, help: &str, place: Span) -> Rejection {
+    Rejection::new(codes::WGSL_INVALID, message, place).help(help)
+}
+
+/// Rejects a shift of two numbers without suffixes beyond all integers: naga leaves bits out.
+fn shift(tokens: &Tokens<'_>, at: usize) -> Result<(), Rejection> {
+    if tokens.word(at) != "<<" || at < 3 {
+        return Ok(());
+    }
+    let is_whole = match (tokens.word(at - 2), tokens.word(at + 2)) {
+        ("=", ";") => tokens.word(at.saturating_sub(4)) != "const",
+        (",", ",") => true,
+        ("(", ")") => is_name(tokens.word(at - 3)) || tokens.word(at - 3) == ">",
+        _ => false,
+    };
+    let number = |at: usize| tokens.word(at).parse::<u64>().ok();
+    let value = number(at - 1).zip(number(at + 1)).filter(|(_, by)| *by < 64);
+    let is_large = value.is_some_and(|(value, by)| u128::from(value) << by > u128::from(u32::MAX));
+    if is_whole && is_large {
+        let place = Span::from(tokens.ranges[at].clone());
+        return Err(reject("the shift gives a number that no integer holds", "shift by less", place));
+    }
+    Ok(())
+}
+
+/// The values of `let` and `var` without a type, of which nothing gives them one, as bytes.
+fn untyped(tokens: &Tokens<'_>, module: &Module) -> Vec<Range<usize>> {
+    let is_declared = |at: &usize| matches!(tokens.word(*at), "let" | "var") && tokens.word(at + 2) == "=";
+    let values = (0..tokens.ranges.len()).filter(is_declared).map(|at| at + 3);
+    let mut found = Vec::new();
+    for first in values {
+        let end =
+            (first..tokens.ranges.len()).find(|at| tokens.word(*at) == ";").unwrap_or(tokens.ranges.len());
+        let is_shift = |at: usize| ["<<", ">"].contains(&tokens.word(at - 1)) || tokens.word(at - 2) == "<<";
+        if (first..end).all(|at| is_untyped(tokens, module, at) || is_shift(at))
+            && let (Some(first), Some(last)) = (tokens.ranges.get(first), tokens.ranges.get(end - 1))
+        {
+            found.push(first.start..last.end);
+        }
+    }
+    found
+}
+
+fn is_untyped(tokens: &Tokens<'_>, module: &Module, at: usize) -> bool {
+    let word = tokens.word(at);
+    if word.starts_with(|first: char| first.is_ascii_digit()) {
+        let suffixes: &[char] = if word.starts_with("0x") { &['u', 'i'] } else { &['u', 'i', 'f', 'h'] };
+        return !word.ends_with(suffixes);
+    }
+    if word == "<" && tokens.lists.contains(&at) {
+        return false;
+    }
+    let is_constant = || {
+        let mut constants = module.constants.iter();
+        let found = constants.find(|(_, constant)| constant.name.as_deref() == Some(word));
+        found.is_some_and(|(_, constant)| {
+            matches!(
+                module.global_expressions[constant.init],
+                Expression::Literal(Literal::AbstractInt(_) | Literal::AbstractFloat(_))
+            )
+        })
+    };
+    !is_name(word) || UNTYPED.contains(&word) || is_constant()
+}
