@@ -7,6 +7,8 @@ mod drawing;
 mod proving;
 #[cfg(feature = "score")]
 mod scoring;
+#[cfg(feature = "gpu")]
+mod testing;
 mod viewing;
 mod watching;
 
@@ -25,6 +27,8 @@ pub(crate) use drawing::{AdaptersArguments, RenderArguments, Shot, ToggleArgumen
 pub(crate) use proving::PermutationsArguments;
 #[cfg(feature = "score")]
 pub(crate) use scoring::{Measure, ScoreArguments, TuneArguments};
+#[cfg(feature = "gpu")]
+pub(crate) use testing::TestArguments;
 pub(crate) use viewing::ViewArguments;
 pub(crate) use watching::WatchArguments;
 
@@ -108,6 +112,9 @@ pub(crate) enum Command {
     /// Renders a scene through a pipeline to a PNG file.
     #[cfg(feature = "gpu")]
     Render(RenderArguments),
+    /// Runs tests of shader functions on an adapter, over every variant of the templates that they include.
+    #[cfg(feature = "gpu")]
+    Test(TestArguments),
     /// Lists the graphics adapters, and what each lacks for the pipelines that come with the command.
     #[cfg(feature = "gpu")]
     Adapters(AdaptersArguments),

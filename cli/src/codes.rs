@@ -48,4 +48,13 @@ umbragraph::low_level::codes! {
     /// Reports that cannot be joined.
     SHARDS = "UG0822", "reports of shards",
         "`umbragraph permutations --merge REPORT.json...` joins the reports that `umbragraph permutations PIPELINE... --shard K/N --format json` prints, one for each K from 1 to N, of the same pipelines.";
+    /// A shader test that fails.
+    TEST_FAILS = "UG0823", "shader test fails",
+        "An assert of a shader test does not hold: `expect(condition)`, `expect_equal(found, wanted)` or `expect_near(found, wanted, tolerance)`. The diagnostic has both values, the row of the table (`@case`), and the smallest set of axis values with which it fails. Of a row the first assert that fails is shown. A value that is not a number fails every comparison.";
+    /// A shader test that cannot be run.
+    TEST_INVALID = "UG0824", "not a shader test",
+        "A file of tests, `NAME.test.wgsl`, is a template. It includes the templates that it tests, and has functions with `@test`. A test with parameters has a table, a line `@case(…)` for each call. It reaches no bindings: a test has no textures and buffers.\n\n```wgsl\n{% include \"lib/falloff.wgsl.jinja\" %}\n\n@test\n@case(0.5, 1.0)\n@case(2.0, 0.25)\nfn light_falls_with_distance(distance: f32, wanted: f32) {\n    expect_near(falloff(distance), wanted, 1e-5, \"the falloff\");\n}\n```";
+    /// A shader test that does not end.
+    TEST_ENDLESS = "UG0825", "shader test without an end",
+        "The loops of one row of a table may take 65,000 rounds together; then they are left. No driver stops an endless loop with an error, and Mesa's in software leaves it after 65,535 rounds without a word. The rows of a variant run together, and have the time of `--timeout`, ten seconds without it; no further test is run after that.";
 }

@@ -19,17 +19,17 @@ pub(crate) fn watch() {
 
 /// Removes files under construction, and ends the process.
 pub(crate) fn end() -> ! {
-    files::give_up(|| exit())
+    files::give_up(|| leave(INTERRUPTED))
 }
 
 /// Ends the process at once: another thread may be drawing, and what the driver does at the end of a process must not run
 /// meanwhile.
 #[cfg(unix)]
-fn exit() -> ! {
-    signal_hook::low_level::exit(INTERRUPTED)
+pub(crate) fn leave(status: i32) -> ! {
+    signal_hook::low_level::exit(status)
 }
 
 #[cfg(not(unix))]
-fn exit() -> ! {
-    std::process::exit(INTERRUPTED)
+pub(crate) fn leave(status: i32) -> ! {
+    std::process::exit(status)
 }

@@ -50,6 +50,8 @@ mod session;
 #[cfg(feature = "score")]
 mod shadow_term;
 mod streams;
+#[cfg(feature = "gpu")]
+mod test;
 #[cfg(feature = "score")]
 mod tune;
 mod validator;
@@ -96,6 +98,8 @@ fn main() -> ExitCode {
         Command::Adapters(arguments) => adapters::run(&arguments),
         #[cfg(feature = "gpu")]
         Command::Render(arguments) => render::run(arguments),
+        #[cfg(feature = "gpu")]
+        Command::Test(arguments) => test::run(&arguments),
         #[cfg(feature = "score")]
         Command::Score(arguments) => score::run(&arguments),
         #[cfg(feature = "score")]

@@ -21,7 +21,7 @@ use umbragraph::low_level::document::Document;
 use umbragraph::low_level::pipeline::{self, FileKind, Overrides};
 #[cfg(feature = "gpu")]
 use umbragraph::low_level::session::Planned;
-use umbragraph::low_level::session::{Choice, Judges, Loaded, Survey, Surveyed, Target};
+use umbragraph::low_level::session::{Choice, Judges, Loaded, Survey, Surveyed, Target, Template};
 use umbragraph::low_level::shader::{TargetProfile, TemplateSet};
 use umbragraph::low_level::source::{FileId, Sources, Span};
 use umbragraph::low_level::{CheckOptions, CheckReport};
@@ -61,6 +61,11 @@ struct Configured {
 impl Session {
     /// A session with the embedded templates, and those of a folder.
     pub(crate) fn new(files: &Files) -> Self {
+        Self::with_more(files, |_| Vec::new())
+    }
+
+    /// The same with further templates, which are made once it is known which there are.
+    pub(crate) fn with_more(files: &Files, more: impl FnOnce(&[Template]) -> Vec<Template>) -> Self {
         let roots = &files.root;
         let mut diagnostics = Diagnostics::new();
         let own = own_templates(files, &mut diagnostics);
@@ -68,7 +73,8 @@ impl Session {
         let mut registry = umbragraph::registry();
         registry.host(interface::GEOMETRY, interface::any_scene());
         let has_own = own.is_some();
-        let templates = umbragraph::with_templates(own.into_iter().flatten());
+        let mut templates = umbragraph::with_templates(own.into_iter().flatten());
+        templates.extend(more(&templates));
         let mut session = umbragraph::low_level::session::Session::new(DiskStorage, registry, templates);
         session.set_roots(roots);
         let of_folders = diagnostics.clone();

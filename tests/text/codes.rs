@@ -18,6 +18,7 @@ const ELSEWHERE: &[(&str, &[&str])] = &[
     ("cli/tests/command/input.rs", &["UG0010"]),
     ("cli/tests/command/render.rs", &["UG0809", "UG0810", "UG0811"]),
     ("cli/tests/command/score.rs", &["UG0812", "UG0813"]),
+    ("cli/tests/command/shader_tests.rs", &["UG0823", "UG0824", "UG0825"]),
     ("cli/tests/command/tune.rs", &["UG0814"]),
     ("cli/tests/command/view.rs", &["UG0816"]),
     ("cli/tests/command/check/mod.rs", &["UG0220"]),

@@ -14,6 +14,7 @@ mod render;
 mod render_failures;
 mod report;
 mod score;
+mod shader_tests;
 mod status;
 mod streams;
 mod swimming;

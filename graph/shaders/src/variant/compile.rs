@@ -131,7 +131,7 @@ pub(crate) fn template_values(templates: &TemplateSet, template: &str, values: &
     })
 }
 
-fn check(
+pub(crate) fn check(
     templates: &TemplateSet,
     template: &str,
     values: &AxisValues,

@@ -1,0 +1,199 @@
+//! From a text with tests to one that a device runs.
+//!
+//! Three texts follow from one another, each by edits that keep the places of the template:
+//!
+//! - *typed*: attributes are gone, and the arguments of asserts are initial values of variables, which have types;
+//! - *proven*: asserts are comparisons that note a failure, and an entry point runs each row in a workgroup of its own.
+//!   naga proves this text like any other;
+//! - *bounded*: loops count their rounds as well, and leave after [`MAX_ROUNDS`]. No driver stops an endless loop.
+//!
+//! A row notes its first failure: which assert, both values, and the tolerance.
+
+use std::ops::Range;
+
+use umbragraph::low_level::shader::permutations::TextEdit;
+
+use super::scan::{Assert, AssertKind, Scan};
+use super::types::Shape;
+
+/// The rounds that all loops of a row may take together. llvmpipe leaves loops after 65,535 without a word (its
+/// `LP_MAX_TGSI_LOOP_ITERATIONS`), so that a test would go on with half a sum.
+pub(super) const MAX_ROUNDS: u32 = 65_000;
+/// The entry point.
+pub(super) const ENTRY_POINT: &str = "test_runner_main";
+/// The prefix of the names that are added.
+pub(super) const PREFIX: &str = "test_runner_";
+/// The words of a row's result: its state with the assert or loop and the tolerance, and both values.
+pub(super) const RESULT_WORDS: usize = 12;
+/// The states of a row; it is 0 before the row ran.
+pub(super) const PASSED: u32 = 1;
+pub(super) const FAILED: u32 = 2;
+pub(super) const ENDLESS: u32 = 3;
+
+/// A row that runs: a test, and which of its rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Row {
+    pub(super) test: usize,
+    pub(super) row: usize,
+}
+
+/// The side of an assert, by the name of its variable in the typed text.
+pub(super) fn variable(assert: usize, side: usize) -> String {
+    format!("{PREFIX}{assert}_{side}")
+}
+
+/// The edits to the typed text.
+pub(super) fn typed(scan: &Scan) -> Vec<TextEdit> {
+    let mut edits = without_attributes(scan);
+    for (at, assert) in scan.asserts.iter().enumerate() {
+        let begin = |side: usize| match (assert.kind, side) {
+            (AssertKind::True, _) => format!("var {}: bool = (", variable(at, side)),
+            (_, 2) => format!("var {}: f32 = (", variable(at, side)),
+            _ => format!("var {} = (", variable(at, side)),
+        };
+        edits.extend(rewritten(assert, "{ ", begin, "}"));
+    }
+    edits
+}
+
+/// The edits to the proven text, with the shapes of both sides of each assert.
+pub(super) fn proven(text: &str, scan: &Scan, shapes: &[Option<Shape>], rows: &[Row]) -> Vec<TextEdit> {
+    let mut edits = without_attributes(scan);
+    for (at, assert) in scan.asserts.iter().enumerate() {
+        let shape = shapes.get(at).copied().flatten();
+        let ty = shape.map_or_else(|| "bool".to_owned(), Shape::name);
+        let begin = |side: usize| match side {
+            0 => format!("var test_runner_found: {ty} = ("),
+            1 => format!("var test_runner_wanted: {ty} = ("),
+            _ => "var test_runner_tolerance: f32 = (".to_owned(),
+        };
+        let bits = |side: &str| shape.map_or_else(|| "vec4<u32>()".to_owned(), |shape| shape.bits(side));
+        let (holds, tolerance) = match assert.kind {
+            AssertKind::True => ("test_runner_found".to_owned(), "0u"),
+            AssertKind::Equal => ("all(test_runner_found == test_runner_wanted)".to_owned(), "0u"),
+            AssertKind::Near => {
+                let tolerance = shape.map_or_else(String::new, |shape| shape.named("f32"));
+                let difference = "abs(test_runner_found - test_runner_wanted)";
+                let holds = format!("all({difference} <= {tolerance}(test_runner_tolerance))");
+                (holds, "bitcast<u32>(test_runner_tolerance)")
+            }
+        };
+        let (found, wanted) = match assert.kind {
+            AssertKind::True => ("vec4<u32>()".to_owned(), "vec4<u32>()".to_owned()),
+            _ => (bits("test_runner_found"), bits("test_runner_wanted")),
+        };
+        let end = format!("if !({holds}) {{ test_runner_fail({at}u, {tolerance}, {found}, {wanted}); }} }}");
+        edits.extend(rewritten(assert, "{ ", begin, &end));
+    }
+    edits.extend(entry_point(text, scan, rows));
+    edits
+}
+
+/// The further edits to the bounded text.
+pub(super) fn bounds(scan: &Scan) -> Vec<TextEdit> {
+    let mut edits = Vec::new();
+    for (at, each) in scan.loops.iter().enumerate() {
+        let guard = format!(
+            " test_runner_rounds++; if test_runner_rounds > {MAX_ROUNDS}u {{ test_runner_endless({at}u); break; }}"
+        );
+        edits.push(inserted(each.body, guard, each.at.clone()));
+    }
+    edits
+}
+
+fn inserted(at: usize, text: String, origin: Range<usize>) -> TextEdit {
+    TextEdit { range: at..at, text, origin }
+}
+
+fn without_attributes(scan: &Scan) -> Vec<TextEdit> {
+    let gone =
+        |range: &Range<usize>| TextEdit { range: range.clone(), text: String::new(), origin: range.clone() };
+    scan.attributes.iter().map(gone).collect()
+}
+
+/// An assert with other text around its arguments: `start`, then for each argument what `begin` says, a `);` after it, and
+/// `end` in place of the rest.
+fn rewritten(assert: &Assert, start: &str, begin: impl Fn(usize) -> String, end: &str) -> Vec<TextEdit> {
+    let mut edits = Vec::new();
+    let (mut done, mut before) = (assert.whole.start, start.to_owned());
+    for (side, argument) in assert.arguments.iter().enumerate() {
+        let text = format!("{before}{}", begin(side));
+        edits.push(TextEdit { range: done..argument.start, text, origin: assert.whole.clone() });
+        (done, before) = (argument.end, "); ".to_owned());
+    }
+    let text = format!("{before}{end}");
+    edits.push(TextEdit { range: done..assert.whole.end, text, origin: assert.whole.clone() });
+    edits
+}
+
+/// The code that runs rows, at the end of the text.
+///
+/// A test is called at one place, with the values of a row in variables: drivers compile each call for itself.
+fn entry_point(text: &str, scan: &Scan, rows: &[Row]) -> Vec<TextEdit> {
+    let whole = text.len();
+    let mut edits = vec![inserted(whole, runner(), whole..whole)];
+    let mut add = |text: String, origin: &Range<usize>| edits.push(inserted(whole, text, origin.clone()));
+    let mut calls = String::new();
+    let mut first = 0;
+    for (at, test) in scan.tests.iter().enumerate() {
+        let count = rows.iter().filter(|row| row.test == at).count();
+        if count == 0 {
+            continue;
+        }
+        add(format!("fn test_runner_test_{at}(test_runner_at: u32) {{\n"), &test.at);
+        for (number, ty) in test.parameters.iter().enumerate() {
+            add(format!("    var test_runner_argument_{number}: {ty};\n"), &test.at);
+        }
+        add("    switch test_runner_at {\n".to_owned(), &test.at);
+        for (number, row) in test.rows.iter().enumerate() {
+            add(format!("        case {number}u: {{"), &row.at);
+            for (parameter, argument) in row.arguments.iter().enumerate() {
+                let given = text.get(argument.clone()).unwrap_or_default().trim();
+                add(format!(" test_runner_argument_{parameter} = ({given});"), argument);
+            }
+            add(" }\n".to_owned(), &row.at);
+        }
+        let arguments: Vec<String> =
+            (0..test.parameters.len()).map(|number| format!("test_runner_argument_{number}")).collect();
+        let (name, arguments) = (&test.name, arguments.join(", "));
+        add(format!("        default: {{}}\n    }}\n    {name}({arguments});\n}}\n"), &test.at);
+        let end = first + count;
+        calls.push_str(&format!(
+            "    if test_runner_row >= {first}u && test_runner_row < {end}u {{ test_runner_test_{at}(test_runner_row - {first}u); }}\n"
+        ));
+        first = end;
+    }
+    let main = format!(
+        "@compute @workgroup_size(1) fn {ENTRY_POINT}(@builtin(workgroup_id) test_runner_id: vec3<u32>) {{
+    test_runner_row = test_runner_id.x;
+{calls}    if test_runner_state == 0u {{ test_runner_results[test_runner_row * 3u] = vec4<u32>({PASSED}u, 0u, 0u, 0u); }}
+}}
+"
+    );
+    add(main, &(whole..whole));
+    edits
+}
+
+/// The state of a row, and functions that note it.
+fn runner() -> String {
+    format!(
+        "
+var<private> test_runner_row: u32;
+var<private> test_runner_state: u32;
+var<private> test_runner_rounds: u32;
+@group(0) @binding(0) var<storage, read_write> test_runner_results: array<vec4<u32>>;
+fn test_runner_fail(which: u32, tolerance: u32, found: vec4<u32>, wanted: vec4<u32>) {{
+    if test_runner_state != 0u {{ return; }}
+    test_runner_state = {FAILED}u;
+    test_runner_results[test_runner_row * 3u] = vec4<u32>({FAILED}u, which, tolerance, 0u);
+    test_runner_results[test_runner_row * 3u + 1u] = found;
+    test_runner_results[test_runner_row * 3u + 2u] = wanted;
+}}
+fn test_runner_endless(which: u32) {{
+    if test_runner_state == {ENDLESS}u {{ return; }}
+    test_runner_state = {ENDLESS}u;
+    test_runner_results[test_runner_row * 3u] = vec4<u32>({ENDLESS}u, which, 0u, 0u);
+}}
+"
+    )
+}

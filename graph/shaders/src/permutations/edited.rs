@@ -1,0 +1,155 @@
+//! Variants that a caller edits before they are proven, such as a runner of shader tests.
+//!
+//! [`variants`] takes every path through a template, as `permutations` does. [`Variant::edited`] replaces parts of a text
+//! and keeps its map, so that a rejection of the edited text has its place in the template. [`root_causes`] merges what
+//! a caller found on many variants: one diagnostic per cause, with the smallest set of axis values that provokes it.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::cause::{Causes, Failure, Ground};
+use super::explore::{Explorer, Leaf};
+use super::request::{Request, space_of};
+use crate::axes::Axes;
+use crate::module::wgsl;
+use crate::rendering::templates::TemplateSet;
+use crate::targets::profile::TargetProfile;
+use crate::variant::compile::{self, ShaderModule};
+use crate::written::text_map::{Origin, Segment, Source, TextMap};
+use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
+
+/// One distinct text of a template, unproven.
+#[derive(Clone, Debug)]
+pub struct Variant {
+    /// The template.
+    pub template: String,
+    /// The values of the axes that the text depends on.
+    pub axes: Arc<AxisValues>,
+    source: Source,
+}
+
+/// A replacement of a part of a text.
+#[derive(Clone, Debug)]
+pub struct TextEdit {
+    /// The bytes to replace.
+    pub range: Range<usize>,
+    /// The new text.
+    pub text: String,
+    /// The bytes of the old text at whose place the new text is shown.
+    pub origin: Range<usize>,
+}
+
+/// The variants of a request, and why some cannot be rendered.
+pub fn variants(templates: &TemplateSet, request: &Request) -> (Vec<Variant>, Vec<Diagnostic>) {
+    let template = &request.template;
+    let space = match space_of(templates, request) {
+        Ok(space) => Arc::new(space),
+        Err(diagnostics) => return (Vec::new(), diagnostics),
+    };
+    let mut explorer = Explorer::new(templates, template, &space, false);
+    while explorer.next_text().is_some() {}
+    let exploration = explorer.finish();
+    let mut diagnostics = exploration.diagnostics.clone();
+    diagnostics.extend(exploration.failures.iter().map(|(_, diagnostic)| diagnostic.clone()));
+    diagnostics.dedup_by_key(|diagnostic| diagnostic.key());
+    let variant = |at: usize| {
+        let leaf = exploration.leaves.get(exploration.texts.get(at)?.leaf)?;
+        let source = exploration.source(templates, template, at)?;
+        Some(Variant { template: template.clone(), axes: leaf.decided.clone(), source })
+    };
+    ((0..exploration.texts.len()).filter_map(variant).collect(), diagnostics)
+}
+
+impl Variant {
+    /// The text.
+    pub fn wgsl(&self) -> &str {
+        &self.source.wgsl
+    }
+
+    /// From the text back to the templates.
+    pub fn map(&self) -> &TextMap {
+        &self.source.map
+    }
+
+    /// The same with parts of the text replaced. Of edits that overlap the first is made.
+    #[must_use]
+    pub fn edited(&self, edits: &[TextEdit]) -> Self {
+        let (old, map) = (&self.source.wgsl, &self.source.map);
+        let mut sorted: Vec<&TextEdit> = edits.iter().collect();
+        sorted.sort_by_key(|edit| (edit.range.start, edit.range.end));
+        let (mut wgsl, mut segments, mut done) = (String::with_capacity(old.len() * 2), Vec::new(), 0);
+        let keep = |range: Range<usize>, wgsl: &mut String, segments: &mut Vec<Segment>| {
+            for (piece, origin) in map.part(range) {
+                segments.push(Segment { start: wgsl.len() as u32, origin });
+                wgsl.push_str(old.get(piece).unwrap_or_default());
+            }
+        };
+        for edit in sorted {
+            if edit.range.start < done || edit.range.end > old.len() {
+                continue;
+            }
+            keep(done..edit.range.start, &mut wgsl, &mut segments);
+            segments.push(Segment {
+                start: wgsl.len() as u32,
+                origin: map.span(edit.origin.clone()).map(Origin::Tag),
+            });
+            wgsl.push_str(&edit.text);
+            done = edit.range.end;
+        }
+        keep(done..old.len(), &mut wgsl, &mut segments);
+        let map = TextMap { segments, length: wgsl.len() as u32 };
+        Self { source: Source { wgsl, map }, ..self.clone() }
+    }
+
+    /// Parses, validates and reflects the text, with values for its overrides; the others have their defaults.
+    ///
+    /// # Errors
+    /// Why it is rejected, with places in the templates.
+    pub fn prove(
+        &self,
+        templates: &TemplateSet,
+        overrides: &AxisValues,
+        profile: &TargetProfile,
+    ) -> Result<ShaderModule, Vec<Diagnostic>> {
+        let mut values = templates.axes(&self.template).map(Axes::defaults).unwrap_or_default();
+        values.extend(self.axes.as_ref().clone());
+        values.extend(overrides.clone());
+        let rendered = (self.source.clone(), self.axes.keys().cloned().collect());
+        wgsl::with_stack(|| compile::check(templates, &self.template, &values, &rendered, profile))
+    }
+}
+
+/// One diagnostic for each cause of what was found on variants of a request, each given by its axis values.
+pub fn root_causes(
+    templates: &TemplateSet,
+    request: &Request,
+    found: &[(AxisValues, Vec<Diagnostic>)],
+) -> Vec<Diagnostic> {
+    let space = match space_of(templates, request) {
+        Ok(space) => space,
+        Err(diagnostics) => return diagnostics,
+    };
+    let leaf = |(values, _): &(AxisValues, _)| Leaf { decided: Arc::new(values.clone()), text: None };
+    let leaves: Vec<Leaf> = found.iter().map(leaf).collect();
+    let ground = Ground {
+        template: &request.template,
+        space: &space,
+        leaves: &leaves,
+        assumed: &request.assumed,
+        profiles: BTreeSet::new(),
+    };
+    let failure = |leaf: usize, diagnostic: &Diagnostic| Failure {
+        diagnostic: diagnostic.clone(),
+        leaves: [leaf].into(),
+        profiles: BTreeSet::new(),
+        excess: None,
+        overrides: AxisValues::new(),
+    };
+    let of_leaf = |(leaf, (_, found)): (usize, &(_, Vec<Diagnostic>))| {
+        found.iter().map(|diagnostic| failure(leaf, diagnostic)).collect::<Vec<_>>()
+    };
+    let mut causes = Causes::default();
+    causes.add(&ground, found.iter().enumerate().flat_map(of_leaf).collect());
+    causes.diagnostics()
+}
