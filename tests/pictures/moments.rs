@@ -1,5 +1,6 @@
-//! Moments of depth against numbers of 64 bits: what is stored of a depth, how it is blurred, and how much light it lets
-//! through. Everything is computed by the templates, on the device, and read back.
+//! Moments of depth against numbers of 64 bits: what is stored of a depth, and how it is blurred. Everything is computed by
+//! the templates, on the device, and read back. How much light moments let through is in
+//! `shaders-templates/lib/shadow/moments_bound.test.wgsl`.
 
 use crate::common::gpu::{empty_frame, executor, import};
 use crate::common::{With, check_with};
@@ -38,21 +39,6 @@ const UNPACK: &str = r#"{% include "lib/texels.wgsl.jinja" %}
 }
 "#;
 
-/// Half of a distribution at one depth and half at another: what its moments let through to depths from -1 to 1.
-const BOUND: &str = r#"{% include "lib/shadow/moments_bound.wgsl.jinja" %}
-struct Settings { exponent: f32, deviation: f32, bias: f32 }
-@group(1) @binding(0) var<uniform> settings: Settings;
-@group(1) @binding(2) var plain: texture_storage_2d_array<rgba32float, write>;
-@compute @workgroup_size(8, 8) fn bound(@builtin(global_invocation_id) id: vec3<u32>) {
-    let z = f32(id.x) / 128.0 - 1.0;
-    let near = f32(id.y) / 8.0 - 1.0;
-    let far = near + 0.75;
-    let stored = mix(moments_of(near, settings.exponent), moments_of(far, settings.exponent), 0.25);
-    let lit = moments_bound(stored, z, settings.exponent, settings.deviation, settings.bias);
-    textureStore(plain, id.xy, 0, vec4<f32>(lit, near, far, 0.0));
-}
-"#;
-
 /// Numbers that differ from texel to texel.
 const NOISE: &str = r#"{% include "lib/texels.wgsl.jinja" %}
 @group(1) @binding(1) var image: texture_storage_2d_array<{{ texel_storage }}, write>;
@@ -84,7 +70,7 @@ struct Settings { constant: f32, radius: f32 }
 }
 "#;
 
-const OWN: [(&str, &str); 10] = [
+const OWN: [(&str, &str); 8] = [
     ("ramp.wgsl.jinja", RAMP),
     (
         "ramp.axes.json",
@@ -92,8 +78,6 @@ const OWN: [(&str, &str); 10] = [
     ),
     ("unpack.wgsl.jinja", UNPACK),
     ("unpack.axes.json", r#"{ "inherits": ["lib/texels.wgsl.jinja"], "axes": {} }"#),
-    ("bound.wgsl.jinja", BOUND),
-    ("bound.axes.json", r#"{ "inherits": ["lib/shadow/moments_bound.wgsl.jinja"], "axes": {} }"#),
     ("noise.wgsl.jinja", NOISE),
     ("noise.axes.json", r#"{ "inherits": ["lib/texels.wgsl.jinja"], "axes": {} }"#),
     ("images.wgsl.jinja", IMAGES),
@@ -176,63 +160,6 @@ fn stored_moments_are_right_over_the_whole_depth_range() {
 fn polynomials([a, b, c, d]: [f64; 4]) -> [f64; 4] {
     let root = 3_f64.sqrt();
     [1.5 * a - 2.0 * c + 0.5, 4.0 * (b - d), root / 2.0 * a - root * 2.0 / 9.0 * c + 0.5, (b + d) / 2.0]
-}
-
-/// The most light that mean and square let through, in the order of the numbers.
-fn chebyshev(mean: f64, square: f64, warped: f64, min_variance: f64) -> f64 {
-    let variance = (square - mean * mean).max(min_variance);
-    let beyond = (warped - mean).max(0.0);
-    variance / (variance + beyond * beyond)
-}
-
-#[test]
-fn moments_follow_their_inequalities_and_never_darken_more() {
-    let Some(gpu) = gpu::device() else { return };
-    let (deviation, bias) = (2e-3, 1e-5);
-    for (mode, exponent) in [(0, 5.0), (1, 5.0), (0, 42.0), (1, 42.0), (2, 1.0)] {
-        let passes = format!(
-            r#""bound": {{ "compute": {{ "shader": "bound.wgsl.jinja", "dispatch_over": "&plain", "axes": {{ "moment_mode": {mode} }},
-                "bind": {{ "plain": "&plain", "settings": {{ "values": {{
-                    "exponent": {exponent}, "deviation": {deviation}, "bias": {bias} }} }} }} }} }}"#
-        );
-        let seen = run(&gpu, [256, 8, 1], "", &passes);
-        let mut worst = 0.0_f64;
-        for (at, [lit, near, far, _]) in seen.values.iter().enumerate() {
-            let (lit, near, far) = (f64::from(*lit), f64::from(*near), f64::from(*far));
-            let z = (at % 256) as f64 / 128.0 - 1.0;
-            assert!((0.0..=1.0).contains(&lit), "mode {mode} at {z}: {lit}");
-            let there = if z <= near {
-                1.0
-            } else if z <= far {
-                0.25
-            } else {
-                0.0
-            };
-            assert!(lit >= there - 1e-3, "mode {mode}, {near} and {far} at {z}: {lit} of {there}");
-            if mode == 2 {
-                // Two depths are all that four moments can tell: nothing else passes, but at the depths themselves.
-                if (z - near).abs() > 0.1 && (z - far).abs() > 0.1 {
-                    worst = worst.max(lit - there);
-                }
-                continue;
-            }
-            let [mean, turned, square, turned_square] = {
-                let (near, far) = (moments(1, near, exponent), moments(1, far, exponent));
-                [0, 1, 2, 3].map(|at| 0.75 * near[at] + 0.25 * far[at])
-            };
-            let [warped, back, ..] = moments(1, z, exponent);
-            let least = |warped: f64| (deviation * exponent * warped).powi(2);
-            let front = chebyshev(mean, square, warped, least(warped));
-            let wanted = if mode == 0 {
-                front
-            } else {
-                front.min(chebyshev(turned, turned_square, back, least(back)))
-            };
-            worst = worst.max((lit - wanted).abs());
-        }
-        println!("mode {mode}, exponent {exponent}: {worst:e}");
-        assert!(worst < if mode == 2 { 0.02 } else { 2e-3 }, "mode {mode}, exponent {exponent}: {worst}");
-    }
 }
 
 /// Blurs the images in a format; all three layers.

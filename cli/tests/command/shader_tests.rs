@@ -71,7 +71,7 @@ fn tests_of_the_library_pass_in_every_variant() {
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     assert_eq!(text(&output.stderr), "");
     let said = text(&output.stdout);
-    assert!(said.lines().count() > 0 && said.lines().all(|line| line.contains(" pass in ")), "{said}");
+    assert!(said.lines().count() >= 6 && said.lines().all(|line| line.contains(" pass in ")), "{said}");
 }
 
 #[test]
