@@ -1,20 +1,43 @@
 //! The picture of a plan: the imported texture that the command writes to a file and the viewer shows in its window.
 //!
 //! A pipeline may write several textures of the host, of any format and size. Only one of them can be a picture, and only
-//! if its texels are colors of a screen. Both programs ask [`picture_of`], so that a document is rejected by both with
-//! the same words, before a device would reject it.
+//! if its texels are colors. The window and scores ask [`picture_of`], which takes colors of a screen; files that a
+//! picture is converted for ask [`colors_of`]. Both reject a document with the same words, before a device would.
 
 use crate::Plan;
 use crate::diagnostic::{Diagnostic, Place, codes};
 use crate::low_level::language::Lifetime;
-use crate::wgpu_types::TextureFormat;
+use crate::wgpu_types::{TextureFormat, TextureSampleType};
 
 /// The name of the picture: the imported texture that passes write, or "target" among several. Textures in `captures` do
 /// not count.
 ///
 /// # Errors
-/// No such texture, or one whose format, size, layers or samples are not those of a picture.
+/// No such texture, or one whose format, size, layers or samples are not those of a picture on a screen.
 pub fn picture_of<'a>(plan: &'a Plan, captures: &[String]) -> Result<&'a str, Diagnostic> {
+    let name = colors_of(plan, captures)?;
+    let resource = &plan.resources[name];
+    match resource.format {
+        Some(format) if !is_of_screen(format) => {
+            let place = Place::Span(plan.pipeline.resource(resource.handle).place);
+            Err(Diagnostic::error(codes::PICTURE, place, format!("\"{name}\" is {format:?}")).help(
+                "here a picture is rgba8unorm or rgba8unorm-srgb; `umbragraph render` writes others, too",
+            ))
+        }
+        _ => Ok(name),
+    }
+}
+
+/// Whether the bytes of a format are those of a picture file.
+pub fn is_of_screen(format: TextureFormat) -> bool {
+    matches!(format, TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb)
+}
+
+/// The name of the picture, in any format of colors.
+///
+/// # Errors
+/// No such texture, or one of depth, integers or another size than the viewport's.
+pub fn colors_of<'a>(plan: &'a Plan, captures: &[String]) -> Result<&'a str, Diagnostic> {
     let is_written = |handle| plan.passes.iter().any(|pass| plan.writes(pass.handle, handle));
     let written: Vec<&str> = plan
         .resources
@@ -35,9 +58,10 @@ pub fn picture_of<'a>(plan: &'a Plan, captures: &[String]) -> Result<&'a str, Di
     let resource = &plan.resources[name];
     let place = Place::Span(plan.pipeline.resource(resource.handle).place);
     let (Some(format), Some(size)) = (resource.format, resource.size) else { return Ok(name) };
-    if !matches!(format, TextureFormat::Rgba8Unorm | TextureFormat::Rgba8UnormSrgb) {
+    let is_color = matches!(format.sample_type(None, None), Some(TextureSampleType::Float { .. }));
+    if !is_color || format.is_depth_stencil_format() || format.is_compressed() {
         return Err(Diagnostic::error(codes::PICTURE, place, format!("\"{name}\" is {format:?}"))
-            .help("pictures are rgba8unorm or rgba8unorm-srgb"));
+            .help("a picture has a format of colors, such as rgba8unorm or rgba16float; `--capture` writes the rest"));
     }
     if [size.width, size.height] != plan.viewport || size.layers != 1 || size.samples != 1 {
         let message = format!(

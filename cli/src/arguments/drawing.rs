@@ -34,7 +34,7 @@ pub(crate) struct RenderArguments {
     /// An equirectangular picture, .hdr or .exr, as light and background: switches the pipeline's feature "environment" on.
     #[arg(long, value_name = "FILE")]
     pub(crate) environment: Option<PathBuf>,
-    /// The picture to write: a .png; for several frames a .png with # in place of the number, an .apng or a .gif.
+    /// The picture to write: a .png, or an .exr with the numbers of the target; for several frames a .png with # in place of the number, an .apng or a .gif.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// Renders so many frames, in which what earlier ones left lives on; the scene's animations play.

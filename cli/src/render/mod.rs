@@ -5,6 +5,7 @@ mod environment;
 pub(crate) mod files;
 mod radiance;
 mod report;
+mod shown;
 mod surroundings;
 mod target;
 mod timings;
@@ -15,12 +16,12 @@ use std::time::Instant;
 
 use umbragraph::Plan;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
-use umbragraph::executor::{Texels, read_back, read_bytes};
+use umbragraph::executor::{Texels, read_back};
 use umbragraph::frame::FrameInput;
 use umbragraph::low_level::CheckReport;
 use umbragraph::low_level::camera_path::{CameraPath, Obstacles};
 use umbragraph::low_level::compiler::PlanOptions;
-use umbragraph::low_level::picture::picture_of;
+use umbragraph::low_level::picture::colors_of;
 use umbragraph::low_level::source::Sources;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::scene::{Pose, Scene};
@@ -117,7 +118,7 @@ fn render(
         drawing.frame(&input)?;
         drawing.wait()?;
         if let Some(animation) = &mut animation {
-            animation.frame(shot.index, &mut drawing.picture()?)?;
+            animation.frame(shot.index, &mut drawing.shown()?)?;
         }
         progress.advance();
     }
@@ -125,8 +126,12 @@ fn render(
     match animation {
         Some(animation) => animation.finish()?,
         None => {
-            let pixels = drawing.picture()?;
-            let write = || files::write_png(&arguments.out, [width, height], &pixels, output.compression);
+            let write = || -> Result<(), Diagnostic> {
+                if output.is_exr {
+                    return files::write_exr(&arguments.out, &drawing.numbers()?, false);
+                }
+                files::write_png(&arguments.out, [width, height], &drawing.shown()?, output.compression)
+            };
             progress.stage("write", write)?;
         }
     }
@@ -148,10 +153,11 @@ fn render(
             said.push_str(&timings.trace(path)?);
         }
     }
-    let notices: Vec<Diagnostic> = drawing.notices();
+    let note = drawing.note().filter(|_| !output.is_exr);
+    let notices: Vec<Diagnostic> = drawing.notices().into_iter().chain(note).collect();
     session.diagnostics.extend(notices);
     if let (Some(report), Some(folder)) = (&report, &arguments.report) {
-        let (frame, timings) = (drawing.picture()?, drawing.timings.as_ref());
+        let (frame, timings) = (drawing.shown()?, drawing.timings.as_ref());
         said.push_str(&report.write(folder, &reported, &frame, timings, (session, &graphics.name))?);
     }
     Ok(said)
@@ -159,8 +165,10 @@ fn render(
 
 /// The form of the output, from the arguments.
 struct Output {
-    /// The format of an animation or of numbered pictures; `None` of a single PNG.
+    /// The format of an animation or of numbered pictures; `None` of a single picture.
     animation: Option<Format>,
+    /// Whether it is one picture with the numbers themselves.
+    is_exr: bool,
     frames: u32,
     compression: Compression,
 }
@@ -170,8 +178,15 @@ impl Output {
     /// Arguments that do not go together.
     fn of(arguments: &RenderArguments) -> Result<Self, Diagnostic> {
         let frames = arguments.frames.unwrap_or(1);
-        let formats = [(".png", Format::Png), (".apng", Format::Apng), (".gif", Format::Gif)];
+        let formats =
+            [(".png", Format::Png), (".exr", Format::Exr), (".apng", Format::Apng), (".gif", Format::Gif)];
         let format = files::check("--out", &arguments.out, &formats)?;
+        let is_exr = format == Format::Exr;
+        if is_exr && (frames > 1 || files::is_numbered(&arguments.out)) {
+            let message = format!("--out: \"{}\" is one picture", arguments.out.display());
+            return Err(Diagnostic::error(codes::PICTURE, Place::Nowhere, message)
+                .help("write frames as .png, .apng or .gif; an .exr is one frame"));
+        }
         if frames > 1 && format == Format::Png && !files::is_numbered(&arguments.out) {
             let message =
                 format!("--out: \"{}\" is one picture, --frames asks for {frames}", arguments.out.display());
@@ -179,8 +194,9 @@ impl Output {
                 .help("write # where the number of a frame goes, as in frame-####.png, or a file that ends in .apng or .gif"));
         }
         let compression = Compression { fast: arguments.fast };
-        let single = frames == 1 && format == Format::Png && !files::is_numbered(&arguments.out);
-        Ok(Self { animation: (!single).then_some(format), frames, compression })
+        let is_picture = is_exr || format == Format::Png;
+        let single = frames == 1 && is_picture && !files::is_numbered(&arguments.out);
+        Ok(Self { animation: (!single).then_some(format), is_exr, frames, compression })
     }
 }
 
@@ -233,7 +249,7 @@ impl<'a> Drawing<'a> {
         let environment = environment.map_or_else(|| Environment::of(None, &plan), |one| Ok(Some(one)))?;
         let pose = scene.rest_pose();
         let draws = SceneResources::new(&graphics.device, &graphics.queue, scene, &pose)?;
-        let picture = picture_of(&plan, &captures)?.to_owned();
+        let picture = colors_of(&plan, &captures)?.to_owned();
         let imports = target::imports(graphics, &plan, &picture);
         let executor = Executor::new(&graphics.device, &graphics.queue, plan, Some(&draws))?;
         Ok(Self {
@@ -388,14 +404,6 @@ impl<'a> Drawing<'a> {
                 .help("the picture is without them; pipelines/awsm.json takes every kind of light")
         });
         self.executor.notices().cloned().chain(unread).collect()
-    }
-
-    /// The picture of the last frame, 8 bits a channel.
-    pub(crate) fn picture(&self) -> Result<Vec<u8>, Diagnostic> {
-        let Some((_, texture)) = self.imports.iter().find(|(name, _)| *name == self.picture) else {
-            return Ok(Vec::new());
-        };
-        pollster::block_on(read_bytes(&self.graphics.device, &self.graphics.queue, texture))
     }
 
     /// The captures of the last frame.

@@ -59,7 +59,8 @@ impl Painter {
         let mut drawing = Drawing::new(graphics, scene, checked, options, session, Given::default())?;
         let input = drawing.input(&CameraPath::of(None)?, Shot { index: 0, time: 0.0, part: 0.0 });
         drawing.frame(&input)?;
-        write_png(&self.out, choices.size, &drawing.picture()?, Compression { fast: true })?;
+        session.diagnostics.extend(drawing.note());
+        write_png(&self.out, choices.size, &drawing.shown()?, Compression { fast: true })?;
         Ok(())
     }
 }

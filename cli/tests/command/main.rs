@@ -11,6 +11,7 @@ mod new;
 mod permutations;
 mod reference;
 mod render;
+mod render_colors;
 mod render_failures;
 mod report;
 mod score;

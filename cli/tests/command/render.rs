@@ -366,7 +366,7 @@ fn options_without_sense_are_named() {
     rejected(&run(&["--out", out, "--fps", "0"]), 2, &["--fps"]);
     rejected(&run(&["--out", out, "--frames", "0"]), 2, &["--frames"]);
     rejected(&run(&["--out", out, "--frames", "2"]), 1, &["--frames", "frame-####.png"]);
-    rejected(&run(&["--out", &out.replace(".png", ".bmp")]), 1, &["--out", ".png, .apng, .gif"]);
+    rejected(&run(&["--out", &out.replace(".png", ".bmp")]), 1, &["--out", ".png, .exr, .apng, .gif"]);
     assert_eq!(std::fs::read_dir(folder.join("")).unwrap().count(), 0);
 }
 

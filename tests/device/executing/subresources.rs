@@ -171,3 +171,28 @@ fn a_texture_is_written_and_seen_in_the_format_of_the_view() {
     // ((0.5 + 0.055) / 1.055)^2.4 = 0.214
     assert!(seen[0].abs_diff(128) <= 1 && seen[1].abs_diff(55) <= 1, "{seen:?}");
 }
+
+#[test]
+fn a_storage_texture_is_seen_as_srgb_too() {
+    let Some(gpu) = gpu::device() else { return };
+    let resources = format!(
+        r#"{}, "image": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport" }} }}"#,
+        target(1)
+    );
+    let passes = format!(
+        r#"{}, "half": {{ "compute": {{ "shader": "half.wgsl.jinja", "workgroups": [1, 1, 1],
+             "bind": {{ "image": {{ "texture": {{ "name": "&image", "contents": "load" }} }} }} }} }},
+           "shown": {{ "fullscreen": {{ "shader": "show.wgsl.jinja",
+             "bind": {{ "picture": {{ "texture": {{ "name": "&image", "format": "rgba8unorm-srgb" }} }} }},
+             "color": [{{ "to": "&target" }}] }} }}"#,
+        fill("grey", r#"{ "to": "&image" }"#, "[0.5, 0.5, 0.5, 1]")
+    );
+    let plan = plan(&resources, &passes);
+    let mut executor = executor(&gpu, &plan, None);
+    let picture = import(&gpu, &plan, "target");
+    show(&gpu, &mut executor, None, &picture, &frame(&[]));
+    let found = texels(&gpu, &picture, 0);
+    // The compute pass writes the left half; grey of 0.5 is 0.214 as sRGB.
+    assert_eq!(found[0], GREEN);
+    assert!(found[7][0].abs_diff(55) <= 1, "{:?}", found[7]);
+}

@@ -239,10 +239,19 @@ struct Layout {
     copied: bool,
     /// Whether blue precedes red.
     is_bgra: bool,
-    /// Ten bits each of red, green and blue, two of alpha.
-    is_packed: bool,
+    /// Channels that share a word.
+    packed: Option<Packed>,
     /// The number of a channel, and of the alpha channel.
     decode: [Decode; 2],
+}
+
+/// Channels of other sizes than bytes.
+#[derive(Clone, Copy)]
+enum Packed {
+    /// Ten bits each of red, green and blue, two of alpha.
+    Unorm,
+    /// Eleven bits of red and of green, ten of blue: halves without sign and with a shorter mantissa.
+    Float,
 }
 
 /// The number of a channel with as many bytes as it has.
@@ -271,8 +280,13 @@ impl Layout {
 
     /// The name of a plain format says it: the channels, the bits of each, and what they are.
     fn of(format: Format) -> Option<Self> {
-        if format == Format::Rgb10a2Unorm {
-            return Some(Self { is_packed: true, channels: 4, ..Self::of(Format::R32Uint)? });
+        let packed = match format {
+            Format::Rgb10a2Unorm => Some((Packed::Unorm, 4)),
+            Format::Rg11b10Ufloat => Some((Packed::Float, 3)),
+            _ => None,
+        };
+        if let Some((packed, channels)) = packed {
+            return Some(Self { packed: Some(packed), channels, ..Self::of(Format::R32Uint)? });
         }
         let (all, depth) = (wgpu::TextureAspect::All, wgpu::TextureAspect::DepthOnly);
         let (name, aspect, copied) = match format {
@@ -292,16 +306,28 @@ impl Layout {
             aspect,
             copied,
             is_bgra: channels == "bgra",
-            is_packed: false,
+            packed: None,
             decode,
         })
     }
 
     /// The numbers of a texel.
     fn numbers(&self, bytes: &[u8]) -> [f32; 4] {
-        if self.is_packed {
-            let run = |shift: u32, max: u32| (word(bytes) >> shift & max) as f32 / max as f32;
-            return [run(0, 1023), run(10, 1023), run(20, 1023), run(30, 3)];
+        match self.packed {
+            Some(Packed::Unorm) => {
+                let run = |shift: u32, max: u32| (word(bytes) >> shift & max) as f32 / max as f32;
+                return [run(0, 1023), run(10, 1023), run(20, 1023), run(30, 3)];
+            }
+            Some(Packed::Float) => {
+                let half = |bits: u32| half::f16::from_bits(bits as u16 & 0x7fff).to_f32();
+                return [
+                    half(word(bytes) << 4),
+                    half(word(bytes) >> 11 << 4),
+                    half(word(bytes) >> 22 << 5),
+                    1.0,
+                ];
+            }
+            None => {}
         }
         let mut values = [0.0, 0.0, 0.0, 1.0];
         let size = bytes.len() / self.channels;
@@ -339,4 +365,18 @@ fn decode(bits: &str, kind: &str) -> Option<Decode> {
         ("32", "float") => |bytes| f32::from_bits(word(bytes)),
         _ => return None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packed_floats_are_three_numbers() {
+        // 1.0, 0.5 and 2.0: exponents 15, 14 and 16.
+        let word: u32 = 15 << 6 | 14 << 6 << 11 | 16 << 5 << 22;
+        let layout = Layout::of(Format::Rg11b10Ufloat).expect("a layout");
+        assert_eq!((layout.bytes, layout.channels), (4, 3));
+        assert_eq!(layout.numbers(&word.to_le_bytes()), [1.0, 0.5, 2.0, 1.0]);
+    }
 }

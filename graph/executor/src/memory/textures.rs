@@ -124,16 +124,19 @@ pub(crate) fn view_descriptor<'a>(
     let format = texture.format();
     let both = format.has_depth_aspect() && format.has_stencil_aspect();
     let layers = view.layer.map(|run| run.count).or((view.shape == TextureShape::D2).then_some(1));
+    // A view has the usages of its texture if it does not say others, and no storage texture is of an sRGB format.
+    let is_srgb = view.format.is_some_and(|format| format.is_srgb());
+    let usage = is_srgb.then_some(texture.usage() - wgpu::TextureUsages::STORAGE_BINDING);
     wgpu::TextureViewDescriptor {
         label: Some(label),
         dimension: Some(view.shape.into()),
         format: view.format,
+        usage,
         aspect: if both { view.aspect } else { Aspect::All }.into(),
         base_mip_level: view.mip.map_or(0, |run| run.first),
         mip_level_count: view.mip.map(|run| run.count),
         base_array_layer: view.layer.map_or(0, |run| run.first),
         array_layer_count: layers,
-        ..wgpu::TextureViewDescriptor::default()
     }
 }
 

@@ -252,7 +252,7 @@ crate::codes! {
         "A texture, a feature or a limit that the plan needs is beyond what this device offers.";
     /// A pipeline that makes no picture.
     PICTURE = "UG0808", "no picture",
-        "`umbragraph render` writes the one imported texture that passes write (or the one called `target`) to a PNG file: rgba8unorm or rgba8unorm-srgb, of the viewport's size, one layer, one sample.";
+        "`umbragraph render` writes the one imported texture that passes write (or the one called `target`): of a format of colors, of the viewport's size, one layer, one sample. rgba8unorm and rgba8unorm-srgb are written to a PNG file as they are; of floats, colors above 0.8 are tone mapped, with a note. A file that ends in .exr has the numbers themselves. The viewer and scores take rgba8unorm and rgba8unorm-srgb alone.";
     /// A texture that cannot be captured.
     CAPTURE = "UG0809", "nothing to capture",
         "`umbragraph render --capture NAME[@PASS][:MIP,LAYER,FACE]=FILE` writes the contents of a texture, or of the version that one pass wrote. What does not exist, is culled, is a volume, has several samples a texel, or has a format without a picture cannot be captured.";

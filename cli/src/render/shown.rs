@@ -1,0 +1,143 @@
+//! Pictures of any format of colors: as numbers, or as 8 bits a channel for a screen.
+//!
+//! A PNG holds colors of a screen. Formats with `-srgb` and of floats hold linear colors, which get the transfer function
+//! of sRGB; other formats hold encoded colors and are written as they are. Colors of floats have no end: up to 0.8 they
+//! stay as they are, and brighter ones come closer and closer to 1, with their hue, as in Khronos' PBR neutral tone
+//! mapper. An EXR has the numbers themselves.
+
+use umbragraph::diagnostic::{Diagnostic, Place, Severity, codes};
+use umbragraph::executor::{Texels, read_back, read_bytes};
+use umbragraph::low_level::picture::{is_of_screen, picture_of};
+use umbragraph::low_level::sheet::{Content, Sheet, sheet};
+use wgpu::TextureFormat;
+
+use super::Drawing;
+
+impl Drawing<'_> {
+    /// The picture of the last frame, 8 bits a channel.
+    ///
+    /// # Errors
+    /// A picture of another format.
+    pub(crate) fn picture(&self) -> Result<Vec<u8>, Diagnostic> {
+        picture_of(self.executor.plan(), &self.captures)?;
+        match self.target() {
+            Some(texture) => {
+                pollster::block_on(read_bytes(&self.graphics.device, &self.graphics.queue, texture))
+            }
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// The same of any format: a picture of a screen as it is, others converted.
+    pub(crate) fn shown(&self) -> Result<Vec<u8>, Diagnostic> {
+        match self.target().map(wgpu::Texture::format).filter(|format| !is_of_screen(*format)) {
+            Some(format) => Ok(bytes(&self.texels()?, format)),
+            None => self.picture(),
+        }
+    }
+
+    /// The numbers of the picture of the last frame.
+    pub(super) fn numbers(&self) -> Result<Sheet, Diagnostic> {
+        Ok(sheet(&self.texels()?, Content::default(), None))
+    }
+
+    fn texels(&self) -> Result<Texels, Diagnostic> {
+        let empty = Texels { width: 0, height: 0, layers: 0, channels: 4, values: Vec::new() };
+        self.target().map_or(Ok(empty), |texture| {
+            pollster::block_on(read_back(&self.graphics.device, &self.graphics.queue, texture))
+        })
+    }
+
+    fn target(&self) -> Option<&wgpu::Texture> {
+        self.imports.iter().find(|(name, _)| *name == self.picture).map(|(_, texture)| texture)
+    }
+
+    /// Notes that a file for screens does not hold the picture as it is.
+    pub(crate) fn note(&self) -> Option<Diagnostic> {
+        let format = self.target()?.format();
+        is_of_floats(format).then(|| note(&self.picture, format))
+    }
+}
+
+/// The brightness at which tone mapping begins.
+const BEGIN: f32 = 0.8;
+
+/// Whether a format holds colors beyond 1.
+fn is_of_floats(format: TextureFormat) -> bool {
+    use TextureFormat as Format;
+    matches!(
+        format,
+        Format::R16Float
+            | Format::Rg16Float
+            | Format::Rgba16Float
+            | Format::R32Float
+            | Format::Rg32Float
+            | Format::Rgba32Float
+            | Format::Rg11b10Ufloat
+    )
+}
+
+/// The note that a picture is not written as it is.
+fn note(name: &str, format: TextureFormat) -> Diagnostic {
+    let message = format!("\"{name}\" is {format:?}: colors above {BEGIN} are tone mapped");
+    Diagnostic::warning(codes::PICTURE, Place::Nowhere, message)
+        .severity(Severity::Note)
+        .help("write an .exr for the numbers themselves, or tone map in a pass of the pipeline")
+}
+
+/// The colors of texels, 8 bits a channel.
+fn bytes(texels: &Texels, format: TextureFormat) -> Vec<u8> {
+    let is_linear = format.is_srgb() || is_of_floats(format);
+    let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+    let shown = |[red, green, blue, alpha]: [f32; 4]| {
+        // One channel is a shade of grey.
+        let [green, blue] = if texels.channels == 1 { [red; 2] } else { [green, blue] };
+        let color = if is_of_floats(format) { tone_mapped([red, green, blue]) } else { [red, green, blue] };
+        let [red, green, blue] = if is_linear { color.map(encoded) } else { color };
+        [byte(red), byte(green), byte(blue), byte(alpha)]
+    };
+    texels.values.iter().flat_map(|texel| shown(*texel)).collect()
+}
+
+/// A color with its brightest channel below 1, and the same hue.
+fn tone_mapped(color: [f32; 3]) -> [f32; 3] {
+    // What is no number is black; infinities are white.
+    let color = color.map(|channel| if channel.is_nan() { 0.0 } else { channel.clamp(0.0, f32::MAX) });
+    let peak = color.iter().copied().fold(0.0, f32::max);
+    if peak <= BEGIN {
+        return color;
+    }
+    let room = 1.0 - BEGIN;
+    let mapped = 1.0 - room * room / (peak - BEGIN + room);
+    color.map(|channel| channel / peak * mapped)
+}
+
+/// The transfer function of sRGB.
+fn encoded(linear: f32) -> f32 {
+    if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(value: [f32; 4], format: TextureFormat) -> Vec<u8> {
+        let texels = Texels { width: 1, height: 1, layers: 1, channels: 4, values: vec![value] };
+        bytes(&texels, format)
+    }
+
+    #[test]
+    fn floats_are_encoded_and_never_brighter_than_white() {
+        let format = TextureFormat::Rgba16Float;
+        assert_eq!(shown([0.214, 0.0, 0.5, 1.0], format), [127, 0, 188, 255]);
+        let bright = shown([4.0, 2.0, 0.0, 1.0], format);
+        assert!(bright[0] > 250 && bright[1] < bright[0] && bright[2] == 0, "{bright:?}");
+        assert_eq!(shown([f32::INFINITY, f32::NAN, -1.0, 1.0], format)[1..], [0, 0, 255]);
+    }
+
+    #[test]
+    fn encoded_formats_are_written_as_they_are() {
+        assert_eq!(shown([0.2, 0.4, 1.0, 1.0], TextureFormat::Bgra8Unorm), [51, 102, 255, 255]);
+        assert_eq!(shown([0.214, 0.0, 1.0, 1.0], TextureFormat::Bgra8UnormSrgb), [127, 0, 255, 255]);
+    }
+}
