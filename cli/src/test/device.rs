@@ -5,10 +5,12 @@
 //! Limits: a pass that does not end within the time limit leaves the device and the thread behind; nothing further runs.
 
 use std::collections::BTreeMap;
+use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
 use umbragraph::diagnostic::{Diagnostic, Place, codes};
 
+use super::STACK_BYTES;
 use super::instrument::{ENTRY_POINT, RESULT_WORDS};
 use crate::device::Graphics;
 
@@ -39,10 +41,14 @@ pub(super) fn run(
     let (sender, receiver) = std::sync::mpsc::channel();
     // Whoever no longer waits needs no answer.
     let work = move || drop(sender.send(dispatch(&device, &queue, wgsl, &constants, rows)));
-    let thread = std::thread::spawn(work);
-    let answer = receiver.recv_timeout(limit).map_err(|_| Failure::TimedOut)?;
+    let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn(work);
+    let answer = match receiver.recv_timeout(limit) {
+        Err(RecvTimeoutError::Timeout) => return Err(Failure::TimedOut),
+        Err(RecvTimeoutError::Disconnected) => Err("the driver failed without a word".to_owned()),
+        Ok(answer) => answer,
+    };
     // What it drops must be gone before the process ends.
-    drop(thread.join());
+    let _ = thread.map(std::thread::JoinHandle::join);
     answer.map_err(|error| {
         let message = format!("{} cannot run the tests: {error}", graphics.name);
         let help = "choose another adapter (--adapter); `umbragraph adapters` lists them";

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes as engine};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics};
 use umbragraph::low_level::compose::files_below;
 use umbragraph::low_level::read_source;
 use umbragraph::low_level::session::{Template, TemplateText};
@@ -94,11 +94,7 @@ impl Found {
                 let text = sources.get(file).map(|source| source.text().clone()).unwrap_or_default();
                 self.files.push(TestFile { name, text, is_named });
             }
-            Err(diagnostic) => {
-                // Its file is registered nowhere else.
-                let place = Place::File { path: name, locator: String::new() };
-                self.diagnostics.push(Diagnostic::error(engine::FILE_UNREADABLE, place, diagnostic.message));
-            }
+            Err(diagnostic) => self.diagnostics.push(diagnostic),
         }
     }
 }

@@ -31,6 +31,9 @@ use crate::device::Graphics;
 use crate::session::Session;
 use crate::{codes, interrupt};
 
+/// Stack for naga, which recurses into nested text.
+const STACK_BYTES: usize = 32 << 20;
+
 /// What every variant of a run has in common.
 struct Run<'a> {
     templates: &'a TemplateSet,

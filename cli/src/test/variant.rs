@@ -12,7 +12,7 @@ use super::instrument::{self, PREFIX, Row};
 use super::outcome::{self, Shown};
 use super::scan::{AssertKind, Scan, scan};
 use super::types::{self, Shape};
-use super::{Run, TestCount};
+use super::{Run, STACK_BYTES, TestCount};
 use crate::codes;
 
 /// The maximum number of values of an override that are all tried; of more, the ends and the default.
@@ -117,7 +117,7 @@ type Prepared = (Vec<Option<Shape>>, BTreeSet<String>);
 fn prepare(run: &Run<'_>, variant: &Variant, scan: &Scan) -> Result<Prepared, Vec<Diagnostic>> {
     let typed = variant.edited(&instrument::typed(scan));
     let module = typed.prove(run.templates, &AxisValues::new(), &TargetProfile::webgpu())?;
-    let parsed = naga::front::wgsl::parse_str(&module.wgsl).map_err(|error| {
+    let parsed = parsed(&module.wgsl).map_err(|error| {
         let message = format!("the text of the tests cannot be read again: {error}");
         vec![Diagnostic::error(engine::DEVICE, place_of_file(variant), message)]
     })?;
@@ -163,6 +163,16 @@ fn prepare(run: &Run<'_>, variant: &Variant, scan: &Scan) -> Result<Prepared, Ve
         }
     }
     if problems.is_empty() { Ok((shapes, types::overrides(&parsed))) } else { Err(problems) }
+}
+
+/// A text that naga has proven, parsed once more.
+fn parsed(text: &str) -> Result<naga::Module, String> {
+    std::thread::scope(|scope| {
+        let parse = || naga::front::wgsl::parse_str(text).map_err(|error| error.to_string());
+        let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, parse);
+        let joined = thread.map_err(|error| error.to_string())?.join();
+        joined.unwrap_or_else(|_| Err("naga failed".to_owned()))
+    })
 }
 
 fn place_of_file(variant: &Variant) -> umbragraph::diagnostic::Place {
