@@ -128,7 +128,8 @@ fn rewritten(assert: &Assert, start: &str, begin: impl Fn(usize) -> String, end:
 
 /// The code that runs rows, at the end of the text.
 ///
-/// A test is called at one place, with the values of a row in variables: drivers compile each call for itself.
+/// A test is called at one place, with the values of a row in variables: drivers compile each call for itself. Only a call
+/// that comes back notes that its row has passed.
 fn entry_point(text: &str, scan: &Scan, rows: &[Row]) -> Vec<TextEdit> {
     let whole = text.len();
     let mut edits = vec![inserted(whole, runner(), whole..whole)];
@@ -156,7 +157,8 @@ fn entry_point(text: &str, scan: &Scan, rows: &[Row]) -> Vec<TextEdit> {
         let arguments: Vec<String> =
             (0..test.parameters.len()).map(|number| format!("test_runner_argument_{number}")).collect();
         let (name, arguments) = (&test.name, arguments.join(", "));
-        add(format!("        default: {{}}\n    }}\n    {name}({arguments});\n}}\n"), &test.at);
+        let call = format!("    {name}({arguments});\n    test_runner_end();\n");
+        add(format!("        default: {{ return; }}\n    }}\n{call}}}\n"), &test.at);
         let end = first + count;
         calls.push_str(&format!(
             "    if test_runner_row >= {first}u && test_runner_row < {end}u {{ test_runner_test_{at}(test_runner_row - {first}u); }}\n"
@@ -166,8 +168,7 @@ fn entry_point(text: &str, scan: &Scan, rows: &[Row]) -> Vec<TextEdit> {
     let main = format!(
         "@compute @workgroup_size(1) fn {ENTRY_POINT}(@builtin(workgroup_id) test_runner_id: vec3<u32>) {{
     test_runner_row = test_runner_id.x;
-{calls}    if test_runner_state == 0u {{ test_runner_results[test_runner_row * 3u] = vec4<u32>({PASSED}u, 0u, 0u, 0u); }}
-}}
+{calls}}}
 "
     );
     add(main, &(whole..whole));
@@ -188,6 +189,9 @@ fn test_runner_fail(which: u32, tolerance: u32, found: vec4<u32>, wanted: vec4<u
     test_runner_results[test_runner_row * 3u] = vec4<u32>({FAILED}u, which, tolerance, 0u);
     test_runner_results[test_runner_row * 3u + 1u] = found;
     test_runner_results[test_runner_row * 3u + 2u] = wanted;
+}}
+fn test_runner_end() {{
+    if test_runner_state == 0u {{ test_runner_results[test_runner_row * 3u] = vec4<u32>({PASSED}u, 0u, 0u, 0u); }}
 }}
 fn test_runner_endless(which: u32) {{
     if test_runner_state == {ENDLESS}u {{ return; }}

@@ -5,7 +5,7 @@
 //! (`variant`, `device`). A failed row becomes a diagnostic at its assert (`outcome`), one for all variants that show it.
 //!
 //! Limits: tests have no bindings, and no derivatives, since they run in a compute stage. An override with more than 16
-//! values is tried at its ends and its default.
+//! values is tried at its ends and its default; of more than 64 combinations of overrides each is tried by itself.
 
 mod device;
 mod find;

@@ -98,6 +98,16 @@ fn failed_assert_says_values_row_axes_and_place() {
 }
 
 #[test]
+fn rows_of_each_test_are_its_own() {
+    let tests = "@test\n@case(1)\n@case(2)\nfn first(x: i32) { expect_equal(x, 1); }\n@test\nfn second() {}\n\
+        @test\n@case(3u)\n@case(4u)\n@case(5u)\nfn third(x: u32) { expect_equal(x + 1u, 6u); }\n";
+    let Some(output) = tested("shader-test-rows", tests, &[]) else { return };
+    let first = ["row 2 of 2: @case(2)", "found 2, wanted 1"];
+    let third = ["row 1 of 3: @case(3u), and 1 more", "found 4, wanted 6", "2 errors"];
+    rejected(&output, 1, &[&first[..], &third].concat());
+}
+
+#[test]
 fn filter_chooses_tests_by_a_part_of_their_names() {
     let Some(output) = tested("shader-test-filter", TESTS, &["--filter", "stays"]) else { return };
     let said = text(&output.stdout);
