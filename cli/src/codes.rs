@@ -50,7 +50,7 @@ umbragraph::low_level::codes! {
         "`umbragraph permutations --merge REPORT.json...` joins the reports that `umbragraph permutations PIPELINE... --shard K/N --format json` prints, one for each K from 1 to N, of the same pipelines.";
     /// A shader test that fails.
     TEST_FAILS = "UG0823", "shader test fails",
-        "An assert of a shader test does not hold: `expect(condition)`, `expect_equal(found, wanted)` or `expect_near(found, wanted, tolerance)`. The diagnostic has both values, the row of the table (`@case`), and the smallest set of axis values with which it fails. Of a row the first assert that fails is shown. A value that is not a number fails every comparison.";
+        "An assert of a shader test does not hold: `expect(condition)`, `expect_equal(found, wanted)` or `expect_near(found, wanted, tolerance)`. The diagnostic has both values, the row of the table (`@case`), and the smallest set of axis values with which it fails. Of a row the first assert that fails is shown. A value that is not a number fails every comparison, unless the driver assumes that there are none.";
     /// A shader test that cannot be run.
     TEST_INVALID = "UG0824", "not a shader test",
         "A file of tests, `NAME.test.wgsl`, is a template. It includes the templates that it tests, and has functions with `@test`. A test with parameters has a table, a line `@case(…)` for each call. It reaches no bindings: a test has no textures and buffers.\n\n```wgsl\n{% include \"lib/falloff.wgsl.jinja\" %}\n\n@test\n@case(0.5, 1.0)\n@case(2.0, 0.25)\nfn light_falls_with_distance(distance: f32, wanted: f32) {\n    expect_near(falloff(distance), wanted, 1e-5, \"the falloff\");\n}\n```";
