@@ -34,6 +34,7 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("effects/auto_exposure.json", include_str!("effects/auto_exposure.json")),
     ("effects/bloom.json", include_str!("effects/bloom.json")),
     ("effects/gtao.json", include_str!("effects/gtao.json")),
+    ("effects/taa.json", include_str!("effects/taa.json")),
     ("extended/awsm_deferred.json", include_str!("extended/awsm_deferred.json")),
     ("extended/lore_evsm.json", include_str!("extended/lore_evsm.json")),
     ("extended/lore_local_lights.json", include_str!("extended/lore_local_lights.json")),

@@ -1,6 +1,6 @@
 //! `umbragraph check`
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use umbragraph::diagnostic::counted;
@@ -12,6 +12,7 @@ use crate::annotations::add_summary;
 use crate::arguments::CheckArguments;
 use crate::bar::Bar;
 use crate::cache::Cache;
+use crate::junit::Fine;
 use crate::mend::mend;
 use crate::parts;
 use crate::remarks;
@@ -64,7 +65,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
         let Some(covered) = covered else { continue };
         pipelines.push(numbers(path, &covered));
         if session.diagnostics.error_count() == before && covered.coverage.violations.is_empty() {
-            fine.push(path.display().to_string());
+            fine.push(Fine { pipeline: path.display().to_string(), passes: BTreeSet::new() });
         }
         for violation in &covered.coverage.violations {
             complain(&format!(

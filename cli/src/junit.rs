@@ -1,20 +1,38 @@
 //! Diagnostics as JUnit XML, which GitLab, Jenkins and most other CI show as tests.
 //!
-//! A test suite has a case for each pipeline without errors. Each further suite is a file with diagnostics: an error is a
+//! A test suite has a case for each pipeline without errors, and one of its own for each of its passes whose shaders are
+//! proven. Each further suite is a file with diagnostics: an error is a
 //! case that failed, a warning or note one that passed with an output. There is no time in it, so equal runs are equal.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, Severity, render};
 use umbragraph::low_level::source::Sources;
 
+/// A pipeline without errors, and its passes whose shaders are proven.
+#[derive(Clone, Debug)]
+pub(crate) struct Fine {
+    pub(crate) pipeline: String,
+    pub(crate) passes: BTreeSet<String>,
+}
+
 /// The report on a run of a command, with the pipelines that have no errors.
-pub(crate) fn report(diagnostics: &Diagnostics, sources: &Sources, fine: &[String]) -> String {
+pub(crate) fn report(diagnostics: &Diagnostics, sources: &Sources, fine: &[Fine]) -> String {
     let mut report = Report::new("umbragraph");
+    let success = |name: &String| TestCase::new(name.as_str(), TestCaseStatus::success());
     let mut pipelines = TestSuite::new("pipelines");
-    pipelines.add_test_cases(fine.iter().map(|path| TestCase::new(path.as_str(), TestCaseStatus::success())));
+    pipelines.add_test_cases(fine.iter().map(|one| success(&one.pipeline)));
     report.add_test_suite(pipelines);
+    for Fine { pipeline, passes } in fine.iter().filter(|one| !one.passes.is_empty()) {
+        let mut suite = TestSuite::new(pipeline.as_str());
+        suite.add_test_cases(passes.iter().map(|pass| {
+            let mut case = success(pass);
+            case.set_classname(pipeline.as_str());
+            case
+        }));
+        report.add_test_suite(suite);
+    }
     let mut files: BTreeMap<String, TestSuite> = BTreeMap::new();
     for diagnostic in diagnostics {
         let (file, line) = place(diagnostic, sources);

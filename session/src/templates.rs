@@ -139,7 +139,11 @@ impl Templates {
         if let Some(known) = all.iter().find(|known| known.profile() == profile) {
             return known.clone();
         }
-        let new = Arc::new(ShaderCache::new(&self.set, profile));
+        let new = match all.first() {
+            Some(first) => ShaderCache::beside(first, profile),
+            None => ShaderCache::new(&self.set, profile),
+        };
+        let new = Arc::new(new);
         all.push(new.clone());
         new
     }

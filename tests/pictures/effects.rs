@@ -106,13 +106,14 @@ fn ambient_occlusion_beside_a_wall_follows_its_form() {
 }
 
 /// Effects of the flagship: the feature, the use of its subgraph, and the textures and buffers of its own.
-const EFFECTS: [(&str, &str, &[&str]); 5] = [
+const EFFECTS: [(&str, &str, &[&str]); 6] = [
     (
         "ambient_occlusion",
         "ambient_occlusion.",
         &["ambient_occlusion.noisy", "ambient_occlusion.smooth", "occlusion"],
     ),
     ("fog", "fog", &[]),
+    ("temporal", "temporal.", &["temporal.gathered", "temporal.gathered@-1"]),
     ("bloom", "bloom.", &["bloom.chain"]),
     (
         "auto_exposure",
@@ -167,7 +168,9 @@ fn each_effect_goes_with_each_other() {
     let all: Vec<&str> = EFFECTS.iter().map(|(name, ..)| *name).chain(others).collect();
     for (at, first) in all.iter().enumerate() {
         for second in &all[at + 1..] {
-            if ["msaa", "deferred"].contains(first) && ["msaa", "deferred"].contains(second) {
+            // Many samples are taken of every pixel, or over frames.
+            let is_of_many = |other: &str| [*first, *second] == ["temporal", "msaa"] || other == "deferred";
+            if is_of_many(second) && [*first, *second].contains(&"msaa") {
                 continue;
             }
             let features: Vec<_> = all

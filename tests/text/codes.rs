@@ -22,6 +22,7 @@ const ELSEWHERE: &[(&str, &[&str])] = &[
     ("cli/tests/command/tune.rs", &["UG0814"]),
     ("cli/tests/command/view.rs", &["UG0816"]),
     ("cli/tests/command/check/mod.rs", &["UG0220"]),
+    ("cli/tests/command/permutations/budgets.rs", &["UG0826", "UG0827", "UG0828"]),
     ("cli/tests/command/permutations/configurations.rs", &["UG0553"]),
     ("cli/tests/command/permutations/lock.rs", &["UG0818", "UG0819"]),
     ("cli/tests/command/permutations/shards.rs", &["UG0822"]),

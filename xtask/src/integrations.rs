@@ -10,7 +10,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::{adapter, process};
+use crate::{adapter, job, process};
 
 /// A package, and its files that use the module, whose lines are counted.
 struct Integration {
@@ -36,17 +36,23 @@ const ALL: [Integration; 3] = [
 const DISPLAY_PACKAGES: [&str; 7] =
     ["xvfb", "xauth", "libxcursor1", "libxi6", "libxrandr2", "libxkbcommon-x11-0", "libx11-xcb1"];
 
-/// The names of all packages.
+/// The job that users copy, which is no package.
+const JOB: &str = "ci";
+
+/// The names of all packages, and of the job.
 pub(crate) fn names() -> impl Iterator<Item = &'static str> {
-    ALL.iter().map(|integration| integration.name)
+    std::iter::once(JOB).chain(ALL.iter().map(|integration| integration.name))
 }
 
 /// Runs the command for one package, or for all.
 pub(crate) fn run(only: Option<&str>) -> Result<bool, String> {
-    if !adapter::ensure() {
+    let mut failed = Vec::new();
+    if only.is_none_or(|only| only == JOB) {
+        failed.extend(job::run().err());
+    }
+    if only != Some(JOB) && !adapter::ensure() {
         eprintln!("tests that need a graphics adapter will fail");
     }
-    let mut failed = Vec::new();
     for integration in ALL.iter().filter(|integration| only.is_none_or(|only| only == integration.name)) {
         let folder = process::workspace_root().join(integration.folder);
         if !integration.sources.is_empty() {

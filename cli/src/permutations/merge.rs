@@ -17,6 +17,7 @@ use super::{Shard, write_if_whole};
 use crate::arguments::PermutationsArguments;
 use crate::budgets::Budgets;
 use crate::codes;
+use crate::junit::Fine;
 use crate::lock::{Lock, LockFile, PassPlaces, Pipeline, Section, Shown, hold};
 use crate::session::Session;
 
@@ -225,8 +226,11 @@ pub(super) fn run(arguments: &PermutationsArguments, session: &mut Session) -> b
         format!("{}: {}, {texts}, for {}\n", one.pipeline, counted(passes.len(), "pass"), profiles.join(", "))
     };
     let text: String = joined.pipelines.iter().map(line).collect();
-    let fine = joined.pipelines.iter().map(|one| one.pipeline.clone());
-    let fine: Vec<String> = fine.filter(|_| !session.diagnostics.has_errors()).collect();
+    let fine = joined.pipelines.iter().map(|one| Fine {
+        pipeline: one.pipeline.clone(),
+        passes: one.reached.programs.keys().map(|(pass, _)| pass.clone()).collect(),
+    });
+    let fine: Vec<Fine> = fine.filter(|_| !session.diagnostics.has_errors()).collect();
     let is_fine = session.report_as(
         arguments.format,
         || text,

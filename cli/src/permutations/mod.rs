@@ -21,6 +21,7 @@ use crate::axes;
 use crate::bar::Bar;
 use crate::budgets::Budgets;
 use crate::cache::{Cache, Said};
+use crate::junit::Fine;
 use crate::lock::{Lock, LockFile, Shown, hold, update};
 use crate::measured::Measured;
 use crate::session::Session;
@@ -116,8 +117,11 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     let text = outcome.human(in_full);
     let proven = end(outcome.permutations.proven, outcome.permutations.texts);
     // Which pipeline an error of a template belongs to is not known.
-    let fine = outcome.reached.iter().map(|one| one.pipeline.clone());
-    let fine: Vec<String> = fine.filter(|_| !session.diagnostics.has_errors()).collect();
+    let fine = outcome.reached.iter().map(|one| Fine {
+        pipeline: one.pipeline.clone(),
+        passes: one.reaching.iter().flat_map(|program| program.passes.iter().cloned()).collect(),
+    });
+    let fine: Vec<Fine> = fine.filter(|_| !session.diagnostics.has_errors()).collect();
     let is_fine = session.report_as(
         arguments.format,
         || format!("{text}{proven}"),

@@ -6,7 +6,7 @@ use super::Session;
 use crate::annotations;
 use crate::arguments::DiagnosticsFormat;
 use crate::cache::Said;
-use crate::junit;
+use crate::junit::{self, Fine};
 use crate::streams::{complain, print, print_json};
 
 impl Session {
@@ -65,7 +65,7 @@ impl Session {
         format: DiagnosticsFormat,
         text: impl FnOnce() -> String,
         json: impl FnOnce(Vec<serde_json::Value>) -> String,
-        fine: &[String],
+        fine: &[Fine],
     ) -> bool {
         self.arrange();
         let (diagnostics, sources) = (&self.diagnostics, self.sources());

@@ -51,20 +51,32 @@ fn a_green_run_says_one_line_for_each_pipeline() {
 }
 
 #[test]
-fn junit_has_a_case_for_each_pipeline_and_error() {
+fn junit_has_a_case_for_each_pipeline_pass_and_error() {
     let folder = ScratchFolder::new("formats-junit");
     std::fs::write(folder.join("fine.json"), broken(0)).unwrap();
     std::fs::write(folder.join("broken.json"), broken(2)).unwrap();
     for command in ["check", "permutations"] {
         let output = run(&folder, &[command, "fine.json", "--format", "junit"]);
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-        let expected = r#"<?xml version="1.0" encoding="UTF-8"?>
-<testsuites name="umbragraph" tests="1" skipped="0" failures="0" errors="0">
+        let (count, passes) = match command {
+            "check" => (1, ""),
+            _ => (
+                2,
+                r#"    <testsuite name="fine.json" tests="1" skipped="0" errors="0" failures="0">
+        <testcase name="fill" classname="fine.json"/>
+    </testsuite>
+"#,
+            ),
+        };
+        let expected = format!(
+            r#"<?xml version="1.0" encoding="UTF-8"?>
+<testsuites name="umbragraph" tests="{count}" skipped="0" failures="0" errors="0">
     <testsuite name="pipelines" tests="1" skipped="0" errors="0" failures="0">
         <testcase name="fine.json"/>
     </testsuite>
-</testsuites>
-"#;
+{passes}</testsuites>
+"#
+        );
         assert_eq!(text(&output.stdout), expected);
         let output = run(&folder, &[command, "fine.json", "broken.json", "--format", "junit"]);
         assert_eq!((output.status.code(), &*text(&output.stderr)), (Some(1), ""));

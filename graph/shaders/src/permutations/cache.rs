@@ -1,15 +1,21 @@
 //! Shader modules that were made, or rejected, of one set of templates for one profile.
 //!
 //! Configurations of one pipeline mostly want the same shaders, and so do pipelines that are loaded one after the other.
+//! Profiles share modules: one that is valid with few capabilities, and about which nothing is to be said, is the same for
+//! each profile that has these and more.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
+
+use naga::valid::Capabilities;
 
 use super::declares;
 use crate::{ShaderModule, TargetProfile, TemplateSet, compile};
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
 type Made = Result<Arc<ShaderModule>, Vec<Diagnostic>>;
+/// Modules without warnings by template and values of axes, each with the capabilities that it is valid with.
+type Shared = BTreeMap<(String, AxisValues), Vec<(Capabilities, Arc<ShaderModule>)>>;
 /// Template, fixed values of axes, binding, member of it.
 type Question = (String, AxisValues, String, Option<String>);
 
@@ -19,6 +25,8 @@ pub struct ShaderCache {
     templates: Arc<TemplateSet>,
     profile: TargetProfile,
     made: Mutex<BTreeMap<(String, AxisValues), Made>>,
+    /// The modules of all profiles.
+    shared: Arc<Mutex<Shared>>,
     declared: Mutex<BTreeMap<Question, Option<AxisValues>>>,
 }
 
@@ -26,7 +34,18 @@ impl ShaderCache {
     /// Nothing made yet.
     pub fn new(templates: &Arc<TemplateSet>, profile: &TargetProfile) -> Self {
         let (templates, profile) = (templates.clone(), profile.clone());
-        Self { templates, profile, made: Mutex::default(), declared: Mutex::default() }
+        Self {
+            templates,
+            profile,
+            made: Mutex::default(),
+            shared: Arc::default(),
+            declared: Mutex::default(),
+        }
+    }
+
+    /// The modules of the same templates for another profile, which the two share as far as they can.
+    pub fn beside(other: &Self, profile: &TargetProfile) -> Self {
+        Self { shared: other.shared.clone(), ..Self::new(&other.templates, profile) }
     }
 
     /// Nothing made yet but the modules of a cache before, of templates that have not changed. Rejections are made again:
@@ -68,7 +87,21 @@ impl ShaderCache {
         if let Some(known) = made.get(&key) {
             return known.clone();
         }
-        let module = compile(&self.templates, template, &key.1, &self.profile).map(Arc::new);
+        let shared = || self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        let own = self.profile.capabilities;
+        let of_others = shared().get(&key).and_then(|all| {
+            all.iter().find(|(needed, _)| own.contains(*needed)).map(|(_, module)| module.clone())
+        });
+        let module = match of_others {
+            Some(known) => Ok(known),
+            None => {
+                let new = compile(&self.templates, template, &key.1, &self.profile).map(Arc::new);
+                if let Some(new) = new.as_ref().ok().filter(|new| new.warnings.is_empty()) {
+                    shared().entry(key.clone()).or_default().push((own, new.clone()));
+                }
+                new
+            }
+        };
         made.insert(key, module.clone());
         module
     }

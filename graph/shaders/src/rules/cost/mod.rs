@@ -50,8 +50,11 @@ pub struct Operations {
     pub unknown_loops: u64,
 }
 
+/// A kind of operations: its name, the scalar operations that one counts for, and how many there are.
+pub type Weight = (&'static str, u64, fn(&Operations) -> u64);
+
 /// The scalar operations that one of each kind counts for.
-pub const WEIGHTS: [(&str, u64, fn(&Operations) -> u64); 8] = [
+pub const WEIGHTS: [Weight; 8] = [
     ("arithmetic", 1, |each| each.arithmetic),
     ("reads", 2, |each| each.reads),
     ("texture_reads", 16, |each| each.texture_reads),
