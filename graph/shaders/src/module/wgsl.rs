@@ -32,6 +32,7 @@ use crate::written::attributes;
 use crate::written::complexity;
 use crate::written::constructors;
 use crate::written::hint;
+use crate::written::newer;
 use crate::written::operators;
 use crate::written::rejection::Rejection;
 use crate::written::scopes;
@@ -48,7 +49,7 @@ pub(crate) fn parse(text: &str) -> Result<Module, Rejection> {
     complexity::check(text)?;
     let module = guarded(|| {
         naga::front::wgsl::parse_str(text)
-            .map_err(|error| hint::improve(text, wgsl_error::parse(text, &error)))
+            .map_err(|error| newer::explain(text, hint::improve(text, wgsl_error::parse(text, &error))))
     })?;
     let tokens = Tokens::new(text);
     operators::check(&tokens)?;
@@ -67,7 +68,7 @@ pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<Mo
     let info = guarded(|| {
         Validator::new(ValidationFlags::all(), capabilities)
             .validate(module)
-            .map_err(|error| wgsl_error::validation(codes::WGSL_INVALID, module, &error))
+            .map_err(|error| newer::explain("", wgsl_error::validation(codes::WGSL_INVALID, module, &error)))
     })?;
     let rules = [
         behaviors::found,

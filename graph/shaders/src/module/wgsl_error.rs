@@ -75,7 +75,9 @@ pub(crate) fn validation(code: Code, module: &Module, error: &WithSpan<Validatio
     }
     let cause = one_line(&cause)
         .replace("Capability Capabilities(", "the capability ")
-        .replace(") is required", " is required");
+        .replace(") is required", " is required")
+        .replace("Storage { access: StorageAccess(LOAD | STORE) }", "storage")
+        .replace("Storage { access: StorageAccess(LOAD) }", "storage");
     let context = match error.as_inner() {
         ValidationError::Function { name, .. } => format!(" (in the function \"{name}\")"),
         ValidationError::EntryPoint { name, .. } => format!(" (in the entry point \"{name}\")"),

@@ -23,16 +23,25 @@ use crate::written::rejection::Rejection;
 
 /// The calls of a module with constants that their functions do not take.
 pub(crate) fn found(module: &Module) -> Vec<Rejection> {
-    ir::functions(module)
-        .flat_map(|function| {
-            let calls = Constants { module, function };
-            function
-                .expressions
-                .iter()
-                .filter_map(move |(handle, _)| calls.rejection(handle))
-                .collect::<Vec<_>>()
-        })
-        .collect()
+    let globals = module.global_expressions.iter().filter_map(|(handle, expression)| {
+        let (message, help) = infinite(expression)?;
+        let place = module.global_expressions.get_span(handle);
+        Some(Rejection::new(codes::WGSL_INVALID, message, place).help(help))
+    });
+    let in_functions = ir::functions(module).flat_map(|function| {
+        let calls = Constants { module, function };
+        function.expressions.iter().filter_map(move |(handle, _)| calls.rejection(handle)).collect::<Vec<_>>()
+    });
+    globals.chain(in_functions).collect()
+}
+
+/// The reason to reject a half that is infinite: naga looks at literals, not at what conversions give.
+fn infinite(expression: &Expression) -> Option<(String, &'static str)> {
+    let Expression::Literal(Literal::F16(value)) = expression else { return None };
+    let is_infinite = !f32::from(*value).is_finite();
+    is_infinite.then(|| {
+        ("the value does not fit in an f16, which ends at 65,504".to_owned(), "take a smaller value")
+    })
 }
 
 /// The constants of a function.
@@ -60,10 +69,7 @@ impl Constants<'_> {
                 let message = format!("the bits 0x{bits:08x} are no finite f32");
                 (message, "compare bits as integers, or take the bits of a finite number")
             }
-            Expression::Literal(Literal::F16(value)) if !f32::from(value).is_finite() => {
-                ("the value does not fit in an f16, which ends at 65,504".to_owned(), "take a smaller value")
-            }
-            _ => return None,
+            ref other => infinite(other)?,
         };
         let place = self.function.expressions.get_span(handle);
         Some(Rejection::new(codes::WGSL_INVALID, message, place).help(help))

@@ -35,8 +35,26 @@ const UNTYPED: [&str; 14] = [
 pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejection> {
     (0..tokens.ranges.len()).try_for_each(|at| shift(tokens, at))?;
     let (untyped, parts) = (untyped(tokens, module), types::parts(module));
+    for (handle, expression) in module.global_expressions.iter() {
+        let Expression::Literal(Literal::U32(value)) = *expression else { continue };
+        let place = module.global_expressions.get_span(handle);
+        if value > i32::MAX.cast_unsigned() && is_within(&untyped, place) {
+            return Err(reject(WITHOUT_SUFFIX.0, WITHOUT_SUFFIX.1, place));
+        }
+    }
     ir::functions(module)
         .try_for_each(|function| Check { tokens, module, function, parts: &parts }.check(&untyped))
+}
+
+/// A number that is taken for an `i32`, and the way out.
+const WITHOUT_SUFFIX: (&str, &str) =
+    ("a number without a suffix is an i32, which does not hold this", "add the suffix \"u\"");
+
+/// Whether a place lies in one of several.
+fn is_within(ranges: &[Range<usize>], place: Span) -> bool {
+    let is_in =
+        |place: &Range<usize>, range: &Range<usize>| range.start <= place.start && place.end <= range.end;
+    place.to_range().is_some_and(|place| ranges.iter().any(|range| is_in(&place, range)))
 }
 
 struct Check<'a> {
@@ -122,10 +140,7 @@ impl<'a> Check<'a> {
                             .as_ref()
                             .is_some_and(|place| range.start <= place.start && place.end <= range.end)
                     };
-                    untyped.iter().any(is_within).then_some((
-                        "a number without a suffix is an i32, which does not hold this",
-                        "add the suffix \"u\"",
-                    ))
+                    untyped.iter().any(is_within).then_some(WITHOUT_SUFFIX)
                 }
                 _ => None,
             };
@@ -263,8 +278,12 @@ fn shift(tokens: &Tokens<'_>, at: usize) -> Result<(), Rejection> {
 
 /// The values of `let` and `var` without a type, of which nothing gives them one, as bytes.
 fn untyped(tokens: &Tokens<'_>, module: &Module) -> Vec<Range<usize>> {
-    let is_declared = |at: &usize| matches!(tokens.word(*at), "let" | "var") && tokens.word(at + 2) == "=";
-    let values = (0..tokens.ranges.len()).filter(is_declared).map(|at| at + 3);
+    let value = |at: usize| match (tokens.word(at), tokens.word(at + 1)) {
+        ("var", "<") if tokens.word(at + 5) == "=" => Some(at + 6),
+        ("let" | "var", _) if tokens.word(at + 2) == "=" => Some(at + 3),
+        _ => None,
+    };
+    let values = (0..tokens.ranges.len()).filter_map(value);
     let mut found = Vec::new();
     for first in values {
         let end =

@@ -23,7 +23,7 @@ use crate::codes;
 use crate::written::ir;
 use crate::written::rejection::Rejection;
 
-pub(crate) const MAX_ELEMENTS: usize = 65_535;
+const MAX_ELEMENTS: usize = 65_535;
 const MAX_PARAMETERS: usize = 255;
 const MAX_MEMBERS: usize = 16_383;
 const MAX_CASES: usize = 16_383;
@@ -196,6 +196,18 @@ impl Check<'_> {
                 _ => argument.ty,
             };
             self.elements(ty, &format!("the elements of \"{name}\""), first);
+            let is_local = |space| matches!(space, AddressSpace::Function | AddressSpace::Private);
+            if let TypeInner::Pointer { base, space } = self.module.types[argument.ty].inner
+                && is_local(space)
+                && self.parts(base).has_atomics
+            {
+                let message = format!("the parameter \"{name}\" points to atomics of a function or a module");
+                self.reject(
+                    message,
+                    first,
+                    "atomics are in workgroup memory or in storage that can be written",
+                );
+            }
             if self.parts(argument.ty).has_overrides {
                 let message = format!("the parameter \"{name}\" holds an array whose size is an override");
                 self.reject(

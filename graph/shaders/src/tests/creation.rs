@@ -81,7 +81,7 @@ fn messages_name_what_is_wrong() {
     let statements = STATEMENTS.iter().map(|(refused, says)| (text(refused), *says));
     let modules = MODULES.iter().map(|(refused, says)| ((*refused).to_owned(), *says));
     for (refused, says) in statements.chain(modules) {
-        let message = wgsl_rules::rejected(&refused).map(|(message, _)| message);
+        let message = wgsl_rules::rejected(&refused).map(|(rejection, _)| rejection.message);
         assert!(message.as_ref().is_some_and(|message| message.contains(says)), "{refused}: {message:?}");
     }
 }

@@ -281,7 +281,9 @@ impl Tally {
         self.refused += usize::from(!is_taken);
         match (is_taken, wgsl_rules::rejected(text)) {
             (false, None) => self.missed.push(format!("{said}\n{text}")),
-            (true, Some((message, false))) => self.too_strict.push(format!("{message}\n{text}")),
+            (true, Some((rejection, false))) => {
+                self.too_strict.push(format!("{}\n{text}", rejection.message));
+            }
             (true, Some((_, true))) => self.unknown += 1,
             _ => {}
         }

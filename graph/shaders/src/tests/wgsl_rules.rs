@@ -1,6 +1,6 @@
 //! WGSL's shader-creation errors: texts that break one rule each, with twins that keep it.
 //!
-//! The texts are in `wgsl/`, one on a line, under the section of the specification and the rule:
+//! The texts are in `wgsl/`, one on a line, under the chapter of the specification and the rule:
 //!
 //! - `-` begins a text that has to be refused, `+` one that has to pass: statements of a function with the parameters of
 //!   [`WITHIN`]. `--` and `++` begin whole modules.
@@ -20,6 +20,7 @@ use naga::valid::Capabilities;
 
 use crate::TargetProfile;
 use crate::module::wgsl;
+use crate::written::rejection::Rejection;
 
 const WITHIN: &str =
     "const HIGH = 3.0;\nfn f(x: u32, y: u32, z: f32, i: i32, b: bool, v: vec4<f32>, m: mat4x4<f32>) {";
@@ -36,7 +37,7 @@ pub(super) enum Expected {
 pub(super) struct Case {
     /// The file and the line.
     place: String,
-    /// The section and the rule.
+    /// The chapter and the rule.
     rule: String,
     pub(super) expected: Expected,
     pub(super) text: String,
@@ -96,7 +97,7 @@ fn capabilities() -> Capabilities {
 }
 
 /// The reason to reject a text, and whether it is naga's.
-pub(super) fn rejected(text: &str) -> Option<(String, bool)> {
+pub(super) fn rejected(text: &str) -> Option<(Rejection, bool)> {
     let naga = wgsl::guarded(|| Ok(wgsl::is_valid_for_naga(text, capabilities())));
     let is_naga = !naga.unwrap_or_default();
     let rejection = wgsl::with_stack(|| {
@@ -106,7 +107,7 @@ pub(super) fn rejected(text: &str) -> Option<(String, bool)> {
         let beyond = wgsl::beyond_naga(&module).into_iter().find(|found| !found.warning);
         beyond.map_or(Ok(()), Err)
     });
-    rejection.err().map(|rejection| (rejection.message, is_naga))
+    rejection.err().map(|rejection| (rejection, is_naga))
 }
 
 #[test]
@@ -114,7 +115,16 @@ fn texts_that_break_a_rule_are_refused_and_twins_pass() {
     let mut wrong = String::new();
     for Case { place, rule, expected, text } in cases() {
         let found = rejected(&text);
-        if found.is_some() != (expected != Expected::Valid) {
+        let (is_rejected, by_naga) = (found.is_some(), found.as_ref().is_some_and(|(_, by_naga)| *by_naga));
+        let help = found.as_ref().and_then(|(rejection, _)| rejection.help.as_deref()).unwrap_or_default();
+        let is_right = match expected {
+            Expected::Valid => !is_rejected,
+            Expected::Refused => is_rejected,
+            // The help names what naga does not know.
+            Expected::Newer => by_naga && (!rule.contains("Newer") || help.contains("naga does not know")),
+        };
+        let found = found.map(|(rejection, by_naga)| (rejection.message, by_naga));
+        if !is_right {
             let text: String = text.strip_prefix(WITHIN).unwrap_or(&text).chars().take(200).collect();
             let _ = writeln!(wrong, "{place} ({rule}) {expected:?}, but {found:?}: {text}");
         }
@@ -144,4 +154,75 @@ fn chromes_compiler_says_the_same_of_the_texts() {
         }
     }
     assert!(wrong.is_empty(), "{wrong}");
+}
+
+/// The page of the rules, with the ones who find violations.
+fn page() -> String {
+    let mut rules: Vec<(String, [usize; 5])> = Vec::new();
+    for case in cases() {
+        if rules.last().is_none_or(|(rule, _)| *rule != case.rule) {
+            rules.push((case.rule.clone(), [0; 5]));
+        }
+        let at = match (case.expected, rejected(&case.text)) {
+            (Expected::Valid, _) => 0,
+            (Expected::Newer, _) => 1,
+            (Expected::Refused, Some((_, true))) => 2,
+            (Expected::Refused, Some((_, false))) => 3,
+            (Expected::Refused, None) => 4,
+        };
+        rules.last_mut().into_iter().for_each(|(_, counts)| counts[at] += 1);
+    }
+    let sum = |at: usize| rules.iter().map(|(_, counts)| counts[at]).sum::<usize>();
+    let mut page = String::from(
+        "# WGSL\n\n\
+        Browsers refuse a shader module that breaks one of WGSL's rules, before anything runs. naga, which wgpu uses \
+        elsewhere, takes some of them. So umbragraph checks what naga does not, and `check` and `permutations` refuse \
+        the same modules as browsers.\n\n\
+        The table has each rule that a text can break when a module is created, with the chapter of the specification \
+        (*WebGPU Shading Language*), the number of texts that hold it, and who refuses those that break it. Rules that \
+        say \"newer\", and texts in the last column, are WGSL that browsers take and naga does not know: they are \
+        refused with the name of what naga lacks, and a way without it.\n\n\
+        | | chapter | rule | texts that break it | of them by naga | by umbragraph | by nobody | that keep it | valid, unknown to naga |\n\
+        |---|---|---|---|---|---|---|---|---|\n",
+    );
+    for (number, (rule, [valid, newer, naga, ours, nobody])) in (1..).zip(&rules) {
+        let (section, rule) = rule.split_once(": ").unwrap_or(("", rule));
+        let refused = naga + ours + nobody;
+        let _ = writeln!(
+            page,
+            "| {number} | {section} | {rule} | {refused} | {naga} | {ours} | {nobody} | {valid} | {newer} |"
+        );
+    }
+    let (refused, all) = (sum(2) + sum(3) + sum(4), sum(0) + sum(1) + sum(2) + sum(3) + sum(4));
+    let _ = write!(
+        page,
+        "\n{all} texts: {refused} that break a rule, of which naga refuses {}, umbragraph {} and nobody {}; {} that keep \
+        it, and {} of newer WGSL. Chrome's compiler, `tint`, says the same of each.\n\n\
+        The texts are in `graph/shaders/src/tests/wgsl/`. This page is written from them by \
+        `UMBRAGRAPH_BLESS=1 cargo nextest run -p umbragraph-shaders wgsl_rules`, and the test fails if it is of another \
+        version. `UMBRAGRAPH_TIMES=50 cargo nextest run -p umbragraph-shaders wgsl_mutants` compares 20,000 mutants of \
+        the texts, and some of the templates', with `tint` where it is installed (`UMBRAGRAPH_SEED` chooses others).\n\n\
+        ## Not checked\n\n\
+        Limits of a device are [another check](reference/diagnostics.md#ug0530). Arrays and structures are held to the \
+        limits of Chrome's compiler, which are above those that the specification asks of every browser. A value that \
+        follows from numbers without a type by shifts of vectors, or by bit operations beyond 32 bits, is not compared \
+        with the type that it gets.\n",
+        sum(2),
+        sum(3),
+        sum(4),
+        sum(0),
+        sum(1),
+    );
+    page
+}
+
+#[test]
+fn the_page_of_rules_is_that_of_the_texts() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/wgsl.md");
+    let page = page();
+    if std::env::var_os("UMBRAGRAPH_BLESS").is_some() {
+        std::fs::write(&path, &page).expect("the page");
+    }
+    let known = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(known == page, "docs/wgsl.md is not that of the texts: UMBRAGRAPH_BLESS=1 writes it");
 }

@@ -32,6 +32,7 @@ const MAX_NUMBER: u64 = i32::MAX.cast_unsigned() as u64;
 
 /// Rejects the first attribute that is out of place.
 pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejection> {
+    (0..tokens.ranges.len()).filter(|at| tokens.word(*at) == "@").try_for_each(|at| numbers(tokens, at))?;
     let mut at = 0;
     while at < tokens.ranges.len() {
         let keyword = tokens.after_attributes(at);
@@ -54,6 +55,16 @@ pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejectio
     Ok(())
 }
 
+/// Rejects a number of an attribute that is too large for one without a suffix.
+fn numbers(tokens: &Tokens<'_>, at: usize) -> Result<(), Rejection> {
+    let end = if tokens.word(at + 2) == "(" { tokens.closing(at + 2) } else { at };
+    let is_large = |at: &usize| tokens.word(*at).parse::<u64>().is_ok_and(|value| value > MAX_NUMBER);
+    let Some(number) = (at..end).find(is_large) else { return Ok(()) };
+    let message = format!("{} is a number without a suffix, which does not fit an i32", tokens.word(number));
+    let place = Span::from(tokens.ranges[number].clone());
+    Err(Rejection::new(codes::WGSL_INVALID, message, place).help("write a smaller number"))
+}
+
 /// Rejects the first attribute out of place among those that stand before one keyword.
 fn placed(tokens: &Tokens<'_>, module: &Module, attributes: Range<usize>) -> Result<(), Rejection> {
     let keyword = tokens.word(attributes.end);
@@ -71,14 +82,6 @@ fn placed(tokens: &Tokens<'_>, module: &Module, attributes: Range<usize>) -> Res
         }
         if name == "diagnostic" {
             diagnostic(tokens, *at)?;
-        }
-        let end = if tokens.word(at + 1) == "(" { tokens.closing(at + 1) } else { *at };
-        let is_large = |at: &usize| tokens.word(*at).parse::<u64>().is_ok_and(|value| value > MAX_NUMBER);
-        if let Some(number) = (at + 1..end).find(is_large) {
-            let message =
-                format!("{} is a number without a suffix, which does not fit an i32", tokens.word(number));
-            let place = Span::from(tokens.ranges[number].clone());
-            return Err(Rejection::new(codes::WGSL_INVALID, message, place).help("write a smaller number"));
         }
         if name == "workgroup_size" {
             if !has("compute") {

@@ -14,7 +14,9 @@ use super::attributes;
 use super::rejection::Rejection;
 use super::tokens::Tokens;
 use crate::codes;
-use crate::rules::types::MAX_ELEMENTS;
+
+/// Four bytes each, so many fill all that 32 bits count.
+const MAX_WORDS: usize = (1 << 30) - 1;
 
 /// Rejects the first constructor with too few or too many arguments, or with numbers of another type.
 pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejection> {
@@ -89,9 +91,9 @@ fn array(tokens: &Tokens<'_>, module: &Module, at: usize) -> Result<(), Rejectio
         let message = format!("the array has {size} elements, but {} are given", arguments.len());
         return Err(rejection(tokens, at, message, "give each element a value, or none"));
     }
-    if size.is_some_and(|size| size > MAX_ELEMENTS && tokens.word(end + 1) == "(") {
-        let message = format!("a value of an array has at most {MAX_ELEMENTS} elements");
-        return Err(rejection(tokens, at, message, "keep so many in a storage buffer"));
+    if size.is_some_and(|size| size > MAX_WORDS && tokens.word(end + 1) == "(") {
+        let message = "the array is larger than 4 GiB".to_owned();
+        return Err(rejection(tokens, at, message, "keep so many elements in a storage buffer"));
     }
     let Some(kind) = kind_of_type(tokens.word(at + 2)) else { return Ok(()) };
     arguments.iter().try_for_each(|argument| number(tokens, module, argument, kind))
@@ -183,6 +185,10 @@ fn kind_of(tokens: &Tokens<'_>, module: &Module, argument: &Range<usize>) -> Opt
     let word = tokens.word(first);
     if first + 1 == argument.end {
         return attributes::kind_of(word, module);
+    }
+    let is_digit = |first: char| first.is_ascii_digit();
+    if first + 3 == argument.end && tokens.word(first + 1) == "." && word.starts_with(is_digit) {
+        return Some(ScalarKind::Float);
     }
     let is_list = tokens.lists.contains(&(first + 1));
     let open = if is_list { first + 4 } else { first + 1 };

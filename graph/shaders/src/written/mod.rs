@@ -6,6 +6,7 @@ pub(crate) mod constructors;
 pub(crate) mod declarations;
 pub(crate) mod hint;
 pub(crate) mod ir;
+pub(crate) mod newer;
 pub(crate) mod operators;
 pub(crate) mod rejection;
 pub(crate) mod scopes;
