@@ -1,14 +1,49 @@
 //! Strongly connected components.
 
-/// The strongly connected components of a graph, each after those that it leads to (Tarjan 1972).
-pub(super) fn components(edges: &[Vec<u32>]) -> Vec<Vec<u32>> {
+/// The edges of a graph, node by node.
+#[derive(Debug, Default)]
+pub(super) struct Edges {
+    to: Vec<u32>,
+    /// Where the edges of each node end in the list.
+    ends: Vec<usize>,
+}
+
+impl Edges {
+    /// Adds a node with its edges.
+    pub(super) fn node(&mut self, to: impl Iterator<Item = u32>) {
+        self.to.extend(to);
+        self.ends.push(self.to.len());
+    }
+
+    fn of(&self, node: usize) -> &[u32] {
+        let start = node.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.to[start..self.ends[node]]
+    }
+}
+
+/// Components, each after those that it leads to.
+#[derive(Debug, Default)]
+pub(super) struct Components {
+    nodes: Vec<u32>,
+    ends: Vec<usize>,
+}
+
+impl Components {
+    pub(super) fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        starts.zip(&self.ends).map(|(start, end)| &self.nodes[start..*end])
+    }
+}
+
+/// The strongly connected components of a graph (Tarjan 1972).
+pub(super) fn components(edges: &Edges) -> Components {
     struct Search<'e> {
-        edges: &'e [Vec<u32>],
+        edges: &'e Edges,
         number: Vec<u32>,
         low: Vec<u32>,
         open: Vec<u32>,
         is_open: Vec<bool>,
-        found: Vec<Vec<u32>>,
+        found: Components,
         count: u32,
     }
     impl Search<'_> {
@@ -19,7 +54,7 @@ pub(super) fn components(edges: &[Vec<u32>]) -> Vec<Vec<u32>> {
             self.open.push(node);
             self.is_open[at] = true;
             let edges = self.edges;
-            for next in &edges[at] {
+            for next in edges.of(at) {
                 let to = *next as usize;
                 if self.number[to] == 0 {
                     self.visit(*next);
@@ -30,20 +65,22 @@ pub(super) fn components(edges: &[Vec<u32>]) -> Vec<Vec<u32>> {
             }
             if self.low[at] == self.number[at] {
                 let start = self.open.iter().rposition(|each| *each == node).unwrap_or_default();
-                let component = self.open.split_off(start);
-                component.iter().for_each(|each| self.is_open[*each as usize] = false);
-                self.found.push(component);
+                for each in self.open.drain(start..) {
+                    self.is_open[each as usize] = false;
+                    self.found.nodes.push(each);
+                }
+                self.found.ends.push(self.found.nodes.len());
             }
         }
     }
-    let nodes = edges.len();
+    let nodes = edges.ends.len();
     let mut search = Search {
         edges,
         number: vec![0; nodes],
         low: vec![0; nodes],
-        open: Vec::new(),
+        open: Vec::with_capacity(nodes),
         is_open: vec![false; nodes],
-        found: Vec::new(),
+        found: Components { nodes: Vec::with_capacity(nodes), ends: Vec::with_capacity(nodes) },
         count: 0,
     };
     for node in 0..nodes as u32 {
@@ -52,4 +89,21 @@ pub(super) fn components(edges: &[Vec<u32>]) -> Vec<Vec<u32>> {
         }
     }
     search.found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Edges, components};
+
+    #[test]
+    fn circles_are_one_component_behind_what_they_lead_to() {
+        let mut edges = Edges::default();
+        for to in [&[1][..], &[2, 3], &[0], &[], &[4, 3]] {
+            edges.node(to.iter().copied());
+        }
+        let found = components(&edges);
+        let mut found: Vec<Vec<u32>> = found.iter().map(<[u32]>::to_vec).collect();
+        found.iter_mut().for_each(|component| component.sort_unstable());
+        assert_eq!(found, [vec![3], vec![0, 1, 2], vec![4]]);
+    }
 }

@@ -41,7 +41,7 @@ mod validator;
 mod verdicts;
 
 pub use crate::axes::Space;
-pub use crate::rules::cost::{Cost, Operations, WEIGHTS};
+pub use crate::rules::cost::{Cost, Operations, WEIGHTS, Weight};
 pub use cache::ShaderCache;
 pub use dead::dead;
 pub use declared::declares;

@@ -11,7 +11,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
-use super::components::components;
+use super::components::{Edges, components};
 use super::content::{Content, Hash};
 use super::interned::{Declarations, Id};
 use super::kept::Kept;
@@ -127,7 +127,7 @@ pub(super) struct Units {
     /// Every reflection of an interface once.
     pub(super) reflections: HashSet<Arc<Reflection>>,
     /// A memo for each declaration: what it saw last, and its unit.
-    last: HashMap<Id, (Vec<Option<Id>>, Id)>,
+    last: Vec<Option<(Vec<Option<Id>>, Id)>>,
     /// The units that earlier runs have proven.
     pub(super) kept: Option<Kept>,
 }
@@ -148,13 +148,11 @@ impl Units {
                 self.at[name as usize] = (self.texts, local as u32);
             }
         }
-        let edges: Vec<Vec<u32>> = text
-            .iter()
-            .map(|id| {
-                let mentions = known(id).mentions.iter();
-                mentions.filter_map(|name| self.local(*name)).map(|at| at as u32).collect()
-            })
-            .collect();
+        let mut edges = Edges::default();
+        for id in text {
+            let mentions = known(id).mentions.iter();
+            edges.node(mentions.filter_map(|name| self.local(*name)).map(|at| at as u32));
+        }
         let mut directives: Vec<Id> =
             text.iter().copied().filter(|id| known(id).kind == Kind::Directive).collect();
         directives.sort_unstable();
@@ -164,7 +162,7 @@ impl Units {
         let mut resolved = Resolved { of_declarations: vec![None; text.len()], ..Resolved::default() };
         let mut interfaces: Vec<Option<Id>> = vec![None; text.len()];
         let mut seen: Vec<Option<Id>> = Vec::new();
-        for component in components(&edges) {
+        for component in components(&edges).iter() {
             let functions =
                 component.iter().filter(|at| declarations.is_function(text[**at as usize])).count();
             resolved.is_circular |= functions > 0 && component.len() > 1;
@@ -173,7 +171,7 @@ impl Units {
             seen.clear();
             seen.push(Some(directives));
             let mut is_open = false;
-            for at in &component {
+            for at in component {
                 let declared = known(&text[*at as usize]);
                 let own = declared.name.filter(|_| declared.kind == Kind::Override);
                 seen.extend(own.map(|name| overrides.get(&name).copied()));
@@ -189,12 +187,13 @@ impl Units {
             }
             let first = text[component[0] as usize];
             // Texts that follow one another mostly see the same.
-            let unit = match self.last.get(&first).filter(|(last, _)| component.len() == 1 && *last == seen) {
+            let last = self.last.get(first as usize).and_then(Option::as_ref);
+            let unit = match last.filter(|(last, _)| component.len() == 1 && *last == seen) {
                 Some((_, unit)) => *unit,
                 None => {
                     let mut environment: Vec<(Id, Id)> = Vec::new();
                     let mut seen_by_name = seen.iter().skip(1);
-                    for at in &component {
+                    for at in component {
                         let declared = known(&text[*at as usize]);
                         let own = declared.name.filter(|_| declared.kind == Kind::Override);
                         let names = own.iter().chain(&declared.mentions);
@@ -208,18 +207,21 @@ impl Units {
                     let (members, environment) = (members.into(), environment.into());
                     let key = Key::Declarations { directives, members, environment };
                     let unit = self.unit(key, known(&first).name, declarations);
-                    self.last.insert(first, (seen.clone(), unit));
+                    if self.last.len() <= first as usize {
+                        self.last.resize(declarations.all.len(), None);
+                    }
+                    self.last[first as usize] = Some((seen.clone(), unit));
                     unit
                 }
             };
             resolved.units.push(unit);
-            for at in &component {
+            for at in component {
                 resolved.of_declarations[*at as usize] = Some(unit);
             }
             let found = &self.all[unit as usize];
             let is_function = declarations.is_function(first);
             if found.interface.is_none() || is_function && found.used.is_none() {
-                self.see(unit, &component, (declarations, text), &interfaces, summaries);
+                self.see(unit, component, (declarations, text), &interfaces, summaries);
             }
             component.iter().for_each(|at| interfaces[*at as usize] = self.all[unit as usize].interface);
         }
