@@ -19,11 +19,11 @@ mod types;
 mod variant;
 
 use std::cell::Cell;
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use umbragraph::diagnostic::{Diagnostic, Place};
-use umbragraph::low_level::shader::permutations::{Request, root_causes, variants};
+use umbragraph::low_level::shader::permutations::{Request, Variant, root_causes, variants};
 use umbragraph::low_level::shader::{TargetProfile, TemplateSet};
 
 use crate::arguments::TestArguments;
@@ -145,14 +145,20 @@ fn run_all(
 
 fn run_file(run: &Run<'_>, name: &str, requests: &[Request]) -> (FileCount, Vec<Diagnostic>) {
     let mut count = FileCount { name: name.to_owned(), tests: BTreeMap::new() };
-    let (mut judged, mut diagnostics, mut texts) = (Vec::new(), Vec::new(), HashSet::new());
+    let (mut judged, mut diagnostics) = (Vec::new(), Vec::new());
+    // Requests that share a text can differ in the values of its overrides.
+    let mut texts: BTreeMap<String, (Variant, Vec<&Request>)> = BTreeMap::new();
     for request in requests {
         let (variants, failures) = variants(run.templates, request);
         diagnostics.extend(failures);
         for variant in variants {
-            if !run.has_timed_out.get() && texts.insert(variant.wgsl().to_owned()) {
-                judged.extend(variant::judge(run, request, &variant, &mut count.tests));
-            }
+            let text = variant.wgsl().to_owned();
+            texts.entry(text).or_insert_with(|| (variant, Vec::new())).1.push(request);
+        }
+    }
+    for (variant, requests) in texts.values() {
+        if !run.has_timed_out.get() {
+            judged.extend(variant::judge(run, requests, variant, &mut count.tests));
         }
     }
     let whole = Request::all(name, &[TargetProfile::webgpu()]);

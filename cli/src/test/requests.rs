@@ -62,8 +62,10 @@ pub(super) fn of_pipeline(
             }
         }
         own.dedup_by(|one, other| one.allowed == other.allowed);
-        used += usize::from(!own.is_empty());
-        requests.entry(file.name.clone()).or_default().extend(own);
+        if !own.is_empty() {
+            used += 1;
+            requests.entry(file.name.clone()).or_default().extend(own);
+        }
     }
     session.add_new(diagnostics);
     Some(used)

@@ -28,7 +28,7 @@ pub(super) type Judged = (AxisValues, Vec<Diagnostic>);
 /// Judges one text with all sets of values of its overrides, as far as a time-out lets it. `tests` counts what ran.
 pub(super) fn judge(
     run: &Run<'_>,
-    request: &Request,
+    requests: &[&Request],
     variant: &Variant,
     tests: &mut BTreeMap<String, TestCount>,
 ) -> Vec<Judged> {
@@ -75,7 +75,9 @@ pub(super) fn judge(
     let bounded = variant.edited(&edits);
     let shown = Shown { variant, scan: &scan, shapes: &shapes, rows: &rows };
     let mut judged = Vec::new();
-    for values in sets(run.templates, request, variant, &declared) {
+    let sets: BTreeSet<AxisValues> =
+        requests.iter().flat_map(|request| sets(run.templates, request, variant, &declared)).collect();
+    for values in sets {
         let found = match proven.prove(run.templates, &values, &TargetProfile::webgpu()) {
             Err(diagnostics) => of_all(diagnostics),
             Ok(module) => {
@@ -193,18 +195,22 @@ fn sets(
     let mut sets = vec![AxisValues::new()];
     let mut alone = vec![AxisValues::new()];
     for axis in overrides {
-        let values = match (request.allowed.get(&axis.name), &axis.kind) {
-            (Some(values), _) => values.clone(),
-            (None, AxisKind::Bool) => vec![false.into(), true.into()],
-            (None, AxisKind::Integer { min, max }) if axis.kind.count() <= MAX_VALUES => {
+        let allowed = request.allowed.get(&axis.name).cloned();
+        let all = || match &axis.kind {
+            AxisKind::Bool => vec![false.into(), true.into()],
+            AxisKind::Integer { min, max } if axis.kind.count() <= MAX_VALUES => {
                 (*min..=*max).map(AxisValue::Integer).collect()
             }
-            (None, AxisKind::Integer { min, max }) => {
-                let all = [AxisValue::Integer(*min), axis.default.clone(), AxisValue::Integer(*max)];
-                BTreeSet::from(all).into_iter().collect()
-            }
-            (None, _) => vec![axis.default.clone()],
+            AxisKind::Integer { min, max } => vec![AxisValue::Integer(*min), AxisValue::Integer(*max)],
+            AxisKind::Enum(_) | AxisKind::TextureFormat(_) => Vec::new(),
         };
+        let mut values: BTreeSet<AxisValue> = allowed.unwrap_or_else(all).into_iter().collect();
+        if values.len() as u64 > MAX_VALUES {
+            values = [values.first(), values.last()].into_iter().flatten().cloned().collect();
+        }
+        if request.allowed.get(&axis.name).is_none_or(|allowed| allowed.contains(&axis.default)) {
+            values.insert(axis.default.clone());
+        }
         let with = |set: &AxisValues, value: &AxisValue| {
             let mut set = set.clone();
             set.insert(axis.name.clone(), value.clone());

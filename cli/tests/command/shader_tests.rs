@@ -255,6 +255,39 @@ fn tests_of_a_pipeline_run_with_the_values_that_it_reaches() {
 }
 
 #[test]
+fn overrides_have_the_values_of_every_pass() {
+    if gpu::device().is_none() {
+        return;
+    }
+    let folder = folder("shader-test-overrides", TESTS);
+    let pass = |name: &str, level: u32| {
+        let axes = format!(r#""axes": {{ "level": {level} }}"#);
+        let color = r#""color": [{ "to": "&target", "blend": "add" }]"#;
+        format!(r#""{name}": {{ "fullscreen": {{ "shader": "fill.wgsl.jinja", {axes}, {color} }} }}"#)
+    };
+    let (start, _) = PIPELINE.split_once(r#""passes""#).unwrap();
+    let passes = format!("{start}\"passes\": {{ {}, {} }} }}", pass("one", 1), pass("two", 3));
+    let axes = r#"{ "axes": { "level": { "type": "integer", "min": 0, "max": 3, "default": 0, "as": "override" } } }"#;
+    let tests = "{% include \"level.wgsl.jinja\" %}\n@test\nfn level_is_low() { expect(level < 3u); }\n";
+    for (name, text) in [
+        ("level.wgsl.jinja", "override level: u32 = 0u;\n"),
+        ("level.axes.json", axes),
+        ("level.test.wgsl", tests),
+        ("fill.wgsl.jinja", &FILL.replace("scaled(0.5)", "f32(level)").replace("scaled.", "level.")),
+        ("fill.axes.json", r#"{ "inherits": ["level.wgsl.jinja"], "axes": {} }"#),
+    ] {
+        std::fs::write(folder.join("shaders").join(name), text).unwrap();
+    }
+    std::fs::write(folder.join("two.json"), passes).unwrap();
+    // The tests of `scaled.wgsl.jinja`, which no pass uses, do not run.
+    let output = command(&folder, &["test", "two.json", "--templates", "shaders"]);
+    let failed = "in 1 of 2 variants of \"shaders/level.test.wgsl\" (1 configuration), provoked by level=3";
+    rejected(&output, 1, &["the test `level_is_low` fails: `expect(level < 3u)`", failed, "\n1 error\n"]);
+    let output = command(&folder, &["test", "shaders/level.test.wgsl", "--templates", "shaders"]);
+    rejected(&output, 1, &["in 1 of 4 variants", "provoked by level=3"]);
+}
+
+#[test]
 fn files_of_tests_change_nothing_that_pipelines_ship() {
     let folder = folder("shader-test-shipped", "@test\nthis is no WGSL {% if %}\n");
     std::fs::write(folder.join("one.json"), PIPELINE).unwrap();
