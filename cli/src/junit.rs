@@ -33,15 +33,23 @@ pub(crate) fn report(diagnostics: &Diagnostics, sources: &Sources, fine: &[Fine]
         }));
         report.add_test_suite(suite);
     }
+    report.add_test_suites(suites(diagnostics, sources));
+    // Writing to memory cannot fail.
+    report.to_string().unwrap_or_default()
+}
+
+/// A suite for each file with diagnostics, with a case for each of them.
+pub(crate) fn suites<'a>(
+    diagnostics: impl IntoIterator<Item = &'a Diagnostic>,
+    sources: &Sources,
+) -> Vec<TestSuite> {
     let mut files: BTreeMap<String, TestSuite> = BTreeMap::new();
     for diagnostic in diagnostics {
         let (file, line) = place(diagnostic, sources);
         let suite = files.entry(file.clone()).or_insert_with(|| TestSuite::new(file.as_str()));
         suite.add_test_case(case(diagnostic, &file, &line, sources));
     }
-    report.add_test_suites(files.into_values());
-    // Writing to memory cannot fail.
-    report.to_string().unwrap_or_default()
+    files.into_values().collect()
 }
 
 fn case(diagnostic: &Diagnostic, file: &str, line: &str, sources: &Sources) -> TestCase {

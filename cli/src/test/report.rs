@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
-use umbragraph::diagnostic::{Diagnostic, Severity, render};
+use umbragraph::diagnostic::{Diagnostic, render};
 
 use super::FileCount;
 use crate::arguments::DiagnosticsFormat;
+use crate::junit;
 use crate::session::Session;
 use crate::streams::print;
 
@@ -62,38 +63,31 @@ fn file_as_json(file: &FileCount) -> serde_json::Value {
     serde_json::json!({ "file": file.name, "tests": tests.collect::<Vec<_>>() })
 }
 
-/// JUnit XML: a suite for each file with a case for each test, and one with what is about no test.
+/// JUnit XML: a suite for each file with a case for each test; what is about no test has cases of its own.
 fn xml(session: &Session, counts: &[FileCount]) -> String {
     let (diagnostics, sources) = (&session.diagnostics, session.sources());
     let mut report = Report::new("umbragraph");
-    let failure = |name: &str, own: &[&Diagnostic]| {
-        let Some(first) = own.first() else { return TestCase::new(name, TestCaseStatus::success()) };
-        let text: String = own.iter().map(|one| render::human(one, sources)).collect();
-        let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
-        status.set_message(first.message.as_str()).set_type(first.code.id).set_description(text);
-        TestCase::new(name, status)
-    };
     let mut of_tests = BTreeSet::new();
     for file in counts {
         let mut suite = TestSuite::new(file.name.as_str());
         for (name, test) in &file.tests {
             let own = diagnostics.iter().filter(|diagnostic| test.messages.contains(&diagnostic.message));
-            let mut case = failure(name, &own.collect::<Vec<_>>());
-            of_tests.extend(&test.messages);
+            let own: Vec<&Diagnostic> = own.collect();
+            let mut case = TestCase::new(name.as_str(), TestCaseStatus::success());
+            if let Some(first) = own.first() {
+                let text: String = own.iter().map(|one| render::human(one, sources)).collect();
+                let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
+                status.set_message(first.message.as_str()).set_type(first.code.id).set_description(text);
+                case = TestCase::new(name.as_str(), status);
+            }
             case.set_classname(file.name.as_str());
             suite.add_test_case(case);
+            of_tests.extend(&test.messages);
         }
         report.add_test_suite(suite);
     }
-    let is_error = |diagnostic: &&Diagnostic| diagnostic.severity == Severity::Error;
-    let others = diagnostics.iter().filter(is_error).filter(|one| !of_tests.contains(&one.message));
-    let cases: Vec<TestCase> =
-        others.map(|one| failure(&format!("{}: {}", one.code.id, one.message), &[one])).collect();
-    if !cases.is_empty() {
-        let mut suite = TestSuite::new("umbragraph");
-        suite.add_test_cases(cases);
-        report.add_test_suite(suite);
-    }
+    let others = diagnostics.iter().filter(|diagnostic| !of_tests.contains(&diagnostic.message));
+    report.add_test_suites(junit::suites(others, sources));
     // Writing to memory cannot fail.
     report.to_string().unwrap_or_default()
 }
