@@ -150,6 +150,12 @@ pub(crate) fn profile_on(pipeline: &TypedPipeline, adapter: &Adapter) -> TargetP
 }
 
 impl Graphics {
+    /// Whether the device has compute shaders, which some of OpenGL lack.
+    pub(crate) fn has_compute(&self) -> bool {
+        let flags = self.adapter.get_downlevel_capabilities().flags;
+        flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
+    }
+
     /// The profile of a pipeline on this device: limited to what the device offers, with the device features that the
     /// pipeline can use.
     pub(crate) fn profile(&self, pipeline: &TypedPipeline) -> TargetProfile {

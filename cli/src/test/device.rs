@@ -110,11 +110,11 @@ fn dispatch(
     }
     encoder.copy_buffer_to_buffer(&results, 0, &read, 0, size);
     queue.submit([encoder.finish()]);
-    // The innermost scope was opened last.
-    for scope in scopes.into_iter().rev() {
-        if let Some(error) = pollster::block_on(scope.pop()) {
-            return Err(error.to_string());
-        }
+    // All are closed, the innermost first, since wgpu panics otherwise.
+    let errors = scopes.into_iter().rev().map(|scope| pollster::block_on(scope.pop()));
+    let errors: Vec<wgpu::Error> = errors.collect::<Vec<_>>().into_iter().flatten().collect();
+    if let Some(error) = errors.first() {
+        return Err(error.to_string().split_whitespace().collect::<Vec<_>>().join(" "));
     }
     let (sender, receiver) = std::sync::mpsc::channel();
     read.slice(..).map_async(wgpu::MapMode::Read, move |result| drop(sender.send(result)));

@@ -22,7 +22,7 @@ use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use umbragraph::diagnostic::{Diagnostic, Place};
+use umbragraph::diagnostic::{Diagnostic, Place, codes as engine};
 use umbragraph::low_level::shader::permutations::{Request, Variant, root_causes, variants};
 use umbragraph::low_level::shader::{TargetProfile, TemplateSet};
 
@@ -89,6 +89,12 @@ pub(crate) fn run(arguments: &TestArguments) -> bool {
     let mut has_timed_out = false;
     if !session.diagnostics.has_errors() {
         match crate::device::open(arguments.drawn.adapter.as_deref()) {
+            Ok(graphics) if !graphics.has_compute() => {
+                let message = format!("{} has no compute shaders, in which tests run", graphics.name);
+                let diagnostic = Diagnostic::error(engine::DEVICE_LIMIT, Place::Nowhere, message);
+                let help = "choose another adapter (--adapter); `umbragraph adapters` lists them";
+                session.diagnostics.push(diagnostic.help(help));
+            }
             Ok(graphics) => {
                 adapter.clone_from(&graphics.name);
                 (counts, has_timed_out) = run_all(arguments, &mut session, &graphics, &requests);

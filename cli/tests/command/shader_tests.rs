@@ -331,3 +331,17 @@ fn without_an_adapter_tests_fail_as_render_does() {
     rejected(&output, 1, &["UG0801", "an adapter that no machine has"]);
     assert_eq!(text(&output.stdout), "");
 }
+
+#[test]
+fn adapter_without_compute_shaders_is_an_error() {
+    let folder = folder("shader-test-no-compute", TESTS);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
+    command.current_dir(&*folder).args(["test", "shaders", "--templates", "shaders", "--adapter", "(gl)"]);
+    let output = command.env("MESA_EXTENSION_OVERRIDE", "-GL_ARB_compute_shader").output().unwrap();
+    // Where there is no OpenGL of Mesa, its variable says nothing.
+    let said = text(&output.stderr);
+    if said.contains("UG0804") {
+        rejected(&output, 1, &["has no compute shaders, in which tests run", "--adapter"]);
+    }
+    assert!(!said.contains("panicked"), "{said}");
+}
