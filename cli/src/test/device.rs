@@ -10,8 +10,8 @@ use std::time::Duration;
 
 use umbragraph::diagnostic::{Diagnostic, Place, codes};
 
-use super::STACK_BYTES;
 use super::instrument::{ENTRY_POINT, RESULT_WORDS};
+use super::running::STACK_BYTES;
 use crate::device::Graphics;
 
 /// The result of one row, as the shader wrote it.

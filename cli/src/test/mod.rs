@@ -13,55 +13,25 @@ mod instrument;
 mod outcome;
 mod report;
 mod requests;
+mod running;
 mod scan;
 mod tokens;
 mod types;
 mod variant;
 
 use std::cell::Cell;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use umbragraph::diagnostic::{Diagnostic, Place, codes as engine};
+use umbragraph::low_level::shader::TargetProfile;
 use umbragraph::low_level::shader::permutations::{Request, Variant, root_causes, variants};
-use umbragraph::low_level::shader::{TargetProfile, TemplateSet};
 
 use crate::arguments::TestArguments;
 use crate::device::Graphics;
 use crate::session::Session;
 use crate::{codes, interrupt};
-
-/// Stack for naga, which recurses into nested text.
-const STACK_BYTES: usize = 32 << 20;
-
-/// What every variant of a run has in common.
-struct Run<'a> {
-    templates: &'a TemplateSet,
-    graphics: &'a Graphics,
-    /// A part of the names of the tests to run.
-    filter: Option<&'a str>,
-    /// The time limit of a pass.
-    limit: Duration,
-    /// Whether a pass did not end in time: nothing further can run.
-    has_timed_out: Cell<bool>,
-}
-
-/// What ran of one test.
-#[derive(Debug, Default)]
-struct TestCount {
-    rows: usize,
-    /// The variants, with each set of values of overrides.
-    variants: usize,
-    /// The messages of what is wrong with it.
-    messages: BTreeSet<String>,
-}
-
-/// What ran of one file.
-#[derive(Debug)]
-struct FileCount {
-    name: String,
-    tests: BTreeMap<String, TestCount>,
-}
+use running::{FileCount, Run};
 
 /// Runs tests; whether all passed.
 pub(crate) fn run(arguments: &TestArguments) -> bool {

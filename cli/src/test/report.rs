@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use umbragraph::diagnostic::{Diagnostic, render};
 
-use super::FileCount;
+use super::running::FileCount;
 use crate::arguments::DiagnosticsFormat;
 use crate::junit;
 use crate::session::Session;

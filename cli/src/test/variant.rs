@@ -10,9 +10,9 @@ use umbragraph::low_level::source::Span;
 use super::device::{self, Failure};
 use super::instrument::{self, PREFIX, Row};
 use super::outcome::{self, Shown};
+use super::running::{Run, STACK_BYTES, TestCount};
 use super::scan::{AssertKind, Scan, scan};
 use super::types::{self, Shape};
-use super::{Run, STACK_BYTES, TestCount};
 use crate::codes;
 
 /// The maximum number of values of an override that are all tried; of more, the ends and the default.
