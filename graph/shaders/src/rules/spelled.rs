@@ -133,6 +133,18 @@ impl<'a> Check<'a> {
                         "no texture is so large",
                     ))
                 }
+                // naga chooses a float where no integer holds a number.
+                Expression::Literal(Literal::F32(_)) => {
+                    let is_integer = |range: &&Range<usize>| {
+                        let text = self.tokens.text.get(range.start..range.end).unwrap_or_default();
+                        !text.contains(|one: char| one == '.' || one.is_ascii_alphabetic())
+                    };
+                    let place = expressions.get_span(handle);
+                    let mut ranges = untyped.iter().filter(is_integer);
+                    ranges
+                        .any(|range| is_within(std::slice::from_ref(range), place))
+                        .then_some(WITHOUT_SUFFIX)
+                }
                 Expression::Literal(Literal::U32(value)) if *value > i32::MAX.cast_unsigned() => {
                     let place = expressions.get_span(handle).to_range();
                     let is_within = |range: &Range<usize>| {

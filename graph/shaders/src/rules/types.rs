@@ -14,9 +14,12 @@
 //!
 //! Source: *WebGPU Shading Language*, "Limits" and "Types".
 
+use std::collections::HashSet;
+
 use naga::{
-    AddressSpace, ArraySize, Binding, BuiltIn, Expression, Function, Handle, Module, Scalar, Span, Statement,
-    StorageAccess, Type, TypeInner, VectorSize,
+    AddressSpace, ArraySize, Binding, BuiltIn, Expression, Function, Handle, ImageClass, Interpolation,
+    Module, Scalar, ScalarKind, Span, Statement, StorageAccess, StorageFormat, StructMember, Type, TypeInner,
+    VectorSize,
 };
 
 use crate::codes;
@@ -144,9 +147,9 @@ impl Check<'_> {
                 let help = "split the structure";
                 self.beyond(place, "the members of the structure", members.len(), MAX_MEMBERS, help);
                 for member in members {
-                    let is_fitting = match member.binding {
+                    let is_fitting = match &member.binding {
                         Some(Binding::BuiltIn(built_in)) => {
-                            is_type_of(built_in, &self.module.types[member.ty].inner)
+                            is_type_of(*built_in, &self.module.types[member.ty].inner)
                         }
                         Some(Binding::Location { .. }) => is_numeric(&self.module.types[member.ty].inner),
                         None => true,
@@ -159,10 +162,36 @@ impl Check<'_> {
                         self.reject(message, place, help);
                     }
                 }
+                self.locations(members, place);
             }
             let nesting = self.parts(handle).nesting;
             if nesting == MAX_NESTING + 1 {
                 self.beyond(place, "the types within this type", nesting, MAX_NESTING, "nest fewer types");
+            }
+        }
+    }
+
+    /// Locations of a structure that are taken twice, and integers between stages that are not flat; naga looks only at
+    /// structures that an entry point uses.
+    fn locations(&mut self, members: &[StructMember], place: Span) {
+        let mut taken = HashSet::new();
+        for member in members {
+            let Some(Binding::Location { location, interpolation, blend_src, .. }) = member.binding else {
+                continue;
+            };
+            let name = member.name.as_deref().unwrap_or_default();
+            if !taken.insert((location, blend_src)) {
+                let message = format!("\"{name}\" has @location({location}), which another member has");
+                self.reject(message, place, "give each member a location of its own");
+            }
+            let is_integer = matches!(
+                self.module.types[member.ty].inner.scalar_kind(),
+                Some(ScalarKind::Sint | ScalarKind::Uint)
+            );
+            if is_integer && matches!(interpolation, Some(Interpolation::Linear | Interpolation::Perspective))
+            {
+                let message = format!("\"{name}\" is an integer, which is not interpolated");
+                self.reject(message, place, "write @interpolate(flat)");
             }
         }
     }
@@ -173,13 +202,25 @@ impl Check<'_> {
             let name = variable.name.as_deref().unwrap_or_default();
             match variable.space {
                 AddressSpace::Storage { access } => {
+                    if access.contains(StorageAccess::ATOMIC) {
+                        let message = format!("\"{name}\" has an access that WGSL does not have");
+                        self.reject(message, place, "write \"read_write\"");
+                    }
                     let is_read = !access.contains(StorageAccess::STORE);
                     if is_read && self.parts(variable.ty).has_atomics {
                         let message = format!("\"{name}\" holds atomics, but can only be read");
                         self.reject(message, place, "declare it with the access \"read_write\"");
                     }
                 }
-                AddressSpace::Handle => {}
+                AddressSpace::Handle => {
+                    if let TypeInner::Image { class: ImageClass::Storage { format, access }, .. } =
+                        self.module.types[variable.ty].inner
+                        && (access.contains(StorageAccess::ATOMIC) || format == StorageFormat::R64Uint)
+                    {
+                        let message = format!("\"{name}\" has a format or an access that WGSL does not have");
+                        self.reject(message, place, "use r32uint, or an atomic in a storage buffer");
+                    }
+                }
                 _ => self.elements(variable.ty, &format!("the elements of \"{name}\""), place),
             }
         }

@@ -8,7 +8,7 @@
 use super::rejection::Rejection;
 
 /// A part of naga's message, the name of what it does not know, and a way without it.
-const KNOWN: [(&str, &str, &str); 10] = [
+const KNOWN: [(&str, &str, &str); 11] = [
     (
         "which can't be passed into functions",
         "\"unrestricted_pointer_parameters\"",
@@ -18,6 +18,11 @@ const KNOWN: [(&str, &str, &str); 10] = [
         "is not a multiple of the required alignment 16",
         "\"uniform_buffer_standard_layout\"",
         "use elements of 16 bytes, as vec4f, or a storage buffer",
+    ),
+    (
+        "must be at least 16",
+        "\"uniform_buffer_standard_layout\"",
+        "give the member behind the structure \"@align(16)\", or use a storage buffer",
     ),
     (
         "unknown language extension",
