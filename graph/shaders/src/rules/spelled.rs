@@ -10,6 +10,7 @@
 //!
 //! For each of them, this pass finds the expression in naga's form and looks at the text that it was made from.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use naga::front::Typifier;
@@ -34,16 +35,22 @@ const UNTYPED: [&str; 14] = [
 /// Rejects the first expression of a module that naga reads in another way.
 pub(crate) fn check(tokens: &Tokens<'_>, module: &Module) -> Result<(), Rejection> {
     (0..tokens.ranges.len()).try_for_each(|at| shift(tokens, at))?;
-    let (untyped, parts) = (untyped(tokens, module), types::parts(module));
-    for (handle, expression) in module.global_expressions.iter() {
-        let Expression::Literal(Literal::U32(value)) = *expression else { continue };
-        let place = module.global_expressions.get_span(handle);
-        if value > i32::MAX.cast_unsigned() && is_within(&untyped, place) {
+    let constants = untyped_constants(tokens);
+    let (untyped, parts) = (untyped(tokens, &constants), types::parts(module));
+    for (handle, variable) in module.global_variables.iter() {
+        let place = module.global_variables.get_span(handle);
+        // Without a type, numbers are of the type i32; naga takes u32 for those that it does not hold.
+        let is_unsigned = module.types[variable.ty].inner.scalar_kind() == Some(ScalarKind::Uint);
+        let holds = |value: &Range<usize>| {
+            place.to_range().is_some_and(|place| place.start <= value.start && value.start <= place.end + 3)
+        };
+        if is_unsigned && variable.init.is_some() && untyped.iter().any(holds) {
             return Err(reject(WITHOUT_SUFFIX.0, WITHOUT_SUFFIX.1, place));
         }
     }
-    ir::functions(module)
-        .try_for_each(|function| Check { tokens, module, function, parts: &parts }.check(&untyped))
+    ir::functions(module).try_for_each(|function| {
+        Check { tokens, module, function, parts: &parts, constants: &constants }.check(&untyped)
+    })
 }
 
 /// A number that is taken for an `i32`, and the way out.
@@ -62,6 +69,7 @@ struct Check<'a> {
     module: &'a Module,
     function: &'a Function,
     parts: &'a [Parts],
+    constants: &'a HashSet<&'a str>,
 }
 
 impl<'a> Check<'a> {
@@ -88,7 +96,7 @@ impl<'a> Check<'a> {
                         let literal = matches!(expressions[*expr], Expression::Literal(Literal::U32(value)) if value > i32::MAX.cast_unsigned());
                         literal
                             && self.argument(handle).is_some_and(|at| {
-                                is_untyped(self.tokens, self.module, at) && self.tokens.word(at + 1) == ")"
+                                is_untyped(self.tokens, self.constants, at) && self.tokens.word(at + 1) == ")"
                             })
                     };
                     if !self.text(handle).starts_with("bitcast") {
@@ -288,8 +296,25 @@ fn shift(tokens: &Tokens<'_>, at: usize) -> Result<(), Rejection> {
     Ok(())
 }
 
+/// The constants without a type that no number with one, nor anything else, gives one.
+fn untyped_constants<'t>(tokens: &Tokens<'t>) -> HashSet<&'t str> {
+    let is_declared = |at: &usize| tokens.word(*at) == "const" && tokens.word(at + 2) == "=";
+    let declared: Vec<usize> = (0..tokens.ranges.len()).filter(is_declared).collect();
+    let mut found = HashSet::new();
+    // One may name another that stands behind it.
+    for _ in 0..2 {
+        for at in &declared {
+            let is_within = |at: &usize| *at < tokens.ranges.len() && tokens.word(*at) != ";";
+            if (at + 3..).take_while(is_within).all(|at| is_untyped(tokens, &found, at)) {
+                found.insert(tokens.word(at + 1));
+            }
+        }
+    }
+    found
+}
+
 /// The values of `let` and `var` without a type, of which nothing gives them one, as bytes.
-fn untyped(tokens: &Tokens<'_>, module: &Module) -> Vec<Range<usize>> {
+fn untyped(tokens: &Tokens<'_>, constants: &HashSet<&str>) -> Vec<Range<usize>> {
     let value = |at: usize| match (tokens.word(at), tokens.word(at + 1)) {
         ("var", "<") if tokens.word(at + 5) == "=" => Some(at + 6),
         ("let" | "var", _) if tokens.word(at + 2) == "=" => Some(at + 3),
@@ -301,7 +326,7 @@ fn untyped(tokens: &Tokens<'_>, module: &Module) -> Vec<Range<usize>> {
         let end =
             (first..tokens.ranges.len()).find(|at| tokens.word(*at) == ";").unwrap_or(tokens.ranges.len());
         let is_shift = |at: usize| ["<<", ">"].contains(&tokens.word(at - 1)) || tokens.word(at - 2) == "<<";
-        if (first..end).all(|at| is_untyped(tokens, module, at) || is_shift(at))
+        if (first..end).all(|at| is_untyped(tokens, constants, at) || is_shift(at))
             && let (Some(first), Some(last)) = (tokens.ranges.get(first), tokens.ranges.get(end - 1))
         {
             found.push(first.start..last.end);
@@ -310,7 +335,7 @@ fn untyped(tokens: &Tokens<'_>, module: &Module) -> Vec<Range<usize>> {
     found
 }
 
-fn is_untyped(tokens: &Tokens<'_>, module: &Module, at: usize) -> bool {
+fn is_untyped(tokens: &Tokens<'_>, constants: &HashSet<&str>, at: usize) -> bool {
     let word = tokens.word(at);
     if word.starts_with(|first: char| first.is_ascii_digit()) {
         let suffixes: &[char] = if word.starts_with("0x") { &['u', 'i'] } else { &['u', 'i', 'f', 'h'] };
@@ -319,15 +344,5 @@ fn is_untyped(tokens: &Tokens<'_>, module: &Module, at: usize) -> bool {
     if word == "<" && tokens.lists.contains(&at) {
         return false;
     }
-    let is_constant = || {
-        let mut constants = module.constants.iter();
-        let found = constants.find(|(_, constant)| constant.name.as_deref() == Some(word));
-        found.is_some_and(|(_, constant)| {
-            matches!(
-                module.global_expressions[constant.init],
-                Expression::Literal(Literal::AbstractInt(_) | Literal::AbstractFloat(_))
-            )
-        })
-    };
-    !is_name(word) || UNTYPED.contains(&word) || is_constant()
+    !is_name(word) || UNTYPED.contains(&word) || constants.contains(word)
 }

@@ -37,7 +37,11 @@ fn theirs(text: &str, folder: &ScratchFolder) -> Option<Broken> {
     static NUMBER: AtomicUsize = AtomicUsize::new(0);
     let path = folder.join(format!("{}.wgsl", NUMBER.fetch_add(1, Ordering::Relaxed)));
     std::fs::write(&path, text).expect("a file");
-    let output = Command::new("tint").args(["--format", "none"]).arg(&path).output().expect("a process");
+    let output = Command::new("tint")
+        .args(["--format", "wgsl", "-o", "/dev/null"])
+        .arg(&path)
+        .output()
+        .expect("a process");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     std::fs::remove_file(&path).expect("the file");
     if output.status.success() {
