@@ -9,21 +9,18 @@
 //! hold on machines without a GPU. A figure above its budget is an error at the budget.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use umbragraph::diagnostic::{Diagnostic, Place, list_of, suggested_name};
 use umbragraph::low_level::document::{Entry, Kind, Value};
 use umbragraph::low_level::source::Span;
 
 use crate::codes;
-use crate::lock::{LockFile, Pipeline, Shown, Texts, with_values};
+use crate::lock::{Figure, LockFile, Pipeline, Shown, Texts, with_values};
 use crate::session::Session;
 
 /// The passes that have no budget of their own.
 const OTHERS: &str = "*";
-
-/// A figure of a pass: its name, and its value.
-type Figure = (&'static str, fn(&Texts) -> u64);
 
 const FIGURES: [Figure; 6] = [
     ("texts", |texts| texts.texts as u64),
@@ -40,16 +37,22 @@ const PASSES: &str = "passes";
 /// The file.
 pub(crate) struct Budgets {
     root: Value,
+    path: PathBuf,
 }
 
+/// The file where none is named.
+const DEFAULT: &str = "permutations.budgets.json";
+
 impl Budgets {
-    /// Reads the file, if there is one; a file that is no JSON is an error of the session.
-    pub(crate) fn read(session: &mut Session, path: &Path) -> Option<Self> {
-        if !path.exists() {
+    /// Reads the file that is given, or the one in the working folder if there is one. A file that cannot be read is an
+    /// error of the session.
+    pub(crate) fn read(session: &mut Session, given: Option<&Path>) -> Option<Self> {
+        let path = given.unwrap_or(Path::new(DEFAULT));
+        if given.is_none() && !path.exists() {
             return None;
         }
         match session.read(path) {
-            Ok(document) => Some(Self { root: document.root }),
+            Ok(document) => Some(Self { root: document.root, path: path.to_owned() }),
             Err(diagnostics) => {
                 session.diagnostics.extend(diagnostics);
                 None
@@ -57,16 +60,20 @@ impl Budgets {
         }
     }
 
+    /// The file, by which pipelines are named.
+    pub(crate) fn file(&self) -> LockFile<'_> {
+        LockFile::new(&self.path)
+    }
+
     /// Compares what pipelines reach with their budgets: a diagnostic for each figure that is more, and for each budget
     /// that names nothing.
     pub(crate) fn hold(
         &self,
         session: &mut Session,
-        file: &LockFile<'_>,
         reached: &BTreeMap<String, Pipeline>,
         shown: &Shown<'_>,
     ) {
-        let mut found = Vec::new();
+        let (mut found, file) = (Vec::new(), self.file());
         let Some(pipelines) = self.root.entries() else {
             let message = format!("budgets are an object of pipelines, not {}", self.root.kind_name());
             session.diagnostics.push(Diagnostic::error(codes::BUDGET_INVALID, self.root.span, message));
@@ -78,11 +85,19 @@ impl Budgets {
                     let hold = Hold { path: &own.key, pipeline, shown };
                     hold.pipeline(&own.value, &mut found);
                 }
-                None if file.exists(&own.key) => {}
                 None => {
-                    let message = format!("there is no pipeline \"{}\"", own.key);
-                    let help = "name it by its path from the folder of this file";
-                    found.push(Diagnostic::error(codes::BUDGET_INVALID, own.key_span, message).help(help));
+                    let named = file.usual(&own.key);
+                    if !file.exists(&own.key) {
+                        let message = format!("there is no pipeline \"{}\"", own.key);
+                        let help = "name it by its path from the folder of this file";
+                        found
+                            .push(Diagnostic::error(codes::BUDGET_INVALID, own.key_span, message).help(help));
+                    } else if named != own.key {
+                        let message = format!("the pipeline \"{named}\" is written as \"{}\"", own.key);
+                        let help = format!("write \"{named}\"");
+                        found
+                            .push(Diagnostic::error(codes::BUDGET_INVALID, own.key_span, message).help(help));
+                    }
                 }
             }
         }
@@ -191,7 +206,7 @@ struct Over<'a> {
     passes: BTreeSet<&'a str>,
 }
 
-const HELP: &str = "raise the budget if it is meant; `umbragraph permutations --verbose` prints the figures";
+const HELP: &str = "raise the budget if it is meant; a lock (`umbragraph permutations PIPELINE... --update`) has all figures";
 
 /// The members of an object; a diagnostic for anything else.
 fn members<'v>(value: &'v Value, found: &mut Vec<Diagnostic>) -> &'v [Entry] {
@@ -224,7 +239,8 @@ fn figure(
         _ => None,
     };
     if limit.is_none() {
-        let message = format!("the budget of \"{}\" is a whole number from 0 on", entry.key);
+        let found_value = serde_json::to_string(&entry.value.to_json()).unwrap_or_default();
+        let message = format!("\"{}\" is {found_value}; a budget is a whole number from 0 on", entry.key);
         found.push(Diagnostic::error(codes::BUDGET_INVALID, Place::Span(entry.value.span), message));
     }
     Some((figure, (limit?, entry.value.span)))

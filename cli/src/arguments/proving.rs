@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{CacheArguments, DiagnosticsFormat, Files, Settings};
-use crate::lock;
 use crate::permutations::Shard;
 use crate::validator::ExternalValidator;
 
@@ -63,14 +62,15 @@ pub(crate) struct PermutationsArguments {
     /// Writes what is reached into the lock, to be committed, and says what differs from before.
     #[arg(long, group = "uses_lock", conflicts_with_all = PARTIAL)]
     pub(crate) update: bool,
-    /// The lock that --locked compares with, or --update writes.
-    #[arg(long, value_name = "FILE", default_value = lock::DEFAULT, requires = "uses_lock")]
-    pub(crate) lock: PathBuf,
-    /// The budgets of passes: numbers of texts, bytes, bindings, registers, and cost. Without the file there are none.
-    #[arg(long, value_name = "FILE", default_value = "permutations.budgets.json")]
-    pub(crate) budgets: PathBuf,
+    /// The lock that --locked compares with, or --update writes; without it permutations.lock.
+    #[arg(long, value_name = "FILE", requires = "uses_lock")]
+    pub(crate) lock: Option<PathBuf>,
+    /// The budgets of passes: numbers of texts, bytes, bindings, registers, and cost; without it
+    /// permutations.budgets.json, if there is one.
+    #[arg(long, value_name = "FILE", conflicts_with = "shard", conflicts_with_all = PARTIAL)]
+    pub(crate) budgets: Option<PathBuf>,
     /// Figures of an offline compiler for variants, by their hashes, to be put into the JSON report.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["merge", "axes"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["merge", "axes", "shard"])]
     pub(crate) measured: Option<PathBuf>,
     /// The form of the diagnostics: human, json, github, sarif or junit.
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use umbragraph::diagnostic::counted;
 
 use super::text::{with_values, written};
-use super::{Lock, Pipeline, Texts, is_notable};
+use super::{Figure, Lock, Pipeline, Texts, is_notable};
 
 /// The maximum number of passes that are named in one line.
 const NAMES: usize = 4;
@@ -171,7 +171,16 @@ fn of_texts(before: &Texts, after: &Texts) -> Option<String> {
     } else if clauses.is_empty() && before.combinations != after.combinations {
         grows(before.combinations.clone(), after.combinations.clone(), "combinations")
     } else if clauses.is_empty() {
-        grows(before.declarations.to_string(), after.declarations.to_string(), "declarations")
+        let figures: [Figure; 5] = [
+            ("declarations", |texts| texts.declarations as u64),
+            ("bytes in the largest text", |texts| texts.largest as u64),
+            ("bindings", |texts| texts.bindings as u64),
+            ("registers", |texts| texts.registers),
+            ("of cost", |texts| texts.worst.cost),
+        ];
+        let differs = figures.into_iter().find(|(_, of)| of(before) != of(after));
+        let said = differs.map(|(noun, of)| grows(of(before).to_string(), of(after).to_string(), noun));
+        said.unwrap_or_else(|| "the values that cause the cost differ".to_owned())
     } else {
         format!("{} as before", counted(after.texts, "text"))
     };

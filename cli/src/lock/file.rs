@@ -32,11 +32,14 @@ pub(crate) struct LockFile<'p> {
 /// The places of passes, by the names of pipelines and passes.
 pub(crate) type PassPlaces = BTreeMap<(String, String), Span>;
 
+/// Lines of templates with the cost that arises at each.
+type Expensive = Vec<(Span, u64)>;
+
 /// All that diagnostics show of passes besides figures.
 pub(crate) struct Shown<'a> {
     pub(crate) places: &'a PassPlaces,
     /// The lines of templates that cost most in the worst text of a pass of a pipeline.
-    pub(crate) expensive: &'a dyn Fn(&str, &str) -> Vec<(Span, u64)>,
+    pub(crate) expensive: &'a dyn Fn(&str, &str) -> Expensive,
 }
 
 impl Shown<'_> {
@@ -72,9 +75,17 @@ impl<'p> LockFile<'p> {
         slashed(&up.chain(path.components().skip(shared)).collect::<PathBuf>())
     }
 
+    /// The name of a pipeline that is named in the file by some path.
+    pub(crate) fn usual(&self, name: &str) -> String {
+        match name.starts_with("umbragraph:") {
+            true => name.to_owned(),
+            false => self.name_of(&self.path.parent().unwrap_or(Path::new("")).join(name)),
+        }
+    }
+
     /// Whether the file of a pipeline of the lock is there.
     pub(crate) fn exists(&self, name: &str) -> bool {
-        name.starts_with("umbragraph:") || self.path.parent().unwrap_or(Path::new("")).join(name).exists()
+        name.starts_with("umbragraph:") || self.path.parent().unwrap_or(Path::new("")).join(name).is_file()
     }
 
     /// The way out: the command that writes it.

@@ -63,6 +63,9 @@ pub(crate) struct Texts {
     pub(crate) worst: Worst,
 }
 
+/// A figure of texts: its name, and its value.
+pub(crate) type Figure = (&'static str, fn(&Texts) -> u64);
+
 /// The entry point that costs most.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(crate) struct Worst {
@@ -177,7 +180,7 @@ impl Texts {
         let mut axes: BTreeMap<String, BTreeSet<AxisValue>> = BTreeMap::new();
         let (mut combinations, mut declarations) = (Count::ZERO, BTreeSet::<u64>::new());
         let mut bytes_of: BTreeMap<&str, usize> = BTreeMap::new();
-        for report in reports.iter() {
+        for report in reports {
             for (axis, values) in &report.values {
                 axes.entry(axis.clone()).or_default().extend(values.iter().cloned());
             }

@@ -168,8 +168,8 @@ struct Reader {
     /// The path of the pipeline, its profiles and its sections.
     pipeline: Option<(String, BTreeSet<String>, Vec<Section>)>,
     section: Option<Section>,
-    /// Whether the section has its figures.
-    is_whole: bool,
+    /// Whether the section has its counts, and the figures of the worst.
+    has: [bool; 2],
 }
 
 impl Reader {
@@ -262,7 +262,7 @@ impl Reader {
                 own.declarations = number(declarations, "declarations")?;
                 own.bytes = number(bytes, "bytes")?;
                 own.hash = hash.strip_prefix("hash ").ok_or_else(not_understood)?.to_owned();
-                self.is_whole = true;
+                self.has[0] = true;
             }
             "largest" => {
                 let (figures, values) = rest.split_once(" with ").unwrap_or((rest, ""));
@@ -281,6 +281,7 @@ impl Reader {
                     worst.values.insert(axis.to_owned(), value);
                 }
                 own.worst = worst;
+                self.has[1] = true;
             }
             "fixed" => self.axes(line, &parts(rest))?,
             _ => return Err(not_understood()),
@@ -303,8 +304,9 @@ impl Reader {
 
     fn end_section(&mut self) -> Result<(), String> {
         let Some(section) = self.section.take() else { return Ok(()) };
-        if !std::mem::take(&mut self.is_whole) {
-            return Err(format!("the pass {} has no line `combinations ...`", list(&section.passes)));
+        let has = std::mem::take(&mut self.has);
+        if let Some((_, line)) = has.iter().zip(["combinations", "largest"]).find(|(has, _)| !**has) {
+            return Err(format!("the pass {} has no line `{line} ...`", list(&section.passes)));
         }
         if let Some((_, _, sections)) = &mut self.pipeline {
             let is_same = |known: &Section| {

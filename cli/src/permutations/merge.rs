@@ -13,7 +13,7 @@ use umbragraph::low_level::compose::{read_bytes, unreadable};
 use umbragraph::low_level::shader::permutations::Count;
 use umbragraph::low_level::shader::{AxisValue, AxisValues};
 
-use super::{Shard, write_if_whole};
+use super::{Shard, lock_path, write_if_whole};
 use crate::arguments::PermutationsArguments;
 use crate::budgets::Budgets;
 use crate::codes;
@@ -116,6 +116,12 @@ impl Report {
         self.declarations += other.declarations;
     }
 
+    /// Whether another report is about a pipeline of this one.
+    fn has_one_of(&self, other: &Self) -> bool {
+        let is_known = |own: &ReachedPipeline| other.pipelines.iter().any(|one| one.pipeline == own.pipeline);
+        self.pipelines.iter().any(is_known)
+    }
+
     /// Puts parts in an order that does not depend on shards, and counts them.
     fn finish(&mut self) {
         self.pipelines.sort_by(|a, b| a.pipeline.cmp(&b.pipeline));
@@ -158,6 +164,16 @@ pub(super) fn run(arguments: &PermutationsArguments, session: &mut Session) -> b
                 let help = "make all reports of the same files, with the same options and the same program";
                 session.diagnostics.push(Diagnostic::in_file(codes::SHARDS, name, "", message).help(help));
             }
+            Ok(report)
+                if report.shard.is_none()
+                    && shards.iter().all(Option::is_none)
+                    && joined.has_one_of(&report) =>
+            {
+                let name = path.display().to_string();
+                let message = format!("a report before \"{name}\" has its pipelines, too");
+                let help = "give one report of each pipeline, or the reports of all shards";
+                session.diagnostics.push(Diagnostic::in_file(codes::SHARDS, name, "", message).help(help));
+            }
             Ok(report) => {
                 joined.run.clone_from(&report.run);
                 if report.partial && (arguments.locked || arguments.update) {
@@ -190,7 +206,7 @@ pub(super) fn run(arguments: &PermutationsArguments, session: &mut Session) -> b
         let diagnostic = diagnostic(session, value);
         session.diagnostics.push(diagnostic);
     }
-    let file = LockFile::new(&arguments.lock);
+    let file = LockFile::new(lock_path(arguments));
     let mut lock = Lock::default();
     for one in &joined.pipelines {
         lock.pipelines.insert(file.name_of(Path::new(&one.pipeline)), one.reached.clone());
@@ -207,13 +223,13 @@ pub(super) fn run(arguments: &PermutationsArguments, session: &mut Session) -> b
     }
     if is_whole
         && !joined.partial
-        && let Some(budgets) = Budgets::read(session, &arguments.budgets)
+        && let Some(budgets) = Budgets::read(session, arguments.budgets.as_deref())
     {
-        let file = LockFile::new(&arguments.budgets);
+        let file = budgets.file();
         let name = |one: &ReachedPipeline| (file.name_of(Path::new(&one.pipeline)), one.reached.clone());
         let reached: BTreeMap<String, Pipeline> = joined.pipelines.iter().map(name).collect();
         let before = session.diagnostics.len();
-        budgets.hold(session, &file, &reached, &nothing);
+        budgets.hold(session, &reached, &nothing);
         let new: Vec<Value> = session.diagnostics.iter().skip(before).map(|one| session.json(one)).collect();
         joined.diagnostics.extend(new);
     }

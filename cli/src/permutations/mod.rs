@@ -10,9 +10,10 @@ mod shard;
 mod shared;
 
 use std::collections::BTreeSet;
+use std::path::Path;
 use std::time::Duration;
 
-use umbragraph::diagnostic::Place;
+use umbragraph::diagnostic::{Diagnostic, Place};
 use umbragraph::low_level::shader::permutations::{self, Keep, Options, Request, Validator};
 
 use crate::annotations::add_summary;
@@ -21,8 +22,9 @@ use crate::axes;
 use crate::bar::Bar;
 use crate::budgets::Budgets;
 use crate::cache::{Cache, Said};
+use crate::codes;
 use crate::junit::Fine;
-use crate::lock::{Lock, LockFile, Shown, hold, update};
+use crate::lock::{DEFAULT, Lock, LockFile, Shown, hold, update};
 use crate::measured::Measured;
 use crate::session::Session;
 use crate::streams::{complain, print, print_json};
@@ -38,7 +40,7 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     if arguments.merge {
         return merge::run(arguments, &mut session);
     }
-    let file = LockFile::new(&arguments.lock);
+    let file = LockFile::new(lock_path(arguments));
     let cache = Cache::new(&arguments.cache);
     // What is more than a text for people is made anew.
     let is_text = !arguments.format.is_data()
@@ -52,8 +54,7 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     // Parts of what is reached are not all that a budget is about.
     let is_partial = arguments.is_partial();
     let is_budgeted = !is_partial && arguments.shard.is_none() && !arguments.axes;
-    let budgets = Some(&arguments.budgets).filter(|_| is_budgeted);
-    let budgets = budgets.and_then(|path| Budgets::read(&mut session, path));
+    let budgets = is_budgeted.then(|| Budgets::read(&mut session, arguments.budgets.as_deref())).flatten();
     session.read_all(&arguments.pipelines, &arguments.files.extension);
     let cached = cache.as_ref().filter(|_| is_text).map(|cache| (cache, cache.run(session.sources())));
     let said = cached.as_ref().and_then(|(cache, name)| cache.said(name));
@@ -91,7 +92,12 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
             session.diagnostics.push(diagnostic);
         }
     }
-    if let Some(path) = &arguments.measured {
+    if let Some(path) = arguments.measured.as_ref().filter(|_| arguments.format != DiagnosticsFormat::Json) {
+        let message = "\"--measured\" puts figures into the JSON report, and another form is asked for";
+        let diagnostic = Diagnostic::in_file(codes::MEASURED, path.display().to_string(), "", message);
+        session.diagnostics.push(diagnostic.help("add --format json"));
+    } else if let Some(path) = &arguments.measured {
+        // Only the JSON report shows them.
         outcome.measured = Measured::read(&mut session, path, &outcome.permutations.templates);
     }
     // Where something is wrong, it is not known what is reached.
@@ -108,11 +114,11 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
         lock
     });
     if let Some(budgets) = budgets.filter(|_| is_whole) {
-        let file = LockFile::new(&arguments.budgets);
+        let file = budgets.file();
         let (reached, places) = outcome.lock(&file);
         let expensive = |pipeline: &str, pass: &str| outcome.expensive(&templates, &file, pipeline, pass);
         let shown = Shown { places: &places, expensive: &expensive };
-        budgets.hold(&mut session, &file, &reached.pipelines, &shown);
+        budgets.hold(&mut session, &reached.pipelines, &shown);
     }
     let text = outcome.human(in_full);
     let proven = end(outcome.permutations.proven, outcome.permutations.texts);
@@ -138,14 +144,25 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
 /// The hash of all that the outcome of a run follows from but its shard: this version, the texts of files (whatever folder
 /// they lie in), and the options that choose what is proven.
 fn fingerprint(arguments: &PermutationsArguments, session: &Session) -> String {
-    let PermutationsArguments { profiles, all, config, settings, exhaustive, .. } = arguments;
+    let PermutationsArguments { profiles, all, config, settings, exhaustive, also, .. } = arguments;
     let mut hash = blake3::Hasher::new();
     let version = env!("CARGO_PKG_VERSION");
-    hash.update(format!("{version} {profiles:?} {all} {config} {settings:?} {exhaustive}").as_bytes());
+    hash.update(
+        format!(
+            "{version} {profiles:?} {all} {config} {settings:?} {exhaustive} {}",
+            also.iter().map(|one| one.text.as_str()).collect::<Vec<_>>().join(" ")
+        )
+        .as_bytes(),
+    );
     for (_, file) in session.sources().iter() {
         hash.update(blake3::hash(file.text().as_bytes()).as_bytes());
     }
     hash.finalize().to_hex().as_str().chars().take(16).collect()
+}
+
+/// The lock of a run.
+fn lock_path(arguments: &PermutationsArguments) -> &Path {
+    arguments.lock.as_deref().unwrap_or(Path::new(DEFAULT))
 }
 
 /// Writes the lock where that is asked; whether nothing keeps it from that. Without a lock it is not known what is reached.
@@ -154,7 +171,7 @@ fn write_if_whole(arguments: &PermutationsArguments, session: &Session, lock: Op
         _ if !arguments.update => true,
         Some(lock) => write_lock(arguments, session, lock),
         None => {
-            complain(&format!("{} is left as it is, because of errors\n", arguments.lock.display()));
+            complain(&format!("{} is left as it is, because of errors\n", lock_path(arguments).display()));
             false
         }
     }
@@ -162,7 +179,7 @@ fn write_if_whole(arguments: &PermutationsArguments, session: &Session, lock: Op
 
 /// Writes the lock, and says what differs from before; whether it could be written.
 fn write_lock(arguments: &PermutationsArguments, session: &Session, lock: &Lock) -> bool {
-    match update(&LockFile::new(&arguments.lock), lock) {
+    match update(&LockFile::new(lock_path(arguments)), lock) {
         Ok(said) => {
             let say = if arguments.format.is_data() { complain } else { print };
             say(&said);

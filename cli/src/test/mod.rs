@@ -40,7 +40,10 @@ pub(crate) fn run(arguments: &TestArguments) -> bool {
     session.diagnostics.extend(found.diagnostics);
     let mut requests: BTreeMap<String, Vec<Request>> = BTreeMap::new();
     for path in &found.pipelines {
-        if requests::of_pipeline(&mut session, path, &found.files, &mut requests) == Some(0) {
+        // Without a file there is nothing to load a pipeline for.
+        if found.files.is_empty()
+            || requests::of_pipeline(&mut session, path, &found.files, &mut requests) == Some(0)
+        {
             let why = match arguments.files.templates {
                 Some(_) => {
                     "no file of tests in the folder of --templates includes a template that its passes use"

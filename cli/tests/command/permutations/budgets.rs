@@ -41,6 +41,7 @@ fn a_figure_above_its_budget_is_an_error_at_the_budget() {
         &run(&project, &[]),
         1,
         &[
+            "error[UG0826]",
             "permutations.budgets.json:1:28",
             "the pipeline has 9 texts; its budget is 8",
             "permutations.budgets.json:2:21",
@@ -78,12 +79,16 @@ fn a_budget_that_names_nothing_is_an_error() {
         (r#"{ "small.json": { "texts": "9" } }"#, "a whole number from 0 on"),
         (r#"{ "small.json": 9 }"#, "a budget is an object of figures, not a number"),
         (r#"{ "smal.json": {} }"#, "there is no pipeline \"smal.json\""),
+        (r#"{ "./small.json": {} }"#, "the pipeline \"small.json\" is written as \"./small.json\""),
         ("[]", "budgets are an object of pipelines, not an array"),
     ] {
         let project = project("budget-invalid", budgets);
         rejected(&run(&project, &[]), 1, &["error[UG0827]", "permutations.budgets.json:1", says]);
     }
-    rejected(&run(&project("budget-syntax", "{"), &[]), 1, &["permutations.budgets.json:1"]);
+    let project = project("budget-syntax", "{");
+    rejected(&run(&project, &[]), 1, &["permutations.budgets.json:1"]);
+    rejected(&run(&project, &["--budgets", "none.json"]), 1, &["\"none.json\" cannot be read"]);
+    assert_eq!(run(&project, &["--budgets", "none.json", "--config"]).status.code(), Some(2));
 }
 
 #[test]
@@ -108,12 +113,11 @@ fn figures_of_an_offline_compiler_are_put_into_the_report() {
         ("{}".to_owned(), "\"tool\" names the compiler"),
     ] {
         project.write("measured.json", &text);
-        rejected(
-            &run(&project, &["--measured", "measured.json"]),
-            1,
-            &["error[UG0828]", "measured.json:1", says],
-        );
+        let said = json(&["--measured", "measured.json"])["diagnostics"][0].clone();
+        assert_eq!((&said["code"], &said["place"]["line"]), (&"UG0828".into(), &1.into()), "{said:#}");
+        assert!(said["message"].as_str().unwrap().contains(says), "{said:#}");
     }
+    rejected(&run(&project, &["--measured", "measured.json"]), 1, &["error[UG0828]", "add --format json"]);
 }
 
 #[test]

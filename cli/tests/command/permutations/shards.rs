@@ -113,6 +113,7 @@ fn reports_of_other_shards_are_not_joined() {
             "a report of a whole run cannot be joined with reports of shards",
         ),
         (names(&["small.json"]), "is not a report"),
+        (names(&["whole.json", "whole.json"]), "a report before \"whole.json\" has its pipelines, too"),
     ] {
         let output = project.merge(&reports, &[]);
         rejected(&output, 1, &["error[UG0822]", says]);

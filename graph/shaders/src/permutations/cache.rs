@@ -10,7 +10,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use naga::valid::Capabilities;
 
 use super::declares;
-use crate::{ShaderModule, TargetProfile, TemplateSet, compile};
+use crate::rendering::templates::TemplateSet;
+use crate::targets::profile::TargetProfile;
+use crate::variant::compile::{ShaderModule, compile};
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
 type Made = Result<Arc<ShaderModule>, Vec<Diagnostic>>;
@@ -27,25 +29,20 @@ pub struct ShaderCache {
     made: Mutex<BTreeMap<(String, AxisValues), Made>>,
     /// The modules of all profiles.
     shared: Arc<Mutex<Shared>>,
-    declared: Mutex<BTreeMap<Question, Option<AxisValues>>>,
+    declared: Arc<Mutex<BTreeMap<Question, Option<AxisValues>>>>,
 }
 
 impl ShaderCache {
     /// Nothing made yet.
     pub fn new(templates: &Arc<TemplateSet>, profile: &TargetProfile) -> Self {
         let (templates, profile) = (templates.clone(), profile.clone());
-        Self {
-            templates,
-            profile,
-            made: Mutex::default(),
-            shared: Arc::default(),
-            declared: Mutex::default(),
-        }
+        Self { templates, profile, made: Mutex::default(), shared: Arc::default(), declared: Arc::default() }
     }
 
     /// The modules of the same templates for another profile, which the two share as far as they can.
     pub fn beside(other: &Self, profile: &TargetProfile) -> Self {
-        Self { shared: other.shared.clone(), ..Self::new(&other.templates, profile) }
+        let (shared, declared) = (other.shared.clone(), other.declared.clone());
+        Self { shared, declared, ..Self::new(&other.templates, profile) }
     }
 
     /// Nothing made yet but the modules of a cache before, of templates that have not changed. Rejections are made again:
@@ -59,7 +56,7 @@ impl ShaderCache {
         let declared = before.declared.lock().unwrap_or_else(PoisonError::into_inner);
         let declared = declared.iter().filter(|((name, ..), _)| unchanged.contains(name.as_str()));
         let declared = declared.map(|(key, values)| (key.clone(), values.clone())).collect();
-        Self { made: Mutex::new(kept), declared: Mutex::new(declared), ..new }
+        Self { made: Mutex::new(kept), declared: Arc::new(Mutex::new(declared)), ..new }
     }
 
     /// The templates.

@@ -64,9 +64,10 @@ use interned::Declarations;
 use proven::{Explored, Verdict};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 
-use super::{Reflection, TemplateSet};
 use crate::module::wgsl;
+use crate::reflection::Reflection;
 use crate::rendering::parts::Parts;
+use crate::rendering::templates::TemplateSet;
 use crate::written::declarations::Split;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic, Diagnostics};
 use umbragraph_text::source::FileId;

@@ -7,7 +7,7 @@
 //! - `~` and `~~` begin what WGSL takes and naga does not: refused here, and no rule of ours.
 //! - `⟦9|a#, ⟧` stands for its text nine times, with the numbers from 0 for `#` and from 1 for `#+`; `\0` for a null character.
 //!
-//! Where `tint`, Chrome's compiler, is installed, it has to say the same of each text.
+//! If `tint`, Chrome's compiler, is installed, it has to say the same of each text.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -25,7 +25,7 @@ use crate::written::rejection::Rejection;
 const WITHIN: &str =
     "const HIGH = 3.0;\nfn f(x: u32, y: u32, z: f32, i: i32, b: bool, v: vec4<f32>, m: mat4x4<f32>) {";
 
-/// What a text is expected to be.
+/// The verdict that a text has to get.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Expected {
     Refused,
@@ -91,7 +91,7 @@ fn expanded(text: &str) -> String {
     all.replace("\\0", "\0").replace("\\u{feff}", "\u{feff}")
 }
 
-/// What `enable` switches on in the texts, besides what every browser has.
+/// The extensions that texts switch on by `enable`, besides those that every browser has.
 fn capabilities() -> Capabilities {
     TargetProfile::webgpu().capabilities | Capabilities::SHADER_FLOAT16 | Capabilities::DUAL_SOURCE_BLENDING
 }

@@ -22,7 +22,7 @@ use std::hash::Hash;
 
 pub(crate) use walk::{lines, of};
 
-/// How often a loop is taken to run whose bounds are not known.
+/// The number of times that a loop is taken to run whose bounds are not known.
 pub(crate) const UNKNOWN_TRIPS: u64 = 8;
 
 /// The operations of a function or of an entry point.
@@ -195,6 +195,7 @@ mod tests {
              @group(0) @binding(5) var<storage, read_write> list: array<f32>;
              override taps: u32 = 5;
              fn tap(at: vec2f) -> f32 {{ return textureSampleCompareLevel(map, compare, at, 0.5); }}
+             fn reset(at: ptr<function, u32>) {{ *at = 0u; }}
              @fragment fn shade(@location(0) at: vec2f) -> @location(0) vec4f {{
                  var sum = 0.0;
                  {body}
@@ -234,6 +235,17 @@ mod tests {
             ("for (var i = 0u; i < block.count; i++) { sum += tap(at); }", (8, 1)),
             ("for (var i = 0u; i < 4u; i++) { if sum > 9.0 { i = 2u; } sum += tap(at); }", (8, 1)),
             ("for (var i = 4u; i < 4u; i++) { sum += tap(at); }", (0, 0)),
+            ("var i: u32; for (; i < 4u; i++) { sum += tap(at); }", (4, 0)),
+            (
+                "var i = 0u; if at.x > 1.0 { i = 3u; } else { for (; i < 4u; i++) { sum += tap(at); } }",
+                (4, 0),
+            ),
+            ("var i = 0u; if at.x > 1.0 { i = 3u; } for (; i < 4u; i++) { sum += tap(at); }", (8, 1)),
+            ("var i = 3u; reset(&i); for (; i < 4u; i++) { sum += tap(at); }", (8, 1)),
+            ("for (var i = min(block.count, 3u); i < 4u; i++) { sum += tap(at); }", (8, 1)),
+            ("for (var i = 10u; i > min(block.count, 6u); i--) { sum += tap(at); }", (8, 1)),
+            ("for (var i = 0u; i < 16u; i += min(block.count, 8u)) { sum += tap(at); }", (8, 1)),
+            ("for (var i = 0u; i < u32(min(i32(block.count), -1)); i++) { sum += tap(at); }", (8, 1)),
         ] {
             assert_eq!(taps(body), expected, "{body}");
         }

@@ -1,4 +1,4 @@
-//! How often a loop runs at most, where its bounds are known: a variable that starts at a constant, is compared with one,
+//! The number of times that a loop runs at most, where its bounds are known: a variable that starts at a constant, is compared with one,
 //! and grows by one.
 //!
 //! Limits: a variable that the body writes or hands to a function is not followed, nor is one whose start depends on
@@ -18,10 +18,25 @@ pub(super) type Known = HashMap<Handle<LocalVariable>, Option<i64>>;
 
 /// The constant that a variable starts with.
 pub(super) fn initial(module: &Module, function: &Function, variable: Handle<LocalVariable>) -> Option<i64> {
-    function.local_variables[variable].init.and_then(|init| constant(module, function, init))
+    match function.local_variables[variable].init {
+        Some(init) => constant(module, function, init),
+        // A variable without a value is zero.
+        None => Some(0),
+    }
 }
 
-/// The constant value of an integer expression; of a minimum the constant side, which it is at most.
+/// The largest value that an integer expression can have: its own, or the constant side of a minimum.
+fn at_most(module: &Module, function: &Function, at: Handle<Expression>) -> Option<i64> {
+    match function.expressions[at] {
+        Expression::Math { fun: MathFunction::Min, arg, arg1: Some(other), .. } => {
+            let sides = [arg, other].map(|side| at_most(module, function, side));
+            sides.into_iter().flatten().min()
+        }
+        _ => constant(module, function, at),
+    }
+}
+
+/// The value of an integer expression, if it is constant.
 pub(super) fn constant(module: &Module, function: &Function, at: Handle<Expression>) -> Option<i64> {
     let global = |init| match module.global_expressions[init] {
         Expression::Literal(literal) => integer(literal),
@@ -32,12 +47,9 @@ pub(super) fn constant(module: &Module, function: &Function, at: Handle<Expressi
         Expression::Constant(constant) => global(module.constants[*constant].init),
         Expression::Override(value) => global(module.overrides[*value].init?),
         Expression::ZeroValue(_) => Some(0),
-        Expression::As { expr, .. } => constant(module, function, *expr),
-        Expression::Math { fun: MathFunction::Min, arg, arg1: Some(other), .. } => {
-            match (constant(module, function, *arg), constant(module, function, *other)) {
-                (Some(one), Some(other)) => Some(one.min(other)),
-                (one, other) => one.or(other),
-            }
+        // A value that both types have; another one changes.
+        Expression::As { expr, .. } => {
+            constant(module, function, *expr).filter(|value| (0..=i64::from(i32::MAX)).contains(value))
         }
         _ => None,
     }
@@ -53,7 +65,7 @@ fn integer(literal: Literal) -> Option<i64> {
     }
 }
 
-/// How often the body of a loop runs at most.
+/// The number of times that the body of a loop runs at most.
 pub(super) fn trips(
     module: &Module,
     function: &Function,
@@ -90,7 +102,9 @@ pub(super) fn trips(
         }
         _ => return None,
     };
-    let (start, bound) = (known.get(&counter).copied()??, constant(module, function, bound)?);
+    let is_upward = matches!(op, Less | LessEqual);
+    let bound = if is_upward { at_most(module, function, bound) } else { constant(module, function, bound) };
+    let (start, bound) = (known.get(&counter).copied()??, bound?);
     let step = |statement: &Statement| {
         let Statement::Store { pointer, value } = *statement else { return None };
         let is_it = matches!(function.expressions[pointer], Expression::LocalVariable(own) if own == counter);

@@ -163,6 +163,13 @@ impl<'m> Walk<'m> {
             Statement::Return { value } => value.iter().for_each(|one| self.lives.use_it(*one)),
             Statement::Call { function, arguments, result } => {
                 arguments.iter().for_each(|one| self.lives.use_it(*one));
+                for argument in arguments {
+                    // It may write what it is given a pointer to.
+                    let base = ir::base(self.function, *argument);
+                    if let Expression::LocalVariable(variable) = self.function.expressions[base] {
+                        self.known.insert(variable, None);
+                    }
+                }
                 let callee = self.module.functions[*function].name.as_deref().unwrap_or_default();
                 self.calls.push((Call { callee, times, live: 0 }, self.lives.now()));
                 self.lives.tick();
@@ -186,8 +193,14 @@ impl<'m> Walk<'m> {
             _ => {}
         }
         self.count(found, times, span);
-        ir::blocks(statement).for_each(|inner| self.block(inner, times));
-        if !matches!(statement, Statement::Block(_)) {
+        let is_certain = matches!(statement, Statement::Block(_));
+        for inner in ir::blocks(statement) {
+            // No block of a branch sees the values that another stored.
+            let before = (!is_certain).then(|| self.known.clone());
+            self.block(inner, times);
+            self.known = before.unwrap_or_else(|| std::mem::take(&mut self.known));
+        }
+        if !is_certain {
             self.forget(statement);
         }
     }
