@@ -71,7 +71,7 @@ pub(crate) type Figure = (&'static str, fn(&Texts) -> u64);
 pub(crate) struct Worst {
     pub(crate) cost: u64,
     pub(crate) entry_point: String,
-    /// The values without which it costs at least a tenth less.
+    /// The axis values that cause the cost: every variant with another value costs at least a tenth less.
     pub(crate) values: AxisValues,
 }
 

@@ -1,4 +1,4 @@
-//! The most scalars that are alive at once in a function: each value from where it is made to where it is used last.
+//! The most scalars that are alive at once in a function. A value is alive from its making to its last use.
 //!
 //! A value that is made before a loop and used in it lives until the loop ends.
 

@@ -306,7 +306,7 @@ fn math(fun: MathFunction, argument: u64, result: u64) -> u64 {
     }
 }
 
-/// The scalars of a value of a type; none for what is no value, such as a texture.
+/// The number of scalars in a value of a type; 0 for textures, samplers and pointers.
 fn scalars_of(module: &Module, inner: &TypeInner) -> u64 {
     let of = |ty| scalars_of(module, &module.types[ty].inner);
     match *inner {
