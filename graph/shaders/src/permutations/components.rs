@@ -4,7 +4,7 @@
 #[derive(Debug, Default)]
 pub(super) struct Edges {
     to: Vec<u32>,
-    /// Where the edges of each node end in the list.
+    /// The end of the edges of each node in the list.
     ends: Vec<usize>,
 }
 
