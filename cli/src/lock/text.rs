@@ -411,7 +411,7 @@ mod tests {
             text.contains("\npass again.0, shade\ntemplate a.wgsl.jinja\n  combinations = 1, 2\n"),
             "{text}"
         );
-        assert!(text.contains("\ntemplate b.wgsl.jinja\nprofiles webgpu\n  combinations at least"), "{text}");
+        assert!(text.contains("\ntemplate b.wgsl.jinja\nprofiles webgpu\n  largest 9"), "{text}");
     }
 
     #[test]
