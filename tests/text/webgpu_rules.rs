@@ -392,7 +392,7 @@ const RULES: &[Rule] = &[
     Rule("outputs have the components of their attachment", "UG0405", &PAINT, "vec4<f32> { return vec4<f32>(covered.uv, 0.0, 1.0)", "vec3<f32> { return vec3<f32>(covered.uv, 0.0)"),
     Rule("frag_depth has a depth attachment", "UG0405", &PAINT, "@location(0) vec4<f32> { return vec4<f32>(covered.uv, 0.0, 1.0)", "Both { return Both(vec4<f32>(1.0), 0.5)"),
     Rule("the vertex stage writes no storage", "UG0521", &VERTEX_STORAGE, "storage, read>", "storage, read_write>"),
-    Rule("the vertex stage writes no storage texture", "UG0409", &VERTEX_TEXTURE, "r32float, read>", "r32float, write>"),
+    Rule("the vertex stage writes no storage texture", "UG0521", &VERTEX_TEXTURE, "r32float, read>", "r32float, write>"),
     Rule("vertex attributes fit their stride", "UG0409", &DRAWN, "\"buffer\": \"&points\",", "\"buffer\": \"&points\", \"stride\": 4,"),
     Rule("vertex inputs have an attribute", "UG0603", &DRAWN, "\"name\": \"position\"", "\"name\": \"place\""),
     Rule("attributes have the type of their input", "UG0607", &DRAWN, "\"format\": \"float32x2\"", "\"format\": \"uint32x2\""),

@@ -55,7 +55,7 @@ impl Used {
         }
     }
 
-    /// What it costs by itself.
+    /// Its operations without those of functions that it calls.
     pub(super) fn spent(&self) -> &Spent<Id> {
         &self.spent
     }
