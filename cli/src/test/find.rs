@@ -29,7 +29,7 @@ pub(super) struct TestFile {
     pub(super) is_named: bool,
 }
 
-/// What the command line asks for.
+/// The files and pipelines that the command line asks for.
 #[derive(Default)]
 pub(super) struct Found {
     pub(super) files: Vec<TestFile>,

@@ -13,7 +13,7 @@ use super::scan::{Assert, AssertKind, Scan, TestFunction};
 use super::types::Shape;
 use crate::codes;
 
-/// What a variant ran, to be shown.
+/// The rows that a variant ran, to be shown.
 pub(super) struct Shown<'a> {
     pub(super) variant: &'a Variant,
     pub(super) scan: &'a Scan,
@@ -26,7 +26,7 @@ fn place(variant: &Variant, range: &Range<usize>) -> Place {
     variant.map().span(range.clone()).map_or(Place::Nowhere, Place::Span)
 }
 
-/// What is wrong with the tests of a text themselves.
+/// The defects of the tests of a text themselves.
 pub(super) fn problems(variant: &Variant, scan: &Scan) -> Vec<Diagnostic> {
     let diagnostic = |problem: &super::scan::Problem| {
         let place = place(variant, &problem.at);

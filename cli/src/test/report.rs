@@ -1,4 +1,4 @@
-//! What ran and what failed, in the form that is asked for.
+//! The tests that ran and those that failed, in the form that is asked for.
 
 use std::collections::BTreeSet;
 

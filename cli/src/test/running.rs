@@ -1,4 +1,4 @@
-//! What a run of shader tests is made of, and what ran.
+//! A run of shader tests: its parts, and the counts of tests and rows.
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,7 +11,7 @@ use crate::device::Graphics;
 /// Stack for naga, which recurses into nested text.
 pub(super) const STACK_BYTES: usize = 32 << 20;
 
-/// What every variant of a run has in common.
+/// The parts that every variant of a run has in common.
 pub(super) struct Run<'a> {
     pub(super) templates: &'a TemplateSet,
     pub(super) graphics: &'a Graphics,
@@ -23,7 +23,7 @@ pub(super) struct Run<'a> {
     pub(super) has_timed_out: Cell<bool>,
 }
 
-/// What ran of one test.
+/// The counts of one test.
 #[derive(Debug, Default)]
 pub(super) struct TestCount {
     pub(super) rows: usize,
@@ -33,7 +33,7 @@ pub(super) struct TestCount {
     pub(super) messages: BTreeSet<String>,
 }
 
-/// What ran of one file.
+/// The counts of one file.
 #[derive(Debug)]
 pub(super) struct FileCount {
     pub(super) name: String,

@@ -1,4 +1,4 @@
-//! What a rendered text holds of shader tests: functions with `@test` and their tables, asserts, and loops.
+//! The shader tests in a rendered text: functions with `@test` and their tables, asserts, and loops.
 //!
 //! ```wgsl
 //! @test
