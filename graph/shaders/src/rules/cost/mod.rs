@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn both_sides_of_a_branch_count_and_registers_are_of_the_worst_place() {
+    fn branches_count_whole_and_registers_at_the_worst_place() {
         let found = fragment("if at.x > 0.0 { sum = tap(at); } else { sum = tap(at.yx); }");
         assert_eq!((found.operations.comparisons, found.operations.branches), (2, 1));
         let few = fragment("sum = at.x + 1.0;").registers;
