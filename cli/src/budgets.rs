@@ -51,7 +51,7 @@ impl Budgets {
         if given.is_none() && !path.exists() {
             return None;
         }
-        match session.read(path) {
+        match session.read_figures(path) {
             Ok(document) => Some(Self { root: document.root, path: path.to_owned() }),
             Err(diagnostics) => {
                 session.diagnostics.extend(diagnostics);

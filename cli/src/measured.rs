@@ -35,7 +35,7 @@ pub(crate) struct Measured {
 impl Measured {
     /// Reads a file; what is wrong with it is an error of the session.
     pub(crate) fn read(session: &mut Session, path: &Path, reports: &[TemplateReport]) -> Option<Self> {
-        let root = match session.read(path) {
+        let root = match session.read_figures(path) {
             Ok(document) => document.root,
             Err(diagnostics) => {
                 session.diagnostics.extend(diagnostics);

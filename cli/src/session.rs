@@ -17,6 +17,7 @@ use umbragraph::executor::DryRun;
 use umbragraph::low_level::compiler::PlanOptions;
 #[cfg(feature = "gpu")]
 use umbragraph::low_level::compose::Roots;
+use umbragraph::low_level::compose::unreadable;
 use umbragraph::low_level::document::Document;
 use umbragraph::low_level::pipeline::{self, FileKind, Overrides};
 #[cfg(feature = "gpu")]
@@ -180,6 +181,17 @@ impl Session {
     /// A document as it is written.
     pub(crate) fn read(&mut self, path: &Path) -> Result<Document, Diagnostics> {
         self.session.document(path)
+    }
+
+    /// A JSON file of the user's that is no document; one that is missing has no likeness among documents.
+    ///
+    /// # Errors
+    /// As of [`Self::read`].
+    pub(crate) fn read_figures(&mut self, path: &Path) -> Result<Document, Diagnostics> {
+        match std::fs::metadata(path) {
+            Ok(_) => self.read(path),
+            Err(error) => Err(unreadable(&path.display().to_string(), &error).into()),
+        }
     }
 
     fn target(&self, path: &Path, extensions: &[PathBuf]) -> Target {

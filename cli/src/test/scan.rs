@@ -14,6 +14,8 @@
 
 use std::ops::Range;
 
+use umbragraph::diagnostic::suggested_name;
+
 use super::tokens::{Token, TokenKind, tokens};
 
 /// The tests of one text.
@@ -84,6 +86,9 @@ pub(super) struct Problem {
     pub(super) message: String,
     pub(super) help: &'static str,
 }
+
+/// The names of the asserts.
+const ASSERTS: [&str; 3] = ["expect", "expect_equal", "expect_near"];
 
 impl AssertKind {
     fn of(word: &str) -> Option<Self> {
@@ -170,6 +175,7 @@ impl<'t> Scanner<'t> {
     /// Finds tests with their tables.
     fn functions(&mut self) {
         let (mut at, mut test, mut rows) = (0, None, Vec::new());
+        let mut has_unknown = false;
         while at < self.tokens.len() {
             if self.is(at, b'@') {
                 let start = self.tokens[at].range.start;
@@ -191,7 +197,13 @@ impl<'t> Scanner<'t> {
                         let help = "write the arguments of one call of the test: `@case(0.5, 1.0)`";
                         self.problem(whole.clone(), "`@case` has no arguments".to_owned(), help);
                     }
-                    _ => {
+                    (word, _) => {
+                        // WGSL has no attribute for a function that is no entry point but this.
+                        if test.is_some() && word != "must_use" {
+                            let message = format!("`@{word}` is no attribute of a test");
+                            self.problem(whole, message, "a row of its table is written `@case(…)`");
+                            has_unknown = true;
+                        }
                         at = end + 1;
                         continue;
                     }
@@ -200,8 +212,10 @@ impl<'t> Scanner<'t> {
                 at = end + 1;
                 continue;
             }
-            if test.is_some() || !rows.is_empty() {
-                self.test(at, test.take(), std::mem::take(&mut rows));
+            let (test, rows) = (test.take(), std::mem::take(&mut rows));
+            // What an unknown attribute leaves out is no mistake of its own.
+            if (test.is_some() || !rows.is_empty()) && !std::mem::take(&mut has_unknown) {
+                self.test(at, test, rows);
             }
             at += 1;
         }
@@ -255,7 +269,10 @@ impl<'t> Scanner<'t> {
 
     /// Adds the assert at a token, if one stands there.
     fn assert(&mut self, at: usize) {
-        let Some(kind) = AssertKind::of(self.word(at)).filter(|_| self.is(at + 1, b'(')) else { return };
+        let word = self.word(at);
+        let Some(kind) = AssertKind::of(word).filter(|_| self.is(at + 1, b'(')) else {
+            return self.misspelt(at, word);
+        };
         if at > 0 && (self.word(at - 1) == "fn" || self.is(at - 1, b'.')) {
             return;
         }
@@ -277,6 +294,21 @@ impl<'t> Scanner<'t> {
             return self.problem(whole, message, kind.form());
         }
         self.found.asserts.push(Assert { kind, whole, arguments, message });
+    }
+
+    /// A call of a function that the text does not have, with nearly the name of an assert.
+    fn misspelt(&mut self, at: usize, word: &str) {
+        if !word.starts_with('e') || !self.is(at + 1, b'(') {
+            return;
+        }
+        let Some(meant) = suggested_name(word, ASSERTS).and_then(AssertKind::of) else { return };
+        let is_declared = |at: usize| {
+            self.word(at) == word && at.checked_sub(1).is_some_and(|before| self.word(before) == "fn")
+        };
+        if !(0..self.tokens.len()).any(is_declared) {
+            let message = format!("there is no assert `{word}`");
+            self.problem(self.tokens[at].range.clone(), message, meant.form());
+        }
     }
 
     /// The arguments between two parentheses.
@@ -360,6 +392,9 @@ mod tests {
             ["the test `a` takes 1 in a row of its table, and this one has 2"]
         );
         assert_eq!(of("@test fn a(x: i32) {}"), ["the test `a` has parameters, and no table"]);
+        assert_eq!(of("@test @cas(1) fn a(x: i32) {}"), ["`@cas` is no attribute of a test"]);
+        assert_eq!(of("@test fn a() { expekt(true); }"), ["there is no assert `expekt`"]);
+        assert_eq!(of("fn expekt(a: bool) {} @test fn a() { expekt(true); exp(1.0); }"), [""; 0]);
         assert_eq!(of("@test fn a() { expect_near(1.0, 2.0); }"), ["`expect_near` has 2 arguments"]);
         assert_eq!(of("@test fn a() { let x = expect(true) + 1; }"), ["`expect` is no statement here"]);
     }

@@ -15,6 +15,7 @@ mod reflecting;
 mod rejecting;
 mod second_compiler;
 mod texture_reads;
+mod tint;
 mod wgsl_mutants;
 mod wgsl_rules;
 

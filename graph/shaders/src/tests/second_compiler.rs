@@ -5,16 +5,13 @@
 //! and must be rare. Modules that one side rejects for another reason are skipped, and must be rare too.
 
 use std::collections::BTreeSet;
-use std::process::{Command, Stdio};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
 use umbragraph_test_support::scratch::ScratchFolder;
-use umbragraph_test_support::skip;
 
-use super::Fixture;
 use super::random_wgsl::{self, Kind};
+use super::{Fixture, tint};
 use crate::codes;
 use crate::module::wgsl;
 use crate::permutations::{Options, Request, check};
@@ -34,19 +31,7 @@ fn ours(text: &str) -> Option<Broken> {
 
 /// The same of `tint`; `None` where it rejects the module for something else.
 fn theirs(text: &str, folder: &ScratchFolder) -> Option<Broken> {
-    static NUMBER: AtomicUsize = AtomicUsize::new(0);
-    let path = folder.join(format!("{}.wgsl", NUMBER.fetch_add(1, Ordering::Relaxed)));
-    std::fs::write(&path, text).expect("a file");
-    let output = Command::new("tint")
-        .args(["--format", "wgsl", "-o", "/dev/null"])
-        .arg(&path)
-        .output()
-        .expect("a process");
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    std::fs::remove_file(&path).expect("the file");
-    if output.status.success() {
-        return Some(Broken::new());
-    }
+    let Err(said) = tint::judge(text, folder) else { return Some(Broken::new()) };
     let errors: Vec<&str> = said.lines().filter(|line| line.contains(" error: ")).collect();
     let rule = |error: &&str| match () {
         () if error.contains("must only be called from uniform control flow") => Some("uniformity"),
@@ -99,20 +84,12 @@ impl Tally {
     }
 }
 
-fn is_installed() -> bool {
-    let found = Command::new("tint").arg("--help").stdout(Stdio::null()).stderr(Stdio::null()).status();
-    if found.is_err() {
-        skip::skipped("tint is not installed");
-    }
-    found.is_ok()
-}
-
 /// Random modules in ordinary tests; ten times as many rounds are asked for by `cargo xtask soak`.
 const MODULES: u32 = 330;
 
 #[test]
 fn what_chrome_s_compiler_rejects_of_random_modules_is_rejected() {
-    if !is_installed() {
+    if !tint::is_installed() {
         return;
     }
     let folder = ScratchFolder::new("second-compiler-random");
@@ -161,7 +138,7 @@ fn mutated(text: &str, random: &mut Random) -> String {
 
 #[test]
 fn mutations_that_chrome_s_compiler_rejects_are_rejected() {
-    if !is_installed() {
+    if !tint::is_installed() {
         return;
     }
     let sound = Fixture::sound(umbragraph_shaders_templates::FILES);

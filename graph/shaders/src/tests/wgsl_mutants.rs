@@ -4,16 +4,12 @@
 //! an operator, a literal, a name, a type or an attribute is exchanged, or a token or statement left out, repeated or
 //! moved. Where `tint` is not installed, nothing is compared.
 
-use std::process::Command;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
 use umbragraph_test_support::scratch::ScratchFolder;
-use umbragraph_test_support::skip;
 
-use super::Fixture;
 use super::wgsl_rules::{self, Expected};
+use super::{Fixture, tint};
 use crate::codes;
 use crate::written::tokens::{Tokens, is_name};
 use crate::{AxisKind, AxisValue, AxisValues};
@@ -247,21 +243,15 @@ fn mutated(text: &str, random: &mut Random) -> String {
     }
 }
 
+/// Whether Chrome's compiler takes a text, and the first line of what it says against it.
 fn is_taken_by_tint(text: &str, folder: &ScratchFolder) -> (bool, String) {
-    static NUMBER: AtomicUsize = AtomicUsize::new(0);
-    let path = folder.join(format!("{}.wgsl", NUMBER.fetch_add(1, Ordering::Relaxed)));
-    std::fs::write(&path, text).expect("a file");
-    let output = Command::new("tint")
-        .args(["--format", "wgsl", "-o", "/dev/null"])
-        .arg(&path)
-        .output()
-        .expect("a process");
-    std::fs::remove_file(&path).expect("the file");
-    let said = String::from_utf8_lossy(&output.stderr)
-        .lines()
-        .find(|line| line.contains("error"))
-        .map(str::to_owned);
-    (output.status.success(), said.unwrap_or_default())
+    match tint::judge(text, folder) {
+        Ok(()) => (true, String::new()),
+        Err(said) => {
+            let first = said.lines().find(|line| line.contains("error")).unwrap_or_default();
+            (false, first.to_owned())
+        }
+    }
 }
 
 #[derive(Debug, Default)]
@@ -314,17 +304,9 @@ impl Tally {
     }
 }
 
-fn is_installed() -> bool {
-    let is_installed = Command::new("tint").arg("--help").output().is_ok();
-    if !is_installed {
-        skip::skipped("tint is not installed");
-    }
-    is_installed
-}
-
 #[test]
 fn mutants_of_the_rules_texts_are_judged_as_by_chrome() {
-    if !is_installed() {
+    if !tint::is_installed() {
         return;
     }
     let folder = ScratchFolder::new("wgsl-mutants");
@@ -363,7 +345,7 @@ fn values(fixture: &Fixture, root: &str, random: &mut Random) -> AxisValues {
 
 #[test]
 fn mutants_of_templates_are_judged_as_by_chrome() {
-    if !is_installed() {
+    if !tint::is_installed() {
         return;
     }
     let sound = Fixture::sound(umbragraph_shaders_templates::FILES);

@@ -11,13 +11,12 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
-use std::process::Command;
 
 use umbragraph_test_support::scratch::ScratchFolder;
-use umbragraph_test_support::skip;
 
 use naga::valid::Capabilities;
 
+use super::tint;
 use crate::TargetProfile;
 use crate::module::wgsl;
 use crate::written::rejection::Rejection;
@@ -134,22 +133,15 @@ fn texts_that_break_a_rule_are_refused_and_twins_pass() {
 
 #[test]
 fn chromes_compiler_says_the_same_of_the_texts() {
-    if Command::new("tint").arg("--help").output().is_err() {
-        skip::skipped("tint is not installed");
+    if !tint::is_installed() {
         return;
     }
     let folder = ScratchFolder::new("wgsl-rules");
-    let path = folder.join("one.wgsl");
     let mut wrong = String::new();
     for Case { place, rule, expected, text } in cases() {
-        std::fs::write(&path, text).expect("a file");
-        let output = Command::new("tint")
-            .args(["--format", "wgsl", "-o", "/dev/null"])
-            .arg(&path)
-            .output()
-            .expect("a process");
-        if output.status.success() != (expected != Expected::Refused) {
-            let said = String::from_utf8_lossy(&output.stderr);
+        let verdict = tint::judge(&text, &folder);
+        if verdict.is_ok() != (expected != Expected::Refused) {
+            let said = verdict.err().unwrap_or_default();
             let _ = writeln!(wrong, "{place} ({rule}) {expected:?}: {said}");
         }
     }
