@@ -99,7 +99,7 @@ impl Found {
     }
 }
 
-/// The templates of files of tests, each with axes that it inherits from those of `known` that it names.
+/// The templates of test files. Each inherits the axes of the `known` templates that it names.
 pub(super) fn templates(files: &[TestFile], known: &[Template]) -> Vec<Template> {
     let known: BTreeSet<&str> = known.iter().map(|one| one.name.as_str()).collect();
     let text = |name: String, text: Arc<str>| Template { name, text: TemplateText::Text(text) };

@@ -1,4 +1,4 @@
-//! `umbragraph render` of targets in other formats than those of a screen.
+//! `umbragraph render` where the format of the target is none of a screen.
 
 use std::path::PathBuf;
 use std::process::{Command, Output};
