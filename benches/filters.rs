@@ -23,7 +23,6 @@ use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu::{self, Gpu};
 
 const SIZE: [u32; 2] = [1920, 1080];
-const FRAMES: usize = 4;
 
 type Setting = (&'static str, &'static str);
 
@@ -83,7 +82,7 @@ fn main() {
             };
             let [maps, moments, shading] = times.map(|time| time.as_secs_f64() * 1e3);
             let claim = claim.map_or(String::new(), |claim| format!("{claim:.1}"));
-            println!("{kind_name:8} {name:12} {maps:9.2} {moments:9.2} {shading:9.2} {claim:>9}");
+            println!("{kind_name:8} {name:12} {maps:9.3} {moments:9.3} {shading:9.3} {claim:>9}");
             let least = *hard.get_or_insert(shading);
             println!("ratio filters/{kind_name}/{name} {:.2}", (moments + shading) / least);
         }
@@ -106,7 +105,7 @@ fn measure(
         return None;
     }
     let mut min = Times([Duration::MAX; 3]);
-    for _ in 0..FRAMES {
+    for _ in 0..gpu.frames() {
         host.frame(&input);
         let mut now = [Duration::ZERO; 3];
         for one in host.executor.gpu_times() {

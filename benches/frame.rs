@@ -23,7 +23,6 @@ use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu::{self, Gpu};
 
 const SIZE: [u32; 2] = [1920, 1080];
-const FRAMES: usize = 4;
 
 /// Below it a pass has no line of its own.
 const SMALL: Duration = Duration::from_micros(10);
@@ -70,7 +69,7 @@ fn main() {
         println!("\n{name:28}{:>12}{:>12}", "processor", "GPU");
         let line = |name: &str, [processor, gpu]: Times, claim: &str| {
             let [processor, gpu] = [processor, gpu].map(|time| time.as_secs_f64() * 1e3);
-            println!("  {name:26}{processor:12.3}{gpu:12.2}{claim}");
+            println!("  {name:26}{processor:12.3}{gpu:12.3}{claim}");
         };
         let sum = |times: &mut dyn Iterator<Item = Times>| {
             times.fold([Duration::ZERO; 2], |[a, b], [c, d]| [a + c, b + d])
@@ -116,7 +115,7 @@ fn measure(
     }
     let mut order = Vec::new();
     let mut least: BTreeMap<String, Times> = BTreeMap::new();
-    for _ in 0..FRAMES {
+    for _ in 0..gpu.frames() {
         host.frame(&input);
         let mut now: BTreeMap<String, Times> = BTreeMap::new();
         order = host.executor.times().map(|(name, _)| name.to_owned()).collect();

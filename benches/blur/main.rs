@@ -19,7 +19,6 @@ use umbragraph::{Executor, Frame};
 use umbragraph_test_support::gpu::{self, Gpu};
 
 const SIDE: u32 = 1024;
-const FRAMES: usize = 4;
 const FORMATS: [(&str, &str); 4] = [
     ("rgba16float", "rgba16float"),
     ("rgba32float", "rgba32float"),
@@ -54,13 +53,13 @@ fn main() {
         for radius in [2, 6, 20] {
             let mut forms = [false, true].map(|is_shared| Form::new(&gpu, format, radius, is_shared));
             let mut min = [f64::INFINITY; 2];
-            for _ in 0..FRAMES {
+            for _ in 0..gpu.frames() {
                 for (form, min) in forms.iter_mut().zip(&mut min) {
                     *min = min.min(form.frame(&gpu));
                 }
             }
             let [plain, shared] = min;
-            println!("{:18} {radius:6} {plain:9.2} {shared:9.2}", format.0);
+            println!("{:18} {radius:6} {plain:9.3} {shared:9.3}", format.0);
             println!("ratio blur/{}/{radius} {:.2}", format.0, shared / plain);
             if format.0 == format.1 {
                 same(&gpu, &forms.map(|form| form.result));

@@ -64,6 +64,12 @@ impl Gpu {
         })
     }
 
+    /// The number of frames that a bench takes the shortest of. A GPU raises its clock in the first ones.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        if self.adapter.get_info().device_type == wgpu::DeviceType::Cpu { 4 } else { 100 }
+    }
+
     /// Another device of the same adapter, with other limits than WebGPU's defaults.
     ///
     /// # Panics

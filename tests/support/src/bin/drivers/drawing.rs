@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
@@ -127,12 +128,12 @@ impl Drawings {
         Some(channel.sample_data.values_as_f32().collect())
     }
 
-    /// Does all jobs that are not done, two at a time, until an instant; how many are left.
+    /// Does all jobs that are not done, until an instant, as many at a time as [`workers`] says; how many are left.
     pub(crate) fn draw(&self, jobs: Vec<Job<'_>>, until: Option<Instant>) -> usize {
         let todo: VecDeque<Job<'_>> = jobs.into_iter().filter(|job| !self.is_done(job)).collect();
         let (count, todo) = (todo.len(), Mutex::new(todo));
         std::thread::scope(|scope| {
-            for _ in 0..2 {
+            for _ in 0..workers() {
                 scope.spawn(|| {
                     while until.is_none_or(|until| Instant::now() < until) {
                         let (job, left) = {
@@ -189,6 +190,31 @@ impl Drawings {
             }
         }
     }
+}
+
+/// The number of processors, and at least two: a process that draws waits for its driver now and then.
+fn workers() -> usize {
+    std::thread::available_parallelism().map_or(2, |count| count.get().max(2))
+}
+
+/// What a function gives for each item, in the order of the items, with [`workers`] threads.
+pub(crate) fn parallel<T: Sync, R: Send>(items: &[T], function: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut done = Vec::new();
+        while let at = next.fetch_add(1, Ordering::Relaxed)
+            && let Some(item) = items.get(at)
+        {
+            done.push((at, function(item)));
+        }
+        done
+    };
+    let mut done: Vec<(usize, R)> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..workers()).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().flat_map(|thread| thread.join().unwrap_or_default()).collect()
+    });
+    done.sort_by_key(|(at, _)| *at);
+    done.into_iter().map(|(_, result)| result).collect()
 }
 
 /// Writes a file whole or not at all, so that a run that is interrupted goes on where it ended.

@@ -14,6 +14,10 @@ pub(crate) struct Driver {
 const SWIFTSHADER: [&str; 4] =
     ["/usr/lib/chromium", "/usr/lib/chromium-browser", "/opt/google/chrome", "/opt/chromium"];
 
+/// The files that say where Mesa's OpenGL is, of which only one is there.
+const MESA_EGL: [&str; 2] =
+    ["/usr/share/glvnd/egl_vendor.d/50_mesa.json", "/etc/glvnd/egl_vendor.d/50_mesa.json"];
+
 /// Variables that would choose something else.
 const CHOOSING: [&str; 9] = [
     "MESA_GL_VERSION_OVERRIDE",
@@ -36,7 +40,9 @@ impl Driver {
         let opengl = |desktop: Option<&str>, es: Option<&str>| {
             let versions = [("MESA_GL_VERSION_OVERRIDE", desktop), ("MESA_GLES_VERSION_OVERRIDE", es)];
             let versions = versions.into_iter().filter_map(|(name, value)| Some((name, value?.to_owned())));
-            std::iter::once(("WGPU_BACKEND", "gl".to_owned())).chain(versions).collect()
+            let mesa = MESA_EGL.iter().find(|file| Path::new(file).exists());
+            let mesa = mesa.map(|file| ("__EGL_VENDOR_LIBRARY_FILENAMES", (*file).to_owned()));
+            std::iter::once(("WGPU_BACKEND", "gl".to_owned())).chain(mesa).chain(versions).collect()
         };
         let new = |name: &str, variables| Self { name: name.to_owned(), variables };
         let mut all = Vec::new();
@@ -53,11 +59,10 @@ impl Driver {
         all
     }
 
-    /// The adapters that are no software, by their names.
+    /// The adapters that are no software, by their names. OpenGL does not say of all what they are.
     fn gpus(program: &Path, folder: &Path) -> Vec<Self> {
         let usual = Self { name: "all".to_owned(), variables: Vec::new() };
-        let gpus =
-            usual.adapters(program, folder).into_iter().filter(|adapter| adapter.kind.ends_with("Gpu"));
+        let gpus = usual.adapters(program, folder).into_iter().filter(|adapter| adapter.kind != "Cpu");
         gpus.map(|Adapter { name, .. }| Self { variables: vec![("WGPU_ADAPTER_NAME", name.clone())], name })
             .collect()
     }

@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 
 use case::{Case, LESSONS, PIPELINES, SCENES};
 use difference::{Difference, Pair};
-use drawing::{Drawings, Drawn, Job};
+use drawing::{Drawings, Drawn, Job, parallel};
 use driver::{Adapter, Driver};
 use variant::{SIDES, Variant};
 
@@ -200,8 +200,7 @@ impl Run {
     fn nearest_jobs(&self) -> Vec<Job<'_>> {
         let (lavapipe, _) = &self.drivers[0];
         let mut jobs = Vec::new();
-        for case in &self.drawn {
-            let others = self.unexplained(case);
+        for (case, others) in self.drawn.iter().zip(self.all_unexplained()) {
             let first = (!others.is_empty()).then_some(lavapipe);
             let job = |driver| Job::Picture { driver, case: case.clone(), variant: Variant::Nearest };
             jobs.extend(first.into_iter().chain(others).map(job));
@@ -212,12 +211,18 @@ impl Run {
     /// The reference's pictures with a turned camera, for what is still unexplained.
     fn turned_jobs(&self) -> Vec<Job<'_>> {
         let (driver, _) = &self.drivers[0];
-        let cases = self.drawn.iter().filter(|case| !self.unexplained(case).is_empty());
+        let found = self.drawn.iter().zip(self.all_unexplained());
+        let cases = found.filter(|(_, others)| !others.is_empty()).map(|(case, _)| case);
         let jobs = |case: &Case| {
             let case = case.clone();
             SIDES.map(|side| Job::Picture { driver, case: case.clone(), variant: Variant::Turned(side) })
         };
         cases.flat_map(jobs).collect()
+    }
+
+    /// [`Self::unexplained`] of each case that is drawn.
+    fn all_unexplained(&self) -> Vec<Vec<&Driver>> {
+        parallel(&self.drawn, |case| self.unexplained(case))
     }
 
     /// The drivers whose picture has pixels that nothing explains yet.
@@ -267,7 +272,8 @@ impl Run {
 
     fn row(&self, driver: &Driver, name: &'static str) -> Row {
         let mut row = Row { name, ..Row::default() };
-        for case in self.all.iter().filter(|case| case.row == name) {
+        let cases: Vec<&Case> = self.all.iter().filter(|case| case.row == name).collect();
+        for (case, found) in cases.iter().zip(parallel(&cases, |case| self.difference(driver, case))) {
             row.pictures += 1;
             let off = match self.drawings.drawn(driver, case, Variant::Whole) {
                 Drawn::Not => continue,
@@ -287,7 +293,7 @@ impl Run {
             if !is_whole(&off) {
                 continue;
             }
-            let Some(found) = self.difference(driver, case) else { continue };
+            let Some(found) = found else { continue };
             row.difference = row.difference.and(found);
             let percent = found.percent(found.unexplained);
             if row.worst.as_ref().map_or(percent > 0.0, |(_, most)| percent > *most) {
