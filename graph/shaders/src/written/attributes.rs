@@ -161,13 +161,14 @@ fn layout_of_booleans(tokens: &Tokens<'_>, ty: Range<usize>) -> Option<(u64, u64
     }
 }
 
-/// The type of a literal, if it says one, or of a constant of the module by its name.
+/// The type of a literal with a suffix or an exponent, or of a constant of the module by its name.
 pub(super) fn kind_of(word: &str, module: &Module) -> Option<ScalarKind> {
     if word.starts_with(|first: char| first.is_ascii_digit()) {
         return match word.chars().next_back()? {
             'u' => Some(ScalarKind::Uint),
             'i' => Some(ScalarKind::Sint),
             'f' | 'h' if !word.starts_with("0x") => Some(ScalarKind::Float),
+            _ if !word.starts_with("0x") && word.contains(['e', 'E']) => Some(ScalarKind::Float),
             _ => None,
         };
     }

@@ -184,7 +184,7 @@ fn kind_of(tokens: &Tokens<'_>, module: &Module, argument: &Range<usize>) -> Opt
     let first = argument.start + usize::from(tokens.word(argument.start) == "-");
     let word = tokens.word(first);
     if first + 1 == argument.end {
-        return attributes::kind_of(word, module);
+        return if tokens.is_declared_twice(word) { None } else { attributes::kind_of(word, module) };
     }
     let is_digit = |first: char| first.is_ascii_digit();
     if first + 3 == argument.end && tokens.word(first + 1) == "." && word.starts_with(is_digit) {

@@ -54,6 +54,16 @@ impl<'t> Tokens<'t> {
         self.ranges.len()
     }
 
+    /// Whether a name may be another thing in a function than in the module: a value or a parameter.
+    pub(crate) fn is_declared_twice(&self, name: &str) -> bool {
+        let is_declared = |at: &usize| {
+            let before = at.checked_sub(1).map_or("", |before| self.word(before));
+            self.word(*at) == name
+                && (["const", "let", "override", "var"].contains(&before) || self.word(at + 1) == ":")
+        };
+        (0..self.ranges.len()).filter(is_declared).nth(1).is_some()
+    }
+
     /// The index of the comma behind the type of a member, or of the end of the structure.
     pub(super) fn after_member(&self, ty: usize, end: usize) -> usize {
         let mut depth = 0_usize;
