@@ -12,4 +12,5 @@ pub(crate) mod texture_arguments;
 pub(crate) mod types;
 pub(crate) mod uniform_branches;
 pub(crate) mod uniformity;
+pub(crate) mod untyped;
 pub(crate) mod uses;
