@@ -5,14 +5,14 @@ use std::path::PathBuf;
 
 use lsp_types::request::{
     CodeActionRequest, Completion, DocumentSymbolRequest, Formatting, GotoDefinition, HoverRequest,
-    PrepareRenameRequest, References, Rename, Request as _, SemanticTokensFullRequest,
+    InlayHintRequest, PrepareRenameRequest, References, Rename, Request as _, SemanticTokensFullRequest,
 };
 use lsp_types::{
     CodeAction, CodeActionKind, CodeActionOrCommand, CodeActionParams, CompletionItem, CompletionItemKind,
     CompletionParams, CompletionTextEdit, DocumentFormattingParams, DocumentSymbolParams, Documentation,
-    GotoDefinitionParams, Hover, HoverContents, HoverParams, Location, MarkupContent, MarkupKind,
-    PrepareRenameResponse, Range, ReferenceParams, RenameParams, SemanticTokensParams,
-    TextDocumentIdentifier, TextDocumentPositionParams, TextEdit, WorkspaceEdit,
+    GotoDefinitionParams, Hover, HoverContents, HoverParams, InlayHint, InlayHintLabel, InlayHintParams,
+    Location, MarkupContent, MarkupKind, PrepareRenameResponse, Range, ReferenceParams, RenameParams,
+    SemanticTokensParams, TextDocumentIdentifier, TextDocumentPositionParams, TextEdit, WorkspaceEdit,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -25,7 +25,7 @@ use umbragraph_graph::document::format;
 use umbragraph_graph::edit::Edit;
 use umbragraph_graph::model::DeclarationKind;
 use umbragraph_graph::source::{FileId, SourceFile, Span};
-use umbragraph_session::{Candidate, CandidateKind, Choice, Cursor, Session, Target};
+use umbragraph_session::{Candidate, CandidateKind, Choice, Computed, Cursor, Session, Target};
 
 type Answer = Result<Json, String>;
 
@@ -46,6 +46,7 @@ pub(crate) fn answer(workspace: &mut Workspace, method: &str, params: Json) -> O
             let (file, document) = of_document(workspace, &params.text_document)?;
             Some(outline::tokens(&document.root, source(workspace, file)?, workspace.encoding))
         }),
+        InlayHintRequest::METHOD => with(params, |params| hints(workspace, &params)),
         Formatting::METHOD => with(params, |params| formatted(workspace, params)),
         CodeActionRequest::METHOD => with(params, |params| Some(actions(workspace, &params))),
         _ => return None,
@@ -241,6 +242,29 @@ fn text_edits<'e>(
         new_text: edit.replacement.clone(),
     };
     edits.into_iter().map(edit).collect()
+}
+
+/// The values of expressions, behind them.
+fn hints(workspace: &mut Workspace, params: &InlayHintParams) -> Option<Vec<InlayHint>> {
+    let path = document_path(&params.text_document.uri).filter(|path| is_document(path))?;
+    let target = workspace.target_of_text(&path)?;
+    let choice = workspace.choice(&target);
+    let values = workspace.sure(|session| session.values(&target, &choice, &path));
+    let hint = |computed: Computed| {
+        let position = range(workspace, computed.place)?.end;
+        let is_asked = params.range.start <= position && position <= params.range.end;
+        is_asked.then(|| InlayHint {
+            position,
+            label: InlayHintLabel::String(computed.value),
+            padding_left: Some(true),
+            kind: None,
+            text_edits: None,
+            tooltip: None,
+            padding_right: None,
+            data: None,
+        })
+    };
+    Some(values.into_iter().filter_map(hint).collect())
 }
 
 fn formatted(workspace: &mut Workspace, params: DocumentFormattingParams) -> Option<Vec<TextEdit>> {

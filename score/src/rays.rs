@@ -115,7 +115,7 @@ impl<'a> Rays<'a> {
         let [begin, mut end] = range;
         let mut found: Option<(u32, Hit)> = None;
         let mut glass = f64::INFINITY;
-        self.each(origin, direction, &mut |index, triangle, surface, hit| {
+        self.each(origin, direction, end, &mut |index, triangle, surface, hit| {
             if hit.distance >= begin && hit.distance < end && self.is_there(triangle, surface, hit) {
                 let is_front = surface.is_double_sided || triangle.normal().dot(direction) < 0.0;
                 if surface.is_blended {
@@ -141,7 +141,7 @@ impl<'a> Rays<'a> {
     /// Whether a shadow caster lies between two distances along a ray from a triangle.
     pub fn is_blocked(&self, from: u32, origin: DVec3, direction: DVec3, range: [f64; 2]) -> bool {
         let mut blocked = false;
-        self.each(origin, direction, &mut |index, triangle, surface, hit| {
+        self.each(origin, direction, range[1], &mut |index, triangle, surface, hit| {
             blocked = index != from && self.is_blocker(triangle, surface, hit, range);
             (!blocked).then_some(range[1])
         });
@@ -151,7 +151,7 @@ impl<'a> Rays<'a> {
     /// The distance of the last shadow caster between two distances: the one that the light meets first.
     pub fn first_blocker(&self, from: u32, origin: DVec3, direction: DVec3, range: [f64; 2]) -> Option<f64> {
         let mut farthest = None;
-        self.each(origin, direction, &mut |index, triangle, surface, hit| {
+        self.each(origin, direction, range[1], &mut |index, triangle, surface, hit| {
             let beyond = [farthest.unwrap_or(range[0]), range[1]];
             if index != from && self.is_blocker(triangle, surface, hit, beyond) {
                 farthest = Some(hit.distance);
@@ -171,16 +171,16 @@ impl<'a> Rays<'a> {
         surface.mask.as_ref().is_none_or(|mask| !mask.is_hole(self.scene, triangle, hit))
     }
 
-    /// Visits the hits of a ray, in no order. The visitor returns the distance beyond which hits do not count, or
+    /// Visits the hits of a ray, in no order, up to a distance. The visitor returns the distance beyond which hits do not count, or
     /// `None` to stop.
     fn each(
         &self,
         origin: DVec3,
         direction: DVec3,
+        mut end: f64,
         visit: &mut impl FnMut(u32, &Triangle, &Surface, Hit) -> Option<f64>,
     ) {
         let inverse = direction.recip();
-        let mut end = f64::INFINITY;
         let mut at = 0;
         while let Some(node) = self.nodes.get(at as usize) {
             if node.entry != u32::MAX {

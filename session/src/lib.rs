@@ -43,7 +43,7 @@ mod survey;
 mod templates;
 mod tokens;
 
-pub use assist::{Candidate, CandidateKind, Cursor, Expected, Hover, Renamed, kind_of};
+pub use assist::{Candidate, CandidateKind, Computed, Cursor, Expected, Hover, Renamed, kind_of};
 pub use cancel::{Cancel, Cancelled};
 pub use choice::{Choice, Target};
 pub use done::Done;

@@ -127,6 +127,7 @@ fn answers_after_edits_are_those_of_a_fresh_session(remainder: usize, of: usize)
             let whole = json!({ "start": position(&now, 0), "end": position(&now, now.len()) });
             let document = json!({ "uri": uri(&path) });
             editor.ask("textDocument/semanticTokens/full", json!({ "textDocument": document }));
+            editor.ask("textDocument/inlayHint", json!({ "textDocument": document, "range": whole }));
             let context = json!({ "diagnostics": [] });
             editor.ask(
                 "textDocument/codeAction",

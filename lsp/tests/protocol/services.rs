@@ -128,3 +128,36 @@ fn completion_outline_tokens_and_layout_are_served() {
     assert_eq!(changed(&loose, &edits), text);
     assert!(editor.server.as_ref().is_some_and(|server| !server.is_finished()));
 }
+
+#[test]
+fn expressions_are_followed_by_their_values() {
+    let folder = root().join("pipelines");
+    let path = folder.join("nebula.json");
+    let text = std::fs::read_to_string(&path).expect("a text");
+    let mut editor = Editor::start(&folder);
+    editor.open(&path, &text);
+    let hints = |editor: &mut Editor, text: &str| {
+        let range = json!({ "start": position(text, 0), "end": position(text, text.len()) });
+        let params = json!({ "textDocument": { "uri": uri(&path) }, "range": range });
+        let hints = editor.ask("textDocument/inlayHint", params);
+        let hint = |hint: &Json| {
+            let before = &text[..offset(text, &hint["position"])];
+            let expression = before.rsplit('"').nth(1).unwrap_or_default().to_owned();
+            (expression, hint["label"].as_str().unwrap_or_default().to_owned())
+        };
+        hints.as_array().expect("hints").iter().map(hint).collect::<Vec<_>>()
+    };
+    let pair = |expression: &str, value: &str| (expression.to_owned(), value.to_owned());
+    let found = hints(&mut editor, &text);
+    assert!(found.contains(&pair("=!cached", "true")), "{found:?}");
+    assert!(found.contains(&pair("=scroll ? 'scene' : 'casters'", "casters")), "{found:?}");
+    // A number is its own value, and what is unknown has none.
+    let changed =
+        text.replacen("\"=!cached\"", "\"=1 > 2\"", 1).replacen("\"=len(far)\"", "\"=len(fra)\"", 1);
+    editor.change(&path, &changed);
+    let found = hints(&mut editor, &changed);
+    assert!(
+        !found.iter().any(|(expression, _)| expression == "=1 > 2" || expression == "=len(fra)"),
+        "{found:?}"
+    );
+}

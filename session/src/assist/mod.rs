@@ -11,6 +11,7 @@ mod context;
 mod expected;
 mod rules;
 mod site;
+mod values;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -33,6 +34,7 @@ use crate::graph::why::{Subject, human, why};
 use crate::session::Session;
 use context::Context;
 use site::Spot;
+pub use values::Computed;
 
 /// A byte of a file of a pipeline.
 #[derive(Clone, Copy, Debug)]
@@ -218,6 +220,20 @@ impl Session {
                 _ => None,
             }
         })
+    }
+
+    /// The values of the expressions of a file, in its order.
+    ///
+    /// # Errors
+    /// [`Cancel::set`](crate::Cancel::set).
+    pub fn values(
+        &mut self,
+        target: &Target,
+        choice: &Choice,
+        path: &Path,
+    ) -> Result<Vec<Computed>, Cancelled> {
+        let cursor = Cursor { target, choice, path, offset: 0 };
+        Ok(self.around(&cursor, |context| Some(values::computed(context)))?.unwrap_or_default())
     }
 
     /// The places where the thing at a place is declared: a declaration, a file, a template, a binding in WGSL.

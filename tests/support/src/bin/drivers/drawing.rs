@@ -6,11 +6,12 @@
 
 use std::collections::VecDeque;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use umbragraph_test_support::image::Picture;
 
@@ -18,6 +19,8 @@ use crate::case::Case;
 use crate::driver::Driver;
 use crate::variant::Variant;
 
+/// The time after which a process counts as one that hangs.
+const LONGEST: Duration = Duration::from_secs(600);
 /// The size of all pictures.
 pub(crate) const SIZE: &str = "320x180";
 
@@ -237,14 +240,37 @@ fn off(said: &str) -> Vec<String> {
 
 /// The output of a command, or the first line that says why it fails.
 fn output(command: &mut Command) -> Result<String, String> {
-    let output = command.output().map_err(|error| format!("{command:?}: {error}"))?;
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let (said, printed) = (text(&output.stderr), text(&output.stdout));
-    if !output.status.success() {
+    let failed = |error: std::io::Error| format!("{error}");
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(failed)?;
+    let (printed, said) = (reader(child.stdout.take()), reader(child.stderr.take()));
+    let end = Instant::now() + LONGEST;
+    let status = loop {
+        match child.try_wait().map_err(failed)? {
+            Some(status) => break status,
+            None if Instant::now() < end => std::thread::sleep(Duration::from_millis(10)),
+            // A process that waits in the kernel for its driver ends later or never: nobody waits for it.
+            None => {
+                child.kill().map_err(failed)?;
+                return Err(format!("it hangs: after {} s it has not ended", LONGEST.as_secs()));
+            }
+        }
+    };
+    let [printed, said] = [printed, said].map(|reader| reader.join().unwrap_or_default());
+    if !status.success() {
         let first = said.lines().find(|line| line.starts_with("error") || line.contains("panicked"));
         return Err(first.unwrap_or("it fails without a word").to_owned());
     }
     Ok(if printed.starts_with('{') { printed } else { said + &printed })
+}
+
+/// A thread that reads a pipe to its end.
+fn reader(pipe: Option<impl Read + Send + 'static>) -> std::thread::JoinHandle<String> {
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        // What was read before an error is kept.
+        let _ = pipe.map(|mut pipe| pipe.read_to_end(&mut bytes));
+        String::from_utf8_lossy(&bytes).into_owned()
+    })
 }
 
 /// A number that is another one where the command, a pipeline or a scene is.

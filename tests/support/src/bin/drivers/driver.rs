@@ -84,7 +84,7 @@ impl Driver {
 
     /// The adapters, which are kept in a folder: to list them takes seconds.
     fn adapters(&self, program: &Path, folder: &Path) -> Vec<Adapter> {
-        let file = folder.join(format!("{}_adapters.json", self.name.replace(' ', "_")));
+        let file = folder.join(format!("{}_adapters.json", self.name.replace([' ', '/'], "_")));
         let bytes = std::fs::read(&file).ok().or_else(|| {
             let output = self.command(program).args(["adapters", "--format", "json"]).output().ok()?;
             let _ = std::fs::write(&file, &output.stdout);

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::case::LESSONS;
-use crate::{MAX_SCORE_CHANGE, MAX_UNEXPLAINED, Row, Section, is_whole};
+use crate::{MAX_SCORE_CHANGE, MAX_UNEXPLAINED, NotDrawn, Row, Section, is_whole};
 
 const HEAD: &str = "| | drawn | >2 | >8 | edge | filtering | placement | rest | worst | IoU | change |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
 
@@ -44,8 +44,8 @@ pub(crate) fn markdown(sections: &[Section], is_quick: bool, commit: &str) -> St
          that Vulkan allows: SwiftShader has 4, Mesa 8. A cell of noise or a texel of a shadow map then begins elsewhere;\n\
          \x20 * **rest**: nothing of this, at most {MAX_UNEXPLAINED} %. **worst**: the largest rest of one picture.\n\
          * **IoU**: shadows of the sun on the courtyard against rays (`umbragraph score`, texels beyond two pixels from an edge; \
-         higher is better). **change**: the largest difference of such a score from lavapipe's, over all lights and scenes; at \
-         most {MAX_SCORE_CHANGE}.\n\n\
+         higher is better). **change**: the largest difference of such a score from lavapipe's, over all lights of the \
+         scenes but the interior, whose eight lights take a quarter of an hour each time; at most {MAX_SCORE_CHANGE}.\n\n\
          A picture that lacks a feature is drawn, and not compared unless the feature (`storage_descriptors`) leaves no trace in it. \
          One that needs what a driver lacks is not drawn, for which there is a diagnostic.\n\n"
     );
@@ -76,11 +76,33 @@ fn notes(row: &Row) -> impl Iterator<Item = String> {
         let pictures = if *count == 1 { "picture" } else { "pictures" };
         format!("* {}: `{feature}` is off in {count} {pictures}.", row.name)
     });
-    let not_drawn = row.rejected.iter().chain(&row.failures).map(|reason| format!("* not drawn: {reason}"));
+    let not_drawn = by_reason(row.rejected.iter().chain(&row.failures))
+        .into_iter()
+        .map(|(pictures, reason)| format!("* not drawn: {}: {reason}", several(row.name, &pictures)));
     let change = row.change.iter().filter(|(_, change)| change.abs() > MAX_SCORE_CHANGE);
     let change = change
         .map(|(of, change)| format!("* {}: shadows of {of} score {change:+.4} beside lavapipe's.", row.name));
     off.chain(not_drawn).chain(change)
+}
+
+/// Pictures by the reason for which they are not drawn, in the order of the first ones.
+fn by_reason<'a>(failures: impl IntoIterator<Item = &'a NotDrawn>) -> Vec<(Vec<&'a str>, &'a str)> {
+    let mut all: Vec<(Vec<&str>, &str)> = Vec::new();
+    for NotDrawn { picture, reason } in failures {
+        match all.iter_mut().find(|(_, other)| other == reason) {
+            Some((pictures, _)) => pictures.push(picture),
+            None => all.push((vec![picture], reason)),
+        }
+    }
+    all
+}
+
+/// A few pictures by name, and more by their number.
+fn several(row: &str, pictures: &[&str]) -> String {
+    match pictures {
+        [_, _, _, _, ..] => format!("{} pictures of {row}", pictures.len()),
+        few => few.join(", "),
+    }
 }
 
 fn cells(row: &Row) -> Vec<String> {
@@ -102,7 +124,11 @@ pub(crate) fn complaints(sections: &[Section]) -> Vec<String> {
     for section in sections {
         for row in &section.rows {
             let what = format!("{} on {}", row.name, section.name);
-            complaints.extend(row.failures.iter().map(|reason| format!("{what}: {reason}")));
+            let failures = by_reason(&row.failures).into_iter();
+            complaints.extend(
+                failures
+                    .map(|(pictures, reason)| format!("{what}: {}: {reason}", several(row.name, &pictures))),
+            );
             let unexplained = row.difference.percent(row.difference.unexplained);
             if unexplained > MAX_UNEXPLAINED {
                 let worst = row.worst.as_ref().map(|(name, _)| name.as_str()).unwrap_or_default();
