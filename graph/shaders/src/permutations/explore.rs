@@ -10,8 +10,8 @@
 //! validated once. Texts are passed on as they are found and not kept; rendering the path again reproduces them.
 //!
 //! Limits: 65,536 paths, 32,768 distinct texts, 512 MiB of text; eight times as much where texts are joined from parts.
-//! An axis with more than 16,384 values that the text reads is explored at its first, default and last value only. Each limit is an error, since an untried value may
-//! fail; the exploration lists the axes that are incomplete.
+//! An axis with more than 16,384 values that the text reads is explored at its first, default and last value only. Each limit
+//! is an error, since an untried value may fail; the exploration lists the axes that are incomplete.
 
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};

@@ -1,7 +1,7 @@
 //! Proofs of earlier runs.
 //!
-//! Of a unit is kept which profiles accept it and what callers see of it, under the hash of everything that it is made of. Units that somebody refuses or advises against are not kept: they are proven
-//! again, and said again. What cannot be read is not there.
+//! Kept of a unit: the profiles that accept it, and what its callers see of it. Its name is the hash of all that it is made
+//! of. A unit with an error or a warning is not kept: it is proven and reported again. What cannot be read is not there.
 //!
 //! The host keeps the bytes ([`Keep`]), and keeps apart what different versions of this program have proven.
 

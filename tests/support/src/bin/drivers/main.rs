@@ -55,6 +55,8 @@ pub(crate) struct Row {
     pub(crate) rejected: Vec<NotDrawn>,
     /// Other failures.
     pub(crate) failures: Vec<NotDrawn>,
+    /// The number of pictures with a rest that may be filtering: with the nearest texel they are not drawn.
+    pub(crate) without_nearest: usize,
     /// Features that the command said are off, with the number of pictures.
     pub(crate) off: BTreeMap<String, usize>,
 }
@@ -306,6 +308,9 @@ impl Run {
             }
             let Some(found) = found else { continue };
             row.difference = row.difference.and(found);
+            let nearest = self.drawings.drawn(driver, case, Variant::Nearest);
+            row.without_nearest +=
+                usize::from(found.unexplained > 0 && !matches!(nearest, Drawn::Picture(..)));
             let percent = found.percent(found.unexplained);
             if row.worst.as_ref().map_or(percent > 0.0, |(_, most)| percent > *most) {
                 row.worst = Some((case.name(), percent));

@@ -82,7 +82,11 @@ fn notes(row: &Row) -> impl Iterator<Item = String> {
     let change = row.change.iter().filter(|(_, change)| change.abs() > MAX_SCORE_CHANGE);
     let change = change
         .map(|(of, change)| format!("* {}: shadows of {of} score {change:+.4} beside lavapipe's.", row.name));
-    off.chain(not_drawn).chain(change)
+    let nearest = (row.without_nearest > 0).then(|| {
+        let (name, count) = (row.name, row.without_nearest);
+        format!("* {name}: filtering counts as rest in {count} pictures, which are not drawn with the nearest texel.")
+    });
+    off.chain(not_drawn).chain(nearest).chain(change)
 }
 
 /// Pictures by the reason for which they are not drawn, in the order of the first ones.
