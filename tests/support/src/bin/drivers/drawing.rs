@@ -200,7 +200,7 @@ fn workers() -> usize {
     std::thread::available_parallelism().map_or(2, |count| count.get().max(2))
 }
 
-/// What a function gives for each item, in the order of the items, with [`workers`] threads.
+/// The results of a function for all items, in their order, with [`workers`] threads.
 pub(crate) fn parallel<T: Sync, R: Send>(items: &[T], function: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let work = || {

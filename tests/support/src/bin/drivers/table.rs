@@ -72,10 +72,10 @@ pub(crate) fn markdown(sections: &[Section], is_quick: bool, commit: &str) -> St
 
 /// The features that are off, and the pictures that are not drawn.
 fn notes(row: &Row) -> impl Iterator<Item = String> {
-    let off = row.off.iter().map(|(feature, count)| {
-        let pictures = if *count == 1 { "picture" } else { "pictures" };
-        format!("* {}: `{feature}` is off in {count} {pictures}.", row.name)
-    });
+    let off = row
+        .off
+        .iter()
+        .map(|(feature, count)| format!("* {}: `{feature}` is off in {}.", row.name, pictures(*count)));
     let not_drawn = by_reason(row.rejected.iter().chain(&row.failures))
         .into_iter()
         .map(|(pictures, reason)| format!("* not drawn: {}: {reason}", several(row.name, &pictures)));
@@ -84,9 +84,16 @@ fn notes(row: &Row) -> impl Iterator<Item = String> {
         .map(|(of, change)| format!("* {}: shadows of {of} score {change:+.4} beside lavapipe's.", row.name));
     let nearest = (row.without_nearest > 0).then(|| {
         let (name, count) = (row.name, row.without_nearest);
-        format!("* {name}: filtering counts as rest in {count} pictures, which are not drawn with the nearest texel.")
+        format!(
+            "* {name}: filtering counts as rest in {}: with the nearest texel there is none.",
+            pictures(count)
+        )
     });
     off.chain(not_drawn).chain(nearest).chain(change)
+}
+
+fn pictures(count: usize) -> String {
+    format!("{count} {}", if count == 1 { "picture" } else { "pictures" })
 }
 
 /// Pictures by the reason for which they are not drawn, in the order of the first ones.
