@@ -75,11 +75,10 @@ impl<F: Files> Files for Bundled<F> {
         let name = path.to_string_lossy().replace('\\', "/");
         let Some(bundled) = name.strip_prefix(SCHEME).map(|name| name.trim_start_matches('/')) else {
             return self.0.read(path, sources).map_err(|diagnostic| {
-                let file_name =
-                    |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                let known: Vec<String> =
-                    PIPELINES.iter().map(|(known, _)| file_name(Path::new(known))).collect();
-                let name = file_name(path);
+                // The ending makes no name like another.
+                let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                let known: Vec<String> = PIPELINES.iter().map(|(known, _)| stem(Path::new(known))).collect();
+                let name = stem(path);
                 let exact = known.iter().map(String::as_str).find(|known| *known == name);
                 let meant = exact.or(suggested_name(&name, known.iter().map(String::as_str)));
                 let at = meant.and_then(|meant| known.iter().position(|known| known == meant));

@@ -2,7 +2,8 @@
 //! on each.
 //!
 //! A pipeline is planned for the profile of the adapter, as `render` does it. It is whole there, or is without features
-//! whose requirements the adapter does not meet, or has errors. Nothing is drawn, and no device is opened.
+//! whose requirements the adapter does not meet, or has errors. Nothing is drawn; a device is opened, since some drivers
+//! list an adapter and give none.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -27,6 +28,8 @@ struct Described {
     driver: String,
     /// The parts of WebGPU's core mode that it lacks.
     lacking: Vec<&'static str>,
+    /// The reason for which it gives no device, and so draws nothing.
+    no_device: Option<String>,
     systems: Vec<System>,
 }
 
@@ -71,6 +74,7 @@ fn describe(session: &mut Session, name: &str, adapter: &wgpu::Adapter) -> Descr
         kind: format!("{:?}", info.device_type),
         driver: words.collect::<Vec<_>>().join(" "),
         lacking: profile.lacking(),
+        no_device: device::request(name, adapter).err().map(|diagnostic| diagnostic.message),
         systems: SYSTEMS.iter().map(|name| system(session, name, adapter)).collect(),
     }
 }
@@ -99,13 +103,17 @@ fn system(session: &mut Session, name: &'static str, adapter: &wgpu::Adapter) ->
 
 impl Described {
     fn text(&self) -> String {
-        let Self { name, kind, driver, lacking, systems } = self;
+        let Self { name, kind, driver, lacking, no_device, systems } = self;
         let mut text = format!("{name}\n  kind: {kind}\n");
         if !driver.is_empty() {
             let _ = writeln!(text, "  driver: {driver}");
         }
         let lacking = if lacking.is_empty() { "nothing".to_owned() } else { list_of(lacking) };
         let _ = writeln!(text, "  lacks of WebGPU's core mode: {lacking}");
+        if let Some(reason) = no_device {
+            let _ = writeln!(text, "  draws nothing: {reason}");
+            return text;
+        }
         let whole = systems.iter().filter(|system| system.without.is_empty() && system.error.is_none());
         let whole: Vec<_> = whole.map(|system| system.name).collect();
         if !whole.is_empty() {
@@ -134,6 +142,7 @@ impl Described {
             "kind": self.kind,
             "driver": self.driver,
             "lacking": self.lacking,
+            "no_device": self.no_device,
             "systems": systems.collect::<Vec<_>>(),
         })
     }

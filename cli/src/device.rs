@@ -35,7 +35,15 @@ pub(crate) fn open(named: Option<&str>) -> Result<Graphics, Diagnostic> {
     let adapters = named_as(adapters, &wanted)?;
     let Some((name, adapter)) = adapters.first() else { return Err(nothing(&wanted)) };
     unambiguous(&adapters, &wanted)?;
-    let name = name.clone();
+    let (device, queue) = request(name, adapter)?;
+    Ok(Graphics { device, queue, name: name.clone(), adapter: adapter.clone() })
+}
+
+/// Opens an adapter, with all that it has of WebGPU.
+///
+/// # Errors
+/// An adapter that rejects a device.
+pub(crate) fn request(name: &str, adapter: &Adapter) -> Result<(Device, Queue), Diagnostic> {
     let wanted = wgpu::Features::all_webgpu_mask() | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
     let descriptor = wgpu::DeviceDescriptor {
         label: Some("umbragraph"),
@@ -43,13 +51,11 @@ pub(crate) fn open(named: Option<&str>) -> Result<Graphics, Diagnostic> {
         required_limits: adapter.limits(),
         ..wgpu::DeviceDescriptor::default()
     };
-    match pollster::block_on(adapter.request_device(&descriptor)) {
-        Ok((device, queue)) => Ok(Graphics { device, queue, name, adapter: adapter.clone() }),
-        Err(error) => {
-            Err(Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("{name} gives no device: {error}"))
-                .help("update the driver, or close what uses up its memory"))
-        }
-    }
+    pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| {
+        Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("{name} gives no device: {error}")).help(
+            "update the driver, close what uses up its memory, or choose another adapter (`umbragraph adapters` lists them)",
+        )
+    })
 }
 
 /// The adapters that the environment variables allow, with their names: the best first, OpenGL last.

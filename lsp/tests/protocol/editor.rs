@@ -37,6 +37,16 @@ impl Editor {
         Self::start_with(folder, session, json!({}))
     }
 
+    /// An editor of the project's pipelines with one of them open, its path and its text.
+    pub(crate) fn with_pipeline(name: &str) -> (Self, PathBuf, String) {
+        let folder = root().join("pipelines");
+        let path = folder.join(name);
+        let text = std::fs::read_to_string(&path).expect("a text");
+        let mut editor = Self::start(&folder);
+        editor.open(&path, &text);
+        (editor, path, text)
+    }
+
     pub(crate) fn start_with(folder: &Path, session: fn() -> Session, of_workspace: Json) -> Self {
         let (connection, servers) = Connection::memory();
         let server = std::thread::spawn(move || {

@@ -11,11 +11,7 @@ use crate::editor::*;
 
 #[test]
 fn part_is_told_of_in_the_pipeline_that_reads_it() {
-    let folder = root().join("pipelines");
-    let path = folder.join("awsm/filters.json");
-    let text = std::fs::read_to_string(&path).expect("a text");
-    let mut editor = Editor::start(&folder);
-    editor.open(&path, &text);
+    let (mut editor, path, text) = Editor::with_pipeline("awsm/filters.json");
     assert_eq!(editor.diagnostics(&path), Vec::<String>::new());
     editor.change(&path, &text.replacen("\"default\": 0.12", "\"default\": 1200", 1));
     let found = editor.diagnostics(&path);
@@ -56,11 +52,7 @@ fn fix_of_a_diagnostic_is_a_quick_fix_that_mends_it() {
 
 #[test]
 fn rename_across_files_leaves_the_same_plan() {
-    let folder = root().join("pipelines");
-    let path = folder.join("learn/07-include.json");
-    let text = std::fs::read_to_string(&path).expect("a text");
-    let mut editor = Editor::start(&folder);
-    editor.open(&path, &text);
+    let (mut editor, path, text) = Editor::with_pipeline("learn/07-include.json");
     let at = text.find("canvas_side").or_else(|| text.find("&canvas")).expect("a name of the part") + 2;
     let edit = editor.at("textDocument/rename", &path, at, json!({ "newName": "renamed" }));
     let changes = edit["changes"].as_object().expect("changes");
@@ -93,11 +85,7 @@ fn rename_across_files_leaves_the_same_plan() {
 
 #[test]
 fn completion_outline_tokens_and_layout_are_served() {
-    let folder = root().join("pipelines");
-    let path = folder.join("learn/01-smallest.json");
-    let text = std::fs::read_to_string(&path).expect("a text");
-    let mut editor = Editor::start(&folder);
-    editor.open(&path, &text);
+    let (mut editor, path, text) = Editor::with_pipeline("learn/01-smallest.json");
     let document = json!({ "textDocument": { "uri": uri(&path) } });
     let outline = editor.ask("textDocument/documentSymbol", document.clone());
     let names: Vec<&str> =
@@ -129,35 +117,47 @@ fn completion_outline_tokens_and_layout_are_served() {
     assert!(editor.server.as_ref().is_some_and(|server| !server.is_finished()));
 }
 
+/// The values that stand behind the expressions of a text.
+fn hints(editor: &mut Editor, path: &Path, text: &str) -> Vec<(String, String)> {
+    let range = json!({ "start": position(text, 0), "end": position(text, text.len()) });
+    let params = json!({ "textDocument": { "uri": uri(path) }, "range": range });
+    let hint = |hint: &Json| {
+        let before = &text[..offset(text, &hint["position"])];
+        let expression = before.rsplit('"').nth(1).unwrap_or_default().to_owned();
+        (expression, hint["label"].as_str().unwrap_or_default().to_owned())
+    };
+    editor.ask("textDocument/inlayHint", params).as_array().expect("hints").iter().map(hint).collect()
+}
+
 #[test]
 fn expressions_are_followed_by_their_values() {
-    let folder = root().join("pipelines");
-    let path = folder.join("nebula.json");
-    let text = std::fs::read_to_string(&path).expect("a text");
-    let mut editor = Editor::start(&folder);
-    editor.open(&path, &text);
-    let hints = |editor: &mut Editor, text: &str| {
-        let range = json!({ "start": position(text, 0), "end": position(text, text.len()) });
-        let params = json!({ "textDocument": { "uri": uri(&path) }, "range": range });
-        let hints = editor.ask("textDocument/inlayHint", params);
-        let hint = |hint: &Json| {
-            let before = &text[..offset(text, &hint["position"])];
-            let expression = before.rsplit('"').nth(1).unwrap_or_default().to_owned();
-            (expression, hint["label"].as_str().unwrap_or_default().to_owned())
-        };
-        hints.as_array().expect("hints").iter().map(hint).collect::<Vec<_>>()
-    };
+    let (mut editor, path, text) = Editor::with_pipeline("nebula.json");
     let pair = |expression: &str, value: &str| (expression.to_owned(), value.to_owned());
-    let found = hints(&mut editor, &text);
+    let found = hints(&mut editor, &path, &text);
     assert!(found.contains(&pair("=!cached", "true")), "{found:?}");
     assert!(found.contains(&pair("=scroll ? 'scene' : 'casters'", "casters")), "{found:?}");
-    // A number is its own value, and what is unknown has none.
-    let changed =
-        text.replacen("\"=!cached\"", "\"=1 > 2\"", 1).replacen("\"=len(far)\"", "\"=len(fra)\"", 1);
+    // A number is its own value.
+    let changed = text.replacen("\"=!cached\"", "\"=1 < 2\"", 1);
     editor.change(&path, &changed);
-    let found = hints(&mut editor, &changed);
-    assert!(
-        !found.iter().any(|(expression, _)| expression == "=1 > 2" || expression == "=len(fra)"),
-        "{found:?}"
+    let found = hints(&mut editor, &path, &changed);
+    assert!(found.contains(&pair("=cached", "false")), "{found:?}");
+    assert!(!found.iter().any(|(expression, _)| expression == "=1 < 2"), "{found:?}");
+}
+
+#[test]
+fn rounds_of_a_loop_hide_a_parameter_of_their_name() {
+    let (mut editor, path, text) = Editor::with_pipeline("learn/01-smallest.json");
+    let parameter =
+        r#""parameters": { "i": { "type": "u32", "default": 3, "description": "." } }, "resources""#;
+    let once = text.replacen("\"resources\"", parameter, 1).replacen(
+        "\"fill\": {",
+        "\"fill\": { \"when\": \"=i == 3\",",
+        1,
     );
+    editor.change(&path, &once);
+    assert_eq!(hints(&mut editor, &path, &once), [("=i == 3".to_owned(), "true".to_owned())]);
+    let looped = once.replacen("\"when\"", "\"for_each\": { \"i\": [3] }, \"when\"", 1);
+    editor.change(&path, &looped);
+    assert_eq!(hints(&mut editor, &path, &looped), []);
+    assert_eq!(editor.diagnostics(&path), Vec::<String>::new());
 }

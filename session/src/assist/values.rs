@@ -1,8 +1,8 @@
 //! The values of the expressions of a file, for one configuration.
 //!
-//! An expression has one value where all of its names are parameters, features or derived values of the pipeline. One that
-//! names an input of a subgraph, or the round of a loop, has a value for each use, and is left out; so is a part of a file
-//! that declares subgraphs.
+//! An expression has one value if it names parameters, features and derived values of the pipeline alone. One that names an
+//! input of a subgraph, or the round of a loop, has a value for each use, and is left out. So are files of subgraphs, and
+//! the subgraphs of other files.
 
 use super::context::Context;
 use crate::graph::document::{Entry, Value};
@@ -29,23 +29,30 @@ pub(super) fn computed(context: &Context<'_>) -> Vec<Computed> {
         let is_wanted = |entry: &&Entry| entry.key != "subgraphs";
         let scope = pipeline.scope();
         for entry in context.document.root.entries().into_iter().flatten().filter(is_wanted) {
-            below(&entry.value, &scope, &mut found);
+            below(&entry.value, &scope, &mut Vec::new(), &mut found);
         }
     }
     found
 }
 
-fn below(value: &Value, scope: &StaticScope, found: &mut Vec<Computed>) {
+/// Adds the expressions below a value; `rounds` are the names of the loops around it, which hide others.
+fn below<'v>(value: &'v Value, scope: &StaticScope, rounds: &mut Vec<&'v str>, found: &mut Vec<Computed>) {
+    let outer = rounds.len();
+    let own = value.get("for_each").and_then(Value::entries);
+    rounds.extend(own.into_iter().flatten().map(|entry| entry.key.as_str()));
     for entry in value.entries().into_iter().flatten() {
-        below(&entry.value, scope, found);
+        below(&entry.value, scope, rounds, found);
     }
     for element in value.elements().into_iter().flatten() {
-        below(element, scope, found);
+        below(element, scope, rounds, found);
     }
+    rounds.truncate(outer);
     let Some(text) = value.text().and_then(|text| text.strip_prefix('=')) else { return };
     let Ok(expression) = parse(text) else { return };
+    let names = expression.names();
     // A number or a word says its value itself.
-    if expression.names().into_iter().all(|name| scope.borrow(name).is_none()) {
+    let says_itself = names.iter().all(|name| scope.borrow(name).is_none());
+    if says_itself || names.iter().any(|name| rounds.contains(name)) {
         return;
     }
     if let Ok(computed) = evaluate(&expression, scope) {

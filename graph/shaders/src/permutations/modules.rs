@@ -55,7 +55,7 @@ impl Used {
         }
     }
 
-    /// Its operations without those of functions that it calls.
+    /// Its own operations. Those of the functions that it calls are left out.
     pub(super) fn spent(&self) -> &Spent<Id> {
         &self.spent
     }

@@ -22,7 +22,7 @@ const UNTYPED: [&str; 14] = [
 /// The names of a vector's components.
 const COMPONENTS: [char; 8] = ['x', 'y', 'z', 'w', 'r', 'g', 'b', 'a'];
 
-/// The constants without a type that no number with one, nor anything else, gives one.
+/// The names of the constants that are made of untyped numbers alone.
 pub(super) fn constants<'t>(tokens: &Tokens<'t>) -> HashSet<&'t str> {
     let is_declared = |at: &usize| tokens.word(*at) == "const" && tokens.word(at + 2) == "=";
     let declared: Vec<usize> = (0..tokens.ranges.len()).filter(is_declared).collect();
@@ -31,8 +31,8 @@ pub(super) fn constants<'t>(tokens: &Tokens<'t>) -> HashSet<&'t str> {
     for _ in 0..2 {
         for at in &declared {
             let is_within = |at: &usize| *at < tokens.ranges.len() && tokens.word(*at) != ";";
-            if !tokens.is_declared_twice(tokens.word(at + 1))
-                && (at + 3..).take_while(is_within).all(|at| is_untyped(tokens, &found, at))
+            if (at + 3..).take_while(is_within).all(|at| is_untyped(tokens, &found, at))
+                && !tokens.is_declared_twice(tokens.word(at + 1))
             {
                 found.insert(tokens.word(at + 1));
             }
@@ -41,7 +41,7 @@ pub(super) fn constants<'t>(tokens: &Tokens<'t>) -> HashSet<&'t str> {
     found
 }
 
-/// The values of `let` and `var` without a type, of which nothing gives them one, as bytes.
+/// The byte ranges of the values of `let` and `var` that are made of untyped numbers alone.
 pub(super) fn values(tokens: &Tokens<'_>, constants: &HashSet<&str>) -> Vec<Range<usize>> {
     let value = |at: usize| match (tokens.word(at), tokens.word(at + 1)) {
         ("var", "<") if tokens.word(at + 5) == "=" => Some(at + 6),
@@ -56,7 +56,7 @@ pub(super) fn values(tokens: &Tokens<'_>, constants: &HashSet<&str>) -> Vec<Rang
     values.filter_map(bytes).collect()
 }
 
-/// The tokens of a value, if nothing gives it a type.
+/// The tokens of a value, if it is made of untyped numbers alone.
 fn value_of(tokens: &Tokens<'_>, constants: &HashSet<&str>, first: usize) -> Option<Range<usize>> {
     let end = (first..tokens.ranges.len()).find(|at| tokens.word(*at) == ";").unwrap_or(tokens.ranges.len());
     let mut at = first;

@@ -12,7 +12,7 @@ use naga::{Module, ScalarKind, Span, TypeInner};
 
 use super::attributes;
 use super::rejection::Rejection;
-use super::tokens::Tokens;
+use super::tokens::{Tokens, is_name};
 use crate::codes;
 
 /// Four bytes each, so many fill all that 32 bits count.
@@ -184,7 +184,8 @@ fn kind_of(tokens: &Tokens<'_>, module: &Module, argument: &Range<usize>) -> Opt
     let first = argument.start + usize::from(tokens.word(argument.start) == "-");
     let word = tokens.word(first);
     if first + 1 == argument.end {
-        return if tokens.is_declared_twice(word) { None } else { attributes::kind_of(word, module) };
+        return attributes::kind_of(word, module)
+            .filter(|_| !is_name(word) || !tokens.is_declared_twice(word));
     }
     let is_digit = |first: char| first.is_ascii_digit();
     if first + 3 == argument.end && tokens.word(first + 1) == "." && word.starts_with(is_digit) {

@@ -1,6 +1,6 @@
 //! Sources of the texts that a document names: a [disk](super::disk), memory, or a host's own [`Files`].
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::diagnostic::{DID_YOU_MEAN, Diagnostic, Diagnostics, codes, suggested_name};
@@ -67,8 +67,12 @@ pub(super) fn meant_among<'n>(
     path: &Path,
     ends: &[&str],
 ) -> Option<String> {
-    let names = names.filter(|name| ends.iter().any(|end| name.ends_with(end)));
-    let meant = suggested_name(path.file_name()?.to_str()?, names.collect::<BTreeSet<_>>())?;
+    // The ending makes no name like another.
+    let stem = |name: &'n str| ends.iter().find_map(|end| name.strip_suffix(end));
+    let known: BTreeMap<&str, &str> = names.filter_map(|name| Some((stem(name)?, name))).collect();
+    let wanted = path.file_name()?.to_str()?;
+    let wanted = ends.iter().find_map(|end| wanted.strip_suffix(end)).unwrap_or(wanted);
+    let meant = known.get(suggested_name(wanted, known.keys().copied())?)?;
     Some(format!("{DID_YOU_MEAN} \"{meant}\", which lies beside it?"))
 }
 

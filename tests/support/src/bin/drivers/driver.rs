@@ -14,7 +14,7 @@ pub(crate) struct Driver {
 const SWIFTSHADER: [&str; 4] =
     ["/usr/lib/chromium", "/usr/lib/chromium-browser", "/opt/google/chrome", "/opt/chromium"];
 
-/// The files that say where Mesa's OpenGL is, of which only one is there.
+/// The manifests of Mesa's OpenGL. A machine has at most one of them.
 const MESA_EGL: [&str; 2] =
     ["/usr/share/glvnd/egl_vendor.d/50_mesa.json", "/etc/glvnd/egl_vendor.d/50_mesa.json"];
 

@@ -7,13 +7,20 @@ use crate::{MAX_SCORE_CHANGE, MAX_UNEXPLAINED, NotDrawn, Row, Section, is_whole}
 
 const HEAD: &str = "| | drawn | >2 | >8 | edge | filtering | placement | rest | worst | IoU | change |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
 
-/// Faults of drivers that a rest comes from, with what shows them.
-const FAULTS: [(&str, &str); 1] = [(
-    "SwiftShader",
-    "SwiftShader draws a triangle too small where the near plane of a cube map's face clips it: the rods of the floor lamp of \
-     `interior` are up to nine texels too narrow, where lavapipe's edges are those of rays. Shadows of that lamp differ on \
-     the floor below it.",
-)];
+/// The sentences below the sections of some drivers: faults that a rest comes from, and where pictures are from.
+const NOTES: [(&str, &str); 2] = [
+    (
+        "SwiftShader",
+        "SwiftShader draws a triangle too small where the near plane of a cube map's face clips it: the rods of the floor lamp of \
+         `interior` are up to nine texels too narrow, where lavapipe's edges are those of rays. Shadows of that lamp differ on \
+         the floor below it.",
+    ),
+    (
+        "NVIDIA H200 (vulkan)",
+        "Another machine drew these pictures, at the same commit; they were put into `target/drivers/pictures` of this one. \
+         It drew none with the nearest texel. 92 scores of software drivers that both machines computed are equal.",
+    ),
+];
 
 /// The page.
 pub(crate) fn markdown(sections: &[Section], is_quick: bool, commit: &str) -> String {
@@ -60,9 +67,9 @@ pub(crate) fn markdown(sections: &[Section], is_quick: bool, commit: &str) -> St
         for row in &section.rows {
             let _ = writeln!(text, "| {} | {} |", row.name, cells(row).join(" | "));
         }
-        let faults = FAULTS.iter().filter(|(driver, _)| *driver == section.name);
-        let faults = faults.map(|(_, fault)| format!("* {fault}"));
-        let notes: Vec<String> = section.rows.iter().flat_map(notes).chain(faults).collect();
+        let known = NOTES.iter().filter(|(driver, _)| *driver == section.name);
+        let known = known.map(|(_, note)| format!("* {note}"));
+        let notes: Vec<String> = section.rows.iter().flat_map(notes).chain(known).collect();
         if !notes.is_empty() {
             let _ = writeln!(text, "\n{}", notes.join("\n"));
         }
@@ -162,4 +169,21 @@ pub(crate) fn complaints(sections: &[Section]) -> Vec<String> {
         }
     }
     complaints
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_of_one_reason_are_one_line() {
+        let failed =
+            |picture: &str, reason: &str| NotDrawn { picture: picture.to_owned(), reason: reason.to_owned() };
+        let failures = vec![failed("a", "x"), failed("b", "y"), failed("c", "x")];
+        let mut row = Row { name: "mantis", failures, ..Row::default() };
+        let lines = |row: &Row| notes(row).collect::<Vec<_>>();
+        assert_eq!(lines(&row), ["* not drawn: a, c: x", "* not drawn: b: y"]);
+        row.failures = ["a", "b", "c", "d"].map(|picture| failed(picture, "x")).into();
+        assert_eq!(lines(&row), ["* not drawn: 4 pictures of mantis: x"]);
+    }
 }
