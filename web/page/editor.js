@@ -47,7 +47,7 @@ export class Editor {
       extensions: [
         lineNumbers(), foldGutter(), lintGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(),
         highlightActiveLine(), highlightActiveLineGutter(), highlightSelectionMatches(),
-        indentUnit.of("  "), language, syntaxHighlighting(colours),
+        EditorView.lineWrapping, indentUnit.of("  "), language, syntaxHighlighting(colours),
         keymap.of([...defaultKeymap, ...historyKeymap, ...foldKeymap, ...searchKeymap, ...lintKeymap, indentWithTab]),
         EditorView.contentAttributes.of({ "aria-label": `The text of ${path}` }),
       ],

@@ -1,7 +1,11 @@
 // The page: a pipeline's text at the left, what becomes of it at the right.
+import { Course, is_solved, step_of } from "./course.js";
 import { Editor } from "./editor.js";
 import { element } from "./element.js";
+import { Frame, cover } from "./frame.js";
+import { fill_gallery } from "./gallery.js";
 import { listed } from "./problems.js";
+import { parse, pipeline_address } from "./route.js";
 import { fill, filter } from "./settings.js";
 import { pack, unpack } from "./share.js";
 import { listen_to_drops, listen_to_stage } from "./stage.js";
@@ -50,6 +54,8 @@ const prover = new Answerer("checker.js", {
 
 let asked = 0;
 let later = 0;
+/** The checker's last answer, with a plan or without. */
+let answered = null;
 
 /** Checks what is written, and draws it where it is right. */
 async function check() {
@@ -61,10 +67,12 @@ async function check() {
     Object.assign(last_good, changed);
     if (number !== asked) return;
     tell(answer, false);
+    answered = answer;
+    judge();
     if (!answer.plan) return;
     planned = answer.plan;
     show_plan();
-    draw_pipeline();
+    frame.draw();
     later = setTimeout(() => check_all(number), CHECK_AFTER);
   } catch {
     // The notice says it.
@@ -123,12 +131,17 @@ const editor = new Editor($("editor"), {
   changed(path, text) {
     if (text === (files[path] ?? templates[path])) delete changed[path];
     else changed[path] = text;
-    checker.ask("write", { files: { [path]: text } }).catch(() => {});
-    painter?.ask("write", { files: { [path]: text } }).catch(() => {});
+    write({ [path]: text });
     mark_tabs();
     check();
   },
 });
+
+/** Gives files to what checks and what draws; those that come later take them from what is changed. */
+function write(given) {
+  checker.ask("write", { files: given }).catch(() => {});
+  frame.write(given);
+}
 
 const short = (path) => path.replace(/^pipelines\//, "");
 
@@ -178,7 +191,8 @@ function show_plan() {
   $("figures").textContent = `${live} ${live === 1 ? "pass" : "passes"}` +
     `${culled ? `, ${culled} culled` : ""} · ${megabytes(report.memory.created)} of textures and buffers`;
   // Controls that are in use stay as they are.
-  const kind = JSON.stringify([chosen.pipeline, chosen.preset, Object.keys(settings.parameters), Object.keys(settings.features)]);
+  const range = ([name, { min, max }]) => [name, min, max];
+  const kind = JSON.stringify([chosen.pipeline, chosen.preset, Object.entries(settings.parameters).map(range), Object.keys(settings.features)]);
   if (kind !== filled) {
     filled = kind;
     fill($("settings"), settings, set);
@@ -193,8 +207,9 @@ function show_plan() {
 
 function set(kind, name, value, is_live) {
   chosen[kind][name] = value;
-  if (is_live) painter?.ask("set", { name, value }).catch((error) => notice(error.message));
-  else check();
+  if (!is_live) return void check();
+  frame.set(name, value).catch((error) => notice(error.message));
+  judge();
 }
 
 async function show_graph() {
@@ -205,87 +220,54 @@ async function show_graph() {
 
 // ---------------------------------------------------------------- frame
 
-let painter = null;
-let view = [0, 0, 1];
-let is_opened = false;
+const frame = new Frame(SIZE, {
+  files: () => ({ ...files, ...changed }),
+  scene: () => chosen.scene,
+  asked: () => planned && { path: chosen.pipeline, values: values() },
+});
 
-const cover = (text) => {
-  $("cover").hidden = !text;
-  $("cover").textContent = text ?? "";
-};
-
-/**
- * Starts what draws, on a canvas of its own: one that was lent once cannot be lent again. A device that is lost is replaced
- * once, by one whose pictures are read back: some browsers draw, and lose the device when they are to show it.
- */
-async function open_painter(is_plain = false) {
-  is_opened = false;
-  painter?.stop("it is replaced");
-  $("stage").querySelector("canvas")?.remove();
-  const canvas = element("canvas", { width: SIZE[0], height: SIZE[1] });
-  $("stage").append(canvas);
-  painter = new Answerer("painter.js", {
-    died: (reason) => is_opened && cover(`Drawing stopped: ${reason}\nReload the page to start it again.`),
-    events({ frame, failed, lost }) {
-      if (lost !== undefined && !is_plain) return void open_painter(true).catch((error) => cover(error.message));
-      if (lost !== undefined) return cover(`The device is lost: ${lost}\nReload the page to get another.`);
-      if (failed) return cover(failed);
-      cover("");
-      $("time").textContent = `${frame.recorded.toFixed(1)} ms to record, ${frame.total.toFixed(0)} ms to the end of the frame`;
-      document.documentElement.dataset.frames = Number(document.documentElement.dataset.frames ?? 0) + 1;
-    },
-  });
-  const lent = canvas.transferControlToOffscreen();
-  await painter.ask("open", { canvas: lent, is_plain }, [lent]);
-  await painter.ask("write", { files: { ...files, ...changed } });
-  is_opened = true;
-  await take_scene();
-}
-
-async function take_scene(bytes, name = `${chosen.scene}.glb`) {
-  if (!is_opened) return;
-  const taken = bytes ?? (await (await fetch(`scenes/${name}`)).arrayBuffer());
-  try {
-    await painter.ask("scene", { name, bytes: taken }, [taken]);
-    await draw_pipeline();
-  } catch (error) {
+function start_frame() {
+  if (!navigator.gpu) return cover("This browser has no WebGPU.");
+  frame.start().catch((error) => {
     cover(error.message);
-  }
+    notice(`Nothing can be drawn: ${error.message}. The page still checks, plans and explains.`);
+  });
 }
 
-let is_drawing = false;
-let is_due = false;
+// ---------------------------------------------------------------- course
 
-/** Gives the painter what is written; what is written meanwhile is given next. */
-async function draw_pipeline() {
-  if (!is_opened || !planned) return;
-  if (is_drawing) {
-    is_due = true;
-    return;
-  }
-  is_drawing = true;
-  const answer = await painter.ask("pipeline", { path: chosen.pipeline, values: values(), size: SIZE }).catch(() => null);
-  const errors = answer?.diagnostics.filter((one) => one.severity === "error") ?? [];
-  if (errors.length) cover(answer.text);
-  is_drawing = false;
-  if (is_due) {
-    is_due = false;
-    draw_pipeline();
-  }
+const course = new Course($("course"), {
+  solve(step, { file = step.pipeline, edits = [], values }) {
+    if (edits.length) {
+      show(file);
+      editor.edit(edits.flatMap(([find, insert]) => {
+        const from = text_of(file).indexOf(find);
+        return from < 0 ? [] : [{ from, to: from + find.length, insert }];
+      }));
+    }
+    if (values) set_values(values);
+  },
+  reset({ pipeline, tasks }) {
+    for (const path of new Set(tasks.map(({ file = pipeline }) => file))) revert(path);
+    choose(pipeline);
+  },
+});
+
+const judge = () => answered && course.judge({ ...answered, values: chosen });
+
+function set_values({ preset = chosen.preset, parameters = {}, features = {} }) {
+  chosen.preset = preset;
+  Object.assign(chosen.parameters, parameters);
+  Object.assign(chosen.features, features);
+  filled = "";
+  check();
 }
 
-function look(side, up, distance) {
-  view = [view[0] + side, Math.max(-1.2, Math.min(1.2, view[1] + up)), Math.max(0.1, Math.min(6, view[2] * distance))];
-  painter?.ask("look", { view }).catch(() => {});
-}
-
-async function save() {
-  const texels = await painter.ask("read");
-  const canvas = new OffscreenCanvas(...SIZE);
-  canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(texels), ...SIZE), 0, 0);
-  const link = element("a", { href: URL.createObjectURL(await canvas.convertToBlob()), download: `${short(chosen.pipeline).replace(/\W+/g, "-")}.png` });
-  link.click();
-  URL.revokeObjectURL(link.href);
+/** Brings a file back as it came, as one step of undo. */
+function revert(path) {
+  if (!(path in changed)) return;
+  show(path);
+  editor.edit([{ from: 0, to: text_of(path).length, insert: files[path] ?? templates[path] ?? "" }]);
 }
 
 // ---------------------------------------------------------------- choices
@@ -293,15 +275,38 @@ async function save() {
 function choose(pipeline) {
   Object.assign(chosen, { pipeline, preset: "", parameters: {}, features: {} });
   open.length = 0;
-  editor.clear();
-  planned = null;
-  label_next();
+  planned = answered = null;
+  $("pipeline").value = pipeline;
   show(pipeline);
   check();
 }
 
-function label_next() {
-  $("next").textContent = lessons().includes(chosen.pipeline) ? "Next lesson" : "First lesson";
+/** Shows what the address asks for. */
+async function go() {
+  const { link, step: id, ...route } = parse(location.hash);
+  const shared = link ? await unpack(link) : null;
+  const step = step_of(id) ?? null;
+  const { pipeline, scene } = step ?? shared?.chosen ?? route;
+  const is_work = Object.hasOwn(files, pipeline ?? "");
+  document.body.dataset.view = is_work ? "work" : "gallery";
+  $("gallery").hidden = is_work;
+  $("work").hidden = !is_work;
+  document.title = is_work ? `${step?.title ?? short(pipeline).replace(/\.json$/, "")} · umbragraph` : "umbragraph";
+  course.show(is_work ? step : null);
+  if (!is_work) return fill_gallery($("gallery"), is_solved);
+  if (shared) {
+    const before = Object.keys(changed).map((path) => [path, files[path] ?? templates[path] ?? ""]);
+    Object.keys(changed).forEach((path) => delete changed[path]);
+    Object.assign(changed, shared.changed);
+    editor.clear();
+    write({ ...Object.fromEntries(before), ...changed });
+  }
+  const is_other_scene = scene && scene !== chosen.scene;
+  if (scene) $("scene").value = chosen.scene = scene;
+  choose(pipeline);
+  if (shared) set_values(shared.chosen);
+  if (!frame.is_started) start_frame();
+  else if (is_other_scene) frame.take_scene();
 }
 
 function fill_choices() {
@@ -329,10 +334,11 @@ function move_among_tabs(list, key) {
 }
 
 function listen() {
-  $("pipeline").onchange = () => choose($("pipeline").value);
+  $("pipeline").onchange = () => (location.hash = pipeline_address($("pipeline").value));
+  addEventListener("hashchange", go);
   $("scene").onchange = () => {
     chosen.scene = $("scene").value;
-    take_scene();
+    frame.take_scene();
   };
   $("preset").onchange = () => {
     Object.assign(chosen, { preset: $("preset").value, parameters: {}, features: {} });
@@ -348,15 +354,12 @@ function listen() {
     const on = $("play").getAttribute("aria-pressed") !== "true";
     $("play").setAttribute("aria-pressed", String(on));
     $("play").textContent = on ? "Pause" : "Play";
-    painter?.ask("play", { on }).catch(() => {});
+    frame.play(on);
   };
-  $("reset").onclick = () => {
-    view = [0, 0, 1];
-    look(0, 0, 1);
-  };
-  $("save").onclick = () => save().catch((error) => notice(error.message));
+  $("reset").onclick = () => frame.reset();
+  $("save").onclick = () => frame.save(`${short(chosen.pipeline).replace(/\W+/g, "-")}.png`).catch((error) => notice(error.message));
   $("share").onclick = async () => {
-    location.hash = await pack({ chosen, changed });
+    history.replaceState(null, "", await pack({ chosen, changed }));
     await navigator.clipboard?.writeText(location.href).catch(() => {});
     $("share").textContent = "Copied";
     setTimeout(() => ($("share").textContent = "Copy link"), 1500);
@@ -378,33 +381,15 @@ function listen() {
   };
   views.forEach((tab) => (tab.onclick = () => pick(tab)));
   for (const id of ["tabs", "views"]) $(id).onkeydown = (event) => move_among_tabs($(id), event.key);
-  $("next").onclick = () => {
-    const all = lessons();
-    choose(all[(all.indexOf(chosen.pipeline) + 1) % all.length]);
-    $("pipeline").value = chosen.pipeline;
-  };
-  listen_to_stage($("stage"), look);
-  listen_to_drops(take_scene);
+  listen_to_stage($("stage"), (...way) => frame.look(...way));
+  listen_to_drops((bytes, name) => frame.take_scene(bytes, name));
 }
 
-const shared = await unpack(location.hash);
-Object.assign(chosen, shared?.chosen);
-Object.assign(changed, shared?.changed);
 fill_choices();
-label_next();
 listen();
-show(chosen.pipeline);
+if (!navigator.gpu) notice("This browser has no WebGPU, so nothing is drawn. The page still checks, plans and explains.");
 checker.ask("templates").then((found) => {
   templates = found;
   if (planned) fill_open();
 }, () => {});
-check();
-if (navigator.gpu) {
-  open_painter().catch((error) => {
-    cover(error.message);
-    notice(`Nothing can be drawn: ${error.message}. The page still checks, plans and explains.`);
-  });
-} else {
-  cover("This browser has no WebGPU.");
-  notice("This browser has no WebGPU, so nothing is drawn. The page still checks, plans and explains.");
-}
+go();

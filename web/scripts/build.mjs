@@ -19,6 +19,10 @@ cpSync(join(ROOT, "examples/scenes"), join(site, "scenes"), { recursive: true })
 cpSync(join(WEB, "scripts/harness.html"), join(site, "harness.html"));
 if (existsSync(join(WEB, "page"))) {
   for (const name of ["index.html", "style.css"]) cpSync(join(WEB, "page", name), join(site, name));
+  const sections = JSON.parse(readFileSync(join(WEB, "page/gallery.json"), "utf8"));
+  for (const { sheet } of sections.flatMap(({ cards }) => cards)) {
+    cpSync(join(ROOT, `examples/gallery/${sheet}.jpg`), join(site, `gallery/${sheet}.jpg`));
+  }
   await build({
     entryPoints: ["main.js", "checker.js", "painter.js"].map((name) => join(WEB, "page", name)),
     outdir: site, bundle: true, format: "esm", minify: true, target: "es2022", logLevel: "warning",
@@ -35,6 +39,6 @@ const weight = (folder) => readdirSync(folder, { withFileTypes: true }).reduce((
 }, 0);
 const shown = (bytes) => `${(bytes / 1e6).toFixed(2)} MB`;
 const [checker, painter] = ["checker", "painter"].map((name) => weight(join(site, name)));
-const all = weight(site) - weight(join(site, "scenes"));
+const all = weight(site) - weight(join(site, "scenes")) - weight(join(site, "gallery"));
 console.log(`compressed: the checker ${shown(checker)} (aim ${shown(AIMS.checker)}), the painter ${shown(painter)}, ` +
-  `all without scenes ${shown(all)} (aim ${shown(AIMS.all)})`);
+  `all without scenes and pictures ${shown(all)} (aim ${shown(AIMS.all)})`);

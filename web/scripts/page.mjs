@@ -17,9 +17,24 @@ async function replace(page, word, by) {
   await page.locator("[name=close]").click();
 }
 
+/** Waits until so many tasks of the step that is shown are solved. */
+const solved = (page, count) =>
+  page.waitForFunction((count) => document.querySelectorAll("#course .tasks > .done").length === count, count, WAIT);
+
 const frames = (page) => page.evaluate(() => Number(document.documentElement.dataset.frames ?? 0));
 
 const steps = {
+  async "the gallery shows pictures, and one opens live"(page) {
+    await page.locator(".card").first().waitFor(WAIT);
+    for (const image of await page.locator(".card img").all()) {
+      await image.scrollIntoViewIfNeeded();
+      await page.waitForFunction((one) => one.complete && one.naturalWidth > 0, await image.elementHandle(), WAIT);
+    }
+    await page.locator(".card", { hasText: "umbra in a courtyard" }).click();
+    await page.locator("#work").waitFor(WAIT);
+    assert.equal(await page.inputValue("#pipeline"), "pipelines/umbra.json");
+  },
+
   async "the flagship is valid, and drawn"(page) {
     await state(page, "fine");
     assert.match(await text(page, "#figures"), /^\d+ passes/);
@@ -104,6 +119,51 @@ const steps = {
   },
 };
 
+/** Steps of the course by hand: tasks are recognised as solved after an edit, and after a value. */
+const course = {
+  async "an edit solves a task of the course"(page) {
+    await page.locator("#course h2", { hasText: "A culled pass" }).waitFor(WAIT);
+    await state(page, "fine");
+    await solved(page, 0);
+    await replace(page, '"source": "&kept"', '"source": "&painted"');
+    await solved(page, 1);
+    assert.match(await text(page, "#figures"), /2 passes, 1 culled/);
+    await page.locator(".cm-content").press("Control+z");
+    await solved(page, 2);
+    await page.locator("#course .end").waitFor(WAIT);
+  },
+
+  async "a shadow gets soft, and the next frame shows it"(page) {
+    await page.goto(new URL("#step=softness", page.url()).href);
+    await page.locator("#course h2", { hasText: "softness" }).waitFor(WAIT);
+    await page.locator("#parameters-filter_radius").waitFor(WAIT);
+    await page.waitForFunction(() => document.documentElement.dataset.frames > 0, null, WAIT);
+    const before = await frames(page);
+    await page.locator("#parameters-filter_radius").fill("7");
+    await solved(page, 1);
+    await page.waitForFunction((before) => document.documentElement.dataset.frames > before, before, WAIT);
+  },
+};
+
+/** Every task of every step has a way to solve it, and is recognised. */
+async function whole_course(page) {
+  const ids = await page.locator("#course select option").evaluateAll((options) => options.map(({ value }) => value));
+  assert.ok(ids.length >= 30, `${ids.length} steps`);
+  for (const id of ids) {
+    await page.evaluate((id) => (location.hash = `#step=${id}`), id);
+    await page.waitForFunction((id) => document.querySelector("#course select").value === id, id, WAIT);
+    const tasks = await page.locator("#course .tasks > li").count();
+    for (let at = 0; at < tasks; at++) {
+      await page.waitForFunction(() => document.getElementById("state").dataset.state, null, WAIT);
+      await page.locator("#course .solve").click(WAIT);
+      await solved(page, at + 1).catch(() => assert.fail(`${id}: task ${at + 1} is not recognised as solved`));
+    }
+  }
+  await page.goto(new URL("#", page.url()).href);
+  await page.waitForFunction((count) => document.querySelectorAll(".steps .solved").length === count, ids.length, WAIT);
+  console.log(`  ${ids.length} steps of the course are solved`);
+}
+
 /** Goes through the steps; the names of those that fail. */
 export async function page_works(browser, address) {
   const failures = [];
@@ -116,20 +176,23 @@ export async function page_works(browser, address) {
       failures.push(name);
     }
   };
-  const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });
-  page.on("pageerror", (error) => console.log(`! page: ${error.message}`));
-  await page.goto(address);
-  for (const [name, step] of Object.entries(steps)) await take(name, () => step(page));
-  await page.close();
+  for (const [fragment, parts] of [["", steps], ["#step=culled", course]]) {
+    const page = await browser.newPage({ viewport: { width: 1440, height: 900 } });
+    page.on("pageerror", (error) => console.log(`! page: ${error.message}`));
+    await page.goto(address + fragment);
+    for (const [name, step] of Object.entries(parts)) await take(name, () => step(page));
+    await page.close();
+  }
 
   const without = await browser.newPage();
   await without.addInitScript(() => Object.defineProperty(Navigator.prototype, "gpu", { get: () => undefined }));
-  await without.goto(address);
+  await without.goto(`${address}#step=pass`);
   await take("without WebGPU it still checks, and says so", async () => {
     await without.locator("#notice:not([hidden])").waitFor(WAIT);
     assert.match(await text(without, "#notice"), /no WebGPU/);
     await state(without, "fine");
   });
+  await take("every task of the course can be solved", () => whole_course(without));
   await without.close();
   return failures;
 }
