@@ -79,7 +79,7 @@ pub mod low_level {
 
     #[cfg(feature = "gpu")]
     pub use crate::front::sheet;
-    pub use crate::front::{camera_path, files, picture};
+    pub use crate::front::{camera_path, files, picture, starter};
 
     /// From a typed pipeline to a plan: graph, order, memory.
     pub mod compiler {

@@ -12,6 +12,7 @@ mod pipeline;
 mod renderer;
 #[cfg(feature = "gpu")]
 pub mod sheet;
+pub mod starter;
 mod storage;
 #[cfg(feature = "watch")]
 mod watch;

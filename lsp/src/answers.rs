@@ -19,6 +19,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
 
 use crate::outline;
+use crate::position::is_whole;
 use crate::workspace::{Workspace, document_path, is_document};
 use umbragraph_graph::diagnostic::Fix;
 use umbragraph_graph::document::format;
@@ -197,7 +198,7 @@ fn rename(workspace: &mut Workspace, params: RenameParams) -> Result<Option<Work
     let mut changes = Changes::default();
     for (name, edits) in renamed {
         let path = PathBuf::from(&name);
-        if !path.is_absolute() {
+        if !is_whole(&path) {
             return Err(format!("\"{name}\" comes with the module and cannot be changed"));
         }
         let sources = workspace.session.sources();

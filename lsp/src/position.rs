@@ -83,6 +83,11 @@ pub(crate) fn path_of(uri: &Uri) -> Option<PathBuf> {
     Some(PathBuf::from(if is_drive { &path[1..] } else { &path }))
 }
 
+/// Whether a path is that of a file of the client. In a browser no path counts as absolute: there it begins with `/`.
+pub(crate) fn is_whole(path: &Path) -> bool {
+    path.is_absolute() || cfg!(target_family = "wasm") && path.has_root()
+}
+
 /// The address of a file.
 pub(crate) fn uri_of(path: &Path) -> Option<Uri> {
     let mut uri = "file://".to_owned();

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use lsp_types::{DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString, Range, Uri};
 
-use crate::position::{Encoding, path_of, uri_of};
+use crate::position::{Encoding, is_whole, path_of, uri_of};
 use umbragraph_graph::compiler::PlanOptions;
 use umbragraph_graph::compose::read_bytes;
 use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place, Severity};
@@ -350,7 +350,7 @@ impl Workspace {
                 Some((path, self.location(*span)?.range))
             }
             Place::File { path, .. } => {
-                let path = Some(PathBuf::from(path)).filter(|path| path.is_absolute());
+                let path = Some(PathBuf::from(path)).filter(|path| is_whole(path));
                 Some((path.filter(|path| is_document(path) || is_template(path))?, Range::default()))
             }
             Place::Nowhere => None,
@@ -360,7 +360,7 @@ impl Workspace {
     fn written(&self, diagnostic: &Diagnostic, range: Range) -> lsp_types::Diagnostic {
         let mut message = diagnostic.message.clone();
         if let Some(file) = diagnostic.span().and_then(|span| self.session.sources().get(span.file))
-            && !Path::new(file.name()).is_absolute()
+            && !is_whole(Path::new(file.name()))
         {
             message.push_str(&format!("\nin {}", file.name()));
         }
@@ -401,7 +401,7 @@ impl Workspace {
 
     /// The address of a file with a whole path.
     pub(crate) fn uri(&self, path: &Path) -> Option<Uri> {
-        path.is_absolute().then(|| uri_of(path)).flatten()
+        is_whole(path).then(|| uri_of(path)).flatten()
     }
 }
 

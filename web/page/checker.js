@@ -9,6 +9,7 @@ const answers = {
   plan: ({ path, values, size }) => JSON.parse(project.plan(path, values, ...size)),
   check: ({ path, size }) => JSON.parse(project.check(path, ...size)),
   graph: ({ path, values, size }) => project.graph(path, values, ...size),
+  project: ({ name, of }) => JSON.parse(Project.begin(name, of)),
   templates: () => JSON.parse(Project.templates()),
 };
 
@@ -21,7 +22,7 @@ self.onmessage = async ({ data: { id, kind, ...asked } }) => {
     if (answer?.diagnostics) answer.milliseconds = performance.now() - begin;
     self.postMessage({ id, answer });
   } catch (error) {
-    // What the library holds may be half done.
-    self.postMessage({ id, died: String(error) });
+    // A text is an answer of the library. After anything else, what it holds may be half done.
+    self.postMessage(typeof error === "string" ? { id, error } : { id, died: String(error) });
   }
 };

@@ -29,7 +29,11 @@ export class Editor {
   #states = new Map();
   #path = null;
 
-  constructor(parent, { changed }) {
+  #extension;
+
+  /** `changed` is told of each edit; `extension(path)` gives what else the editor of a file does. */
+  constructor(parent, { changed, extension = () => [] }) {
+    this.#extension = extension;
     this.#view = new EditorView({
       parent,
       dispatchTransactions: (transactions, view) => {
@@ -50,6 +54,7 @@ export class Editor {
         EditorView.lineWrapping, indentUnit.of("  "), language, syntaxHighlighting(colours),
         keymap.of([...defaultKeymap, ...historyKeymap, ...foldKeymap, ...searchKeymap, ...lintKeymap, indentWithTab]),
         EditorView.contentAttributes.of({ "aria-label": `The text of ${path}` }),
+        this.#extension(path),
       ],
     });
   }
@@ -60,6 +65,20 @@ export class Editor {
     const known = this.#states.get(path);
     this.#path = path;
     this.#view.setState(known && known.doc.toString() === text ? known : this.#state(path, text));
+  }
+
+  /** The editor's view. */
+  get view() {
+    return this.#view;
+  }
+
+  /** Edits a file that is not shown, as one step of its undo; returns its text. */
+  edit_hidden(path, text, update) {
+    const known = this.#states.get(path);
+    const state = known && known.doc.toString() === text ? known : this.#state(path, text);
+    const { state: next } = state.update(update);
+    this.#states.set(path, next);
+    return next.doc.toString();
   }
 
   /** Forgets all files. */

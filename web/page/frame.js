@@ -5,12 +5,17 @@
 import { element } from "./element.js";
 import { Answerer } from "./worker.js";
 
+/** A worker that draws for less than this, in milliseconds, is not started again when it dies. */
+const AGAIN_AFTER = 5000;
+
 const $ = (id) => document.getElementById(id);
 
 /** Words over the frame, or none. */
 export const cover = (text) => {
   $("cover").hidden = !text;
   $("cover").textContent = text ?? "";
+  // Diagnostics show lines of a text.
+  $("cover").classList.toggle("report", Boolean(text?.includes("-->")));
 };
 
 export class Frame {
@@ -18,11 +23,12 @@ export class Frame {
   #state;
   #painter = null;
   #is_opened = false;
+  #begun = 0;
   #view = [0, 0, 1];
   #is_drawing = false;
   #is_due = false;
 
-  /** `state` says what there is to draw: `files()`, `scene()`, and `asked()`, which is nothing without a plan. */
+  /** `state` says what there is to draw: `files()`, `scene()` with `scene_bytes()` of one's own, and `asked()`, nothing without a plan. */
   constructor(size, state) {
     [this.#size, this.#state] = [size, state];
   }
@@ -38,7 +44,7 @@ export class Frame {
     const canvas = element("canvas", { width: this.#size[0], height: this.#size[1] });
     $("stage").append(canvas);
     this.#painter = new Answerer("painter.js", {
-      died: (reason) => this.#is_opened && cover(`Drawing stopped: ${reason}\nReload the page to start it again.`),
+      died: (reason) => this.#died(reason),
       events: ({ frame, failed, lost }) => {
         if (lost !== undefined && !is_plain) return void this.start(true).catch((error) => cover(error.message));
         if (lost !== undefined) return cover(`The device is lost: ${lost}\nReload the page to get another.`);
@@ -52,13 +58,21 @@ export class Frame {
     await this.#painter.ask("open", { canvas: lent, is_plain }, [lent]);
     await this.#painter.ask("write", { files: this.#state.files() });
     this.#is_opened = true;
+    this.#begun = performance.now();
     await this.take_scene();
   }
 
-  /** Takes a scene: one of the page's, or bytes that were dropped on it. */
-  async take_scene(bytes, name = `${this.#state.scene()}.glb`) {
+  /** Starts a worker that died again, unless it did so at once. */
+  #died(reason) {
     if (!this.#is_opened) return;
-    const taken = bytes ?? (await (await fetch(`scenes/${name}`)).arrayBuffer());
+    cover(`Drawing stopped: ${reason}\nReload the page to start it again.`);
+    if (performance.now() - this.#begun > AGAIN_AFTER) this.start().catch((error) => cover(error.message));
+  }
+
+  /** Takes a scene: one of the page's, or bytes that were dropped on it. */
+  async take_scene(bytes, name = this.#state.scene()) {
+    if (!this.#is_opened) return;
+    const taken = bytes ?? this.#state.scene_bytes(name) ?? (await (await fetch(`scenes/${name}.glb`)).arrayBuffer());
     try {
       await this.#painter.ask("scene", { name, bytes: taken }, [taken]);
       await this.draw();

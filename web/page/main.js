@@ -1,29 +1,24 @@
 // The page: a pipeline's text at the left, what becomes of it at the right.
+import { fill_choices, move_among_tabs } from "./choices.js";
 import { Course, is_solved, step_of } from "./course.js";
 import { Editor } from "./editor.js";
 import { element } from "./element.js";
+import { listen_to_folder } from "./folder.js";
 import { Frame, cover } from "./frame.js";
 import { fill_gallery } from "./gallery.js";
 import { listed } from "./problems.js";
 import { parse, pipeline_address } from "./route.js";
 import { fill, filter } from "./settings.js";
-import { pack, unpack } from "./share.js";
+import { keep, pack, unpack } from "./share.js";
 import { listen_to_drops, listen_to_stage } from "./stage.js";
+import { changed, files, original, scene_bytes, take, templates, text_of } from "./texts.js";
 import { Answerer } from "./worker.js";
 
 const $ = (id) => document.getElementById(id);
 
-const SYSTEMS = ["nebula", "mantis", "caracal", "awsm", "lore", "umbra"];
-const SCENES = ["courtyard", "figure", "foliage", "interior"];
 const SIZE = [960, 540];
 /** So long after the last keystroke every configuration is checked. */
 const CHECK_AFTER = 1500;
-
-/** The files as they come, and what was changed of them. */
-const files = await (await fetch("files.json")).json();
-const changed = {};
-let templates = {};
-const text_of = (path) => changed[path] ?? files[path] ?? templates[path] ?? "";
 
 const chosen = { pipeline: "pipelines/umbra.json", scene: "courtyard", preset: "", parameters: {}, features: {} };
 const open = [];
@@ -39,7 +34,7 @@ const values = () => {
 // ---------------------------------------------------------------- checking
 
 /** What was changed as of the last answer: with it the checker begins again when it dies. */
-const last_good = {};
+const last_good = { ...changed };
 const checker = new Answerer("checker.js", {
   begin: (self) => void self.ask("write", { files: { ...files, ...last_good } }).catch(() => {}),
   died(reason) {
@@ -65,6 +60,7 @@ async function check() {
   try {
     const answer = await checker.ask("plan", { path: chosen.pipeline, values: values(), size: SIZE });
     Object.assign(last_good, changed);
+    keep(changed);
     if (number !== asked) return;
     tell(answer, false);
     answered = answer;
@@ -128,14 +124,15 @@ function notice(text) {
 // ---------------------------------------------------------------- text
 
 const editor = new Editor($("editor"), {
-  changed(path, text) {
-    if (text === (files[path] ?? templates[path])) delete changed[path];
-    else changed[path] = text;
-    write({ [path]: text });
-    mark_tabs();
-    check();
-  },
+  changed: edited,
 });
+
+function edited(path, text) {
+  take(path, text);
+  write({ [path]: text });
+  mark_tabs();
+  check();
+}
 
 /** Gives files to what checks and what draws; those that come later take them from what is changed. */
 function write(given) {
@@ -165,15 +162,20 @@ function mark_tabs() {
   }));
 }
 
-/** The files that are behind the plan, and all templates. */
-function fill_open() {
+/** The files that are behind the plan. */
+function used_files() {
   const { passes, resources } = planned.report;
   const places = [...passes, ...resources].map(({ declared }) => declared.replace(/:\d+$/, ""));
-  const used = [...new Set([chosen.pipeline, ...places])].filter((path) => path in files).sort();
+  return [...new Set([chosen.pipeline, ...places])].filter((path) => path in files || path in changed).sort();
+}
+
+function fill_open() {
+  const used = used_files();
   const option = (path) => element("option", { value: path, textContent: short(path) });
   $("open").replaceChildren(
     element("option", { value: "", textContent: "Open…" }),
     element("optgroup", { label: "Files of the pipeline" }, ...used.map(option)),
+    element("optgroup", { label: "Changed" }, ...Object.keys(changed).filter((path) => !used.includes(path)).sort().map(option)),
     element("optgroup", { label: "Templates" }, ...Object.keys(templates).map(option)),
   );
 }
@@ -223,6 +225,7 @@ async function show_graph() {
 const frame = new Frame(SIZE, {
   files: () => ({ ...files, ...changed }),
   scene: () => chosen.scene,
+  scene_bytes,
   asked: () => planned && { path: chosen.pipeline, values: values() },
 });
 
@@ -265,9 +268,41 @@ function set_values({ preset = chosen.preset, parameters = {}, features = {} }) 
 
 /** Brings a file back as it came, as one step of undo. */
 function revert(path) {
-  if (!(path in changed)) return;
+  if (!(path in changed) || original(path) === undefined) return;
   show(path);
-  editor.edit([{ from: 0, to: text_of(path).length, insert: files[path] ?? templates[path] ?? "" }]);
+  editor.edit([{ from: 0, to: text_of(path).length, insert: original(path) }]);
+}
+
+// ---------------------------------------------------------------- project
+
+const bring_zip = listen_to_folder({
+  begin: (name, kind) => checker.ask("project", { name, of: kind }),
+  used: () => [chosen.pipeline, ...(planned ? used_files() : [])],
+  values() {
+    const { preset, parameters, features } = chosen;
+    return preset || [parameters, features].some((set) => Object.keys(set).length) ? JSON.parse(values()) : null;
+  },
+  write,
+  open(pipeline = chosen.pipeline, scene, found) {
+    fill_choices(chosen);
+    history.pushState(null, "", pipeline_address(pipeline, scene));
+    go();
+    if (found) set_values(found);
+  },
+  revert() {
+    const { pipeline } = chosen;
+    Object.keys(changed).forEach(revert);
+    show(pipeline);
+  },
+});
+
+async function take_dropped(bytes, name) {
+  if (!name.endsWith(".zip")) return frame.take_scene(bytes, name);
+  try {
+    bring_zip(bytes);
+  } catch (error) {
+    notice(error.message);
+  }
 }
 
 // ---------------------------------------------------------------- choices
@@ -287,7 +322,7 @@ async function go() {
   const shared = link ? await unpack(link) : null;
   const step = step_of(id) ?? null;
   const { pipeline, scene } = step ?? shared?.chosen ?? route;
-  const is_work = Object.hasOwn(files, pipeline ?? "");
+  const is_work = Boolean(pipeline) && (text_of(pipeline) !== "" || Boolean(shared?.changed[pipeline]));
   document.body.dataset.view = is_work ? "work" : "gallery";
   $("gallery").hidden = is_work;
   $("work").hidden = !is_work;
@@ -295,11 +330,12 @@ async function go() {
   course.show(is_work ? step : null);
   if (!is_work) return fill_gallery($("gallery"), is_solved);
   if (shared) {
-    const before = Object.keys(changed).map((path) => [path, files[path] ?? templates[path] ?? ""]);
+    const before = Object.keys(changed).map((path) => [path, original(path) ?? ""]);
     Object.keys(changed).forEach((path) => delete changed[path]);
     Object.assign(changed, shared.changed);
     editor.clear();
     write({ ...Object.fromEntries(before), ...changed });
+    fill_choices(chosen);
   }
   const is_other_scene = scene && scene !== chosen.scene;
   if (scene) $("scene").value = chosen.scene = scene;
@@ -307,30 +343,6 @@ async function go() {
   if (shared) set_values(shared.chosen);
   if (!frame.is_started) start_frame();
   else if (is_other_scene) frame.take_scene();
-}
-
-function fill_choices() {
-  const option = (path, name) => element("option", { value: path, textContent: name, selected: path === chosen.pipeline });
-  const systems = SYSTEMS.map((name) => option(`pipelines/${name}.json`, name));
-  const extended = Object.keys(files).filter((path) => path.startsWith("pipelines/extended/"));
-  const named = (path) => option(path, path.replace(/^.*\/|\.json$/g, "").replaceAll(/[-_]/g, " "));
-  $("pipeline").replaceChildren(
-    element("optgroup", { label: "Systems" }, ...systems),
-    element("optgroup", { label: "Lessons" }, ...lessons().map(named)),
-    element("optgroup", { label: "Extended systems" }, ...extended.map(named)),
-  );
-  $("scene").replaceChildren(...SCENES.map((name) => element("option", { value: name, textContent: name, selected: name === chosen.scene })));
-}
-
-const lessons = () => Object.keys(files).filter((path) => /^pipelines\/learn\/[^/]+$/.test(path));
-
-/** The arrow keys go from tab to tab. */
-function move_among_tabs(list, key) {
-  if (key !== "ArrowLeft" && key !== "ArrowRight") return;
-  const at = [...list.children].findIndex((tab) => tab.getAttribute("aria-selected") === "true");
-  const to = (at + (key === "ArrowRight" ? 1 : list.children.length - 1)) % list.children.length;
-  list.children[to].click();
-  list.children[to].focus();
 }
 
 function listen() {
@@ -382,14 +394,14 @@ function listen() {
   views.forEach((tab) => (tab.onclick = () => pick(tab)));
   for (const id of ["tabs", "views"]) $(id).onkeydown = (event) => move_among_tabs($(id), event.key);
   listen_to_stage($("stage"), (...way) => frame.look(...way));
-  listen_to_drops((bytes, name) => frame.take_scene(bytes, name));
+  listen_to_drops(take_dropped);
 }
 
-fill_choices();
+fill_choices(chosen);
 listen();
 if (!navigator.gpu) notice("This browser has no WebGPU, so nothing is drawn. The page still checks, plans and explains.");
 checker.ask("templates").then((found) => {
-  templates = found;
+  Object.assign(templates, found);
   if (planned) fill_open();
 }, () => {});
 go();

@@ -1,4 +1,4 @@
-// What was changed, in the address: JSON, compressed, in letters that addresses have.
+// What was changed, in the address: JSON, compressed, in letters that addresses have. And in the tab, for a reload.
 
 const through = async (bytes, stream) => new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer());
 
@@ -18,5 +18,25 @@ export async function unpack(fragment) {
     return JSON.parse(new TextDecoder().decode(await through(bytes, new DecompressionStream("deflate-raw"))));
   } catch {
     return null;
+  }
+}
+
+const KEY = "umbragraph.changed";
+
+/** Keeps what was changed for a reload of the tab, if the browser keeps anything. */
+export function keep(changed) {
+  try {
+    sessionStorage.setItem(KEY, JSON.stringify(changed));
+  } catch {
+    // It is lost with the page.
+  }
+}
+
+/** What was kept. */
+export function kept() {
+  try {
+    return JSON.parse(sessionStorage.getItem(KEY)) ?? {};
+  } catch {
+    return {};
   }
 }

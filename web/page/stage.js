@@ -18,7 +18,7 @@ export function listen_to_stage(stage, look) {
   });
 }
 
-/** Takes a scene that is dropped on the page. */
+/** Takes a file that is dropped on the page: `take` gets its bytes and its name. */
 export function listen_to_drops(take) {
   for (const name of ["dragover", "drop"]) document.addEventListener(name, (event) => event.preventDefault());
   document.addEventListener("drop", async (event) => {

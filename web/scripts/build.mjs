@@ -30,7 +30,8 @@ if (existsSync(join(WEB, "page"))) {
   });
   const pipelines = readdirSync(join(ROOT, "pipelines"), { recursive: true }).filter((name) => name.endsWith(".json"));
   const read = (name) => [`pipelines/${name}`, readFileSync(join(ROOT, "pipelines", name), "utf8")];
-  writeFileSync(join(site, "files.json"), JSON.stringify(Object.fromEntries(pipelines.sort().map(read))));
+  const schema = ["pipeline.schema.json", readFileSync(join(ROOT, "pipeline.schema.json"), "utf8")];
+  writeFileSync(join(site, "files.json"), JSON.stringify(Object.fromEntries([...pipelines.sort().map(read), schema])));
 }
 
 const weight = (folder) => readdirSync(folder, { withFileTypes: true }).reduce((sum, entry) => {

@@ -1,28 +1,9 @@
 // What one does with the page: edit, mend, undo, break a template, share, see a frame, and go on when a worker dies.
 import assert from "node:assert/strict";
+import { WAIT, frames, replace, solved, state, text } from "./hands.mjs";
+import { project } from "./project.mjs";
 
 const LESSON = "pipelines/learn/01-smallest.json";
-/** In software and beside other work a frame takes seconds, and the pipelines before it longer. */
-const WAIT = { timeout: 240_000 };
-
-const state = (page, wanted) => page.locator(`#state[data-state="${wanted}"]`).waitFor(WAIT);
-const text = (page, id) => page.locator(id).textContent();
-
-/** Replaces a word everywhere in the file that is shown, as one would with the editor's search. */
-async function replace(page, word, by) {
-  await page.locator(".cm-content").press("Control+f");
-  await page.locator("input[name=search]").fill(word);
-  await page.locator("input[name=replace]").fill(by);
-  await page.locator("[name=replaceAll]").click();
-  await page.locator("[name=close]").click();
-}
-
-/** Waits until so many tasks of the step that is shown are solved. */
-const solved = (page, count) =>
-  page.waitForFunction((count) => document.querySelectorAll("#course .tasks > .done").length === count, count, WAIT);
-
-const frames = (page) => page.evaluate(() => Number(document.documentElement.dataset.frames ?? 0));
-
 const steps = {
   async "the gallery shows pictures, and one opens live"(page) {
     await page.locator(".card").first().waitFor(WAIT);
@@ -165,7 +146,7 @@ async function whole_course(page) {
 }
 
 /** Goes through the steps; the names of those that fail. */
-export async function page_works(browser, address) {
+export async function page_works(browser, address, command) {
   const failures = [];
   const take = async (name, work) => {
     try {
@@ -184,15 +165,22 @@ export async function page_works(browser, address) {
     await page.close();
   }
 
-  const without = await browser.newPage();
-  await without.addInitScript(() => Object.defineProperty(Navigator.prototype, "gpu", { get: () => undefined }));
-  await without.goto(`${address}#step=pass`);
+  const open = async (fragment) => {
+    const context = await browser.newContext({ viewport: { width: 1440, height: 900 } });
+    const page = await context.newPage();
+    page.on("pageerror", (error) => console.log(`! page: ${error.message}`));
+    await page.addInitScript(() => Object.defineProperty(Navigator.prototype, "gpu", { get: () => undefined }));
+    await page.goto(address + fragment);
+    return page;
+  };
+  for (const [name, part] of Object.entries(project(command, open))) await take(name, part);
+  const without = await open("#step=pass");
   await take("without WebGPU it still checks, and says so", async () => {
     await without.locator("#notice:not([hidden])").waitFor(WAIT);
     assert.match(await text(without, "#notice"), /no WebGPU/);
     await state(without, "fine");
   });
   await take("every task of the course can be solved", () => whole_course(without));
-  await without.close();
+  await without.context().close();
   return failures;
 }

@@ -16,6 +16,7 @@ use umbragraph::low_level::session::{
 };
 use umbragraph::low_level::shader::TargetProfile;
 use umbragraph::low_level::source::{FileId, Sources};
+use umbragraph::low_level::starter;
 use umbragraph::scene::interface;
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -31,7 +32,26 @@ pub struct Project {
 
 /// Texts in memory, and the pipelines that come with the module.
 #[derive(Clone, Default)]
-struct Pages(Arc<Mutex<Memory>>);
+pub(crate) struct Pages(Arc<Mutex<Memory>>);
+
+impl Pages {
+    pub(crate) fn write(&self, path: &str, text: &str) {
+        let mut memory = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        memory.0.insert(path.to_owned(), text.to_owned());
+    }
+
+    /// The paths of templates, sorted.
+    pub(crate) fn templates(&self) -> Vec<String> {
+        let memory = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut paths: Vec<String> = memory.0.keys().filter(|path| is_template(path)).cloned().collect();
+        paths.sort();
+        paths
+    }
+}
+
+fn is_template(path: &str) -> bool {
+    umbragraph::low_level::shader::TEMPLATE_ENDS.iter().any(|end| path.ends_with(end))
+}
 
 impl Storage for Pages {
     fn read(&mut self, path: &Path, _: Option<&Roots>, sources: &mut Sources) -> Result<FileId, Diagnostic> {
@@ -47,15 +67,24 @@ impl Storage for Pages {
     }
 }
 
-fn session(files: &Pages, templates: &[String]) -> Session {
+/// A session over files. Paths of templates are their names, with or without a `/` in front.
+pub(crate) fn session(files: &Pages, templates: &[String]) -> Session {
     // Glass and bones of glTF scenes are what a page draws.
     let mut registry = umbragraph::registry();
     registry.host(interface::GEOMETRY, interface::any_scene());
-    let own = templates.iter().map(|name| Template {
-        name: name.clone(),
-        text: TemplateText::File { path: name.into(), roots: Roots::default() },
+    let own = templates.iter().map(|path| Template {
+        name: path.trim_start_matches('/').to_owned(),
+        text: TemplateText::File { path: path.into(), roots: Roots::default() },
     });
     Session::new(files.clone(), registry, umbragraph::with_templates(own))
+}
+
+/// The names and texts of the templates that come with the module.
+pub(crate) fn library() -> impl Iterator<Item = (String, &'static str)> {
+    umbragraph::with_templates([]).into_iter().filter_map(|template| match template.text {
+        TemplateText::Library { text, .. } => Some((template.name, text)),
+        _ => None,
+    })
 }
 
 impl Default for Project {
@@ -76,20 +105,25 @@ impl Project {
 
     /// The names and texts of the templates that come with the module, as an object.
     pub fn templates() -> String {
-        let text = |template: Template| match template.text {
-            TemplateText::Library { text, .. } => Some((template.name, Value::from(text))),
-            _ => None,
-        };
-        Value::Object(umbragraph::with_templates([]).into_iter().filter_map(text).collect()).to_string()
+        Value::Object(library().map(|(name, text)| (name, Value::from(text))).collect()).to_string()
+    }
+
+    /// The files of a folder to begin with, as an object: those of `umbragraph new NAME --kind KIND`.
+    ///
+    /// # Errors
+    /// A kind that there is not, or a name that no pipeline can have, in words.
+    pub fn begin(name: &str, kind: &str) -> Result<String, String> {
+        let kind = starter::Kind::of(kind).ok_or_else(|| format!("there is no kind \"{kind}\""))?;
+        let files = starter::files(kind, name);
+        let files = files.map_err(|wrong| render::human_all([&wrong], &Sources::new()))?;
+        let files = files.into_iter().map(|(path, text)| (path, Value::from(text)));
+        Ok(Value::Object(files.collect()).to_string())
     }
 
     /// Writes a file. One that is called like a template is one, in place of the module's own.
     pub fn write(&mut self, path: &str, text: &str) {
-        let mut memory = self.files.0.lock().unwrap_or_else(PoisonError::into_inner);
-        memory.0.insert(path.to_owned(), text.to_owned());
-        drop(memory);
-        let is_template = umbragraph::low_level::shader::TEMPLATE_ENDS.iter().any(|end| path.ends_with(end));
-        if is_template && !self.templates.iter().any(|known| known == path) {
+        self.files.write(path, text);
+        if is_template(path) && !self.templates.iter().any(|known| known == path) {
             self.templates.push(path.to_owned());
             self.session = session(&self.files, &self.templates);
         } else {

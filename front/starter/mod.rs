@@ -1,0 +1,81 @@
+//! Folders to begin with: what `umbragraph new` writes, and what the page in a browser opens.
+//!
+//! The files lie beside this one, where `NAME` stands for the name of the pipeline; the schema is that of this version.
+
+use crate::diagnostic::{Diagnostic, Place, codes};
+use crate::low_level::pipeline::{self, FileKind};
+
+/// The kinds of pipelines to begin with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Kind {
+    /// Full-screen passes behind the picture of a pipeline that comes with the module.
+    Post,
+    /// Cascaded shadows over meshes that a template of your own lights.
+    Shadows,
+    /// One of the systems that come with the module, with values and a pass of your own.
+    System,
+}
+
+/// A file: its path, and its text.
+type File = (&'static str, &'static str);
+
+const COMMON: &[File] = &[
+    ("scene.gltf", include_str!("common/scene.gltf")),
+    ("README.md", include_str!("common/README.md")),
+    (".github/workflows/pipelines.yml", include_str!("common/ci.yml")),
+    (".vscode/settings.json", include_str!("common/settings.json")),
+    (".vscode/tasks.json", include_str!("common/tasks.json")),
+];
+
+impl Kind {
+    /// The kind of a word: `post`, `shadows` or `system`.
+    pub fn of(word: &str) -> Option<Self> {
+        match word {
+            "post" => Some(Self::Post),
+            "shadows" => Some(Self::Shadows),
+            "system" => Some(Self::System),
+            _ => None,
+        }
+    }
+
+    fn files(self) -> &'static [File] {
+        match self {
+            Self::Post => &[
+                ("NAME.json", include_str!("post/pipeline.json")),
+                ("shaders/glow.wgsl.jinja", include_str!("post/glow.wgsl.jinja")),
+                ("shaders/glow.axes.json", include_str!("post/glow.axes.json")),
+                ("shaders/finish.wgsl.jinja", include_str!("post/finish.wgsl.jinja")),
+            ],
+            Self::Shadows => &[
+                ("NAME.json", include_str!("shadows/pipeline.json")),
+                ("shaders/stepped.wgsl.jinja", include_str!("shadows/stepped.wgsl.jinja")),
+                ("shaders/stepped.axes.json", include_str!("shadows/stepped.axes.json")),
+            ],
+            Self::System => &[
+                ("NAME.json", include_str!("system/pipeline.json")),
+                ("look.params.json", include_str!("system/look.params.json")),
+                ("shaders/vignette.wgsl.jinja", include_str!("common/vignette.wgsl.jinja")),
+            ],
+        }
+    }
+}
+
+/// Paths and texts of a folder for a pipeline of a name.
+///
+/// # Errors
+/// A name that no pipeline can have.
+pub fn files(kind: Kind, name: &str) -> Result<Vec<(String, String)>, Diagnostic> {
+    let is_fine = name.starts_with(|one: char| one.is_ascii_alphabetic())
+        && name.chars().all(|one| one.is_ascii_alphanumeric() || one == '_' || one == '-');
+    if !is_fine {
+        let message = format!("\"{name}\" cannot name a pipeline");
+        let help = "begin with a letter, and go on with letters, digits, _ and -";
+        return Err(Diagnostic::error(codes::BAD_NAME, Place::Nowhere, message).help(help));
+    }
+    let schema = pipeline::schema_of(FileKind::Pipeline, &crate::registry());
+    let schema = serde_json::to_string_pretty(&schema).unwrap_or_default() + "\n";
+    let named = |text: &str| text.replace("NAME", name);
+    let files = COMMON.iter().chain(kind.files()).map(|(path, text)| (named(path), named(text)));
+    Ok(files.chain([("pipeline.schema.json".to_owned(), schema)]).collect())
+}
