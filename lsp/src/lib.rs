@@ -20,10 +20,8 @@ use std::time::Duration;
 use crossbeam_channel::{Receiver, RecvTimeoutError, TryRecvError, unbounded};
 use lsp_server::{Connection, Message, ProtocolError};
 use lsp_types::notification::{Exit, Notification as _};
-use umbragraph_graph as graph;
-use umbragraph_session as session;
 
-use crate::session::{Judges, Session};
+use umbragraph_session::{Judges, Session};
 
 pub use server::{Server, Texts};
 

@@ -23,9 +23,9 @@ use serde_json::{Value as Json, json};
 
 use crate::answers;
 use crate::capabilities::{capabilities, encoding, folders};
-use crate::graph::source::Sources;
-use crate::session::{Cancel, Judges, Session};
 use crate::workspace::{Workspace, document_path};
+use umbragraph_graph::source::Sources;
+use umbragraph_session::{Cancel, Judges, Session};
 
 /// The files that pipelines are made of.
 const WATCHED: &str = "**/*.{json,jsonc,jinja}";

@@ -1,5 +1,5 @@
 //! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `gallery`, `cameras`, `drivers`,
-//! `validate`, `integrations`, `view`, `soak`, `mutants` and `web`.
+//! `validate`, `integrations`, `view`, `soak`, `fuzz`, `mutants` and `web`.
 //!
 //! They work on a fresh clone with nothing but cargo: other tools are installed if possible, and named otherwise. There
 //! are no dependencies, so that the command itself builds in a second.
@@ -12,6 +12,7 @@ mod demo;
 mod distribution;
 mod driver_search;
 mod drivers;
+mod fuzz;
 mod gallery;
 mod integrations;
 mod job;
@@ -58,6 +59,9 @@ usage: cargo xtask COMMAND
   soak [--seconds N] [--cases N] [--seed N]
          run all tests of random cases with fresh seeds, N times as many cases as in ordinary tests (10), for N seconds
          or once; and what is too long for ordinary tests
+  fuzz [--minutes N] [--target NAME] [--page]
+         try random inputs of all that the module reads, for a minute or N, and print those that fail; a run goes on where
+         the last one ended, and a target whose files changed begins again. --page writes the counts into docs/trust.md
   mutants [--sample N] [--seed N] [--jobs N] [--in NAME] [--rust]
          plant faults in the shader templates, all or N of them, and say which the reference pictures do not show;
          NAME may be several parts of names with commas between, each with a line: lit.wgsl.jinja:83;
@@ -99,6 +103,7 @@ enum Command {
     Integrations { only: Option<String> },
     View(Vec<String>),
     Soak(soak::Options),
+    Fuzz(fuzz::Options),
     Mutants(mutants::Options),
     Web(web::Options),
     Help,
@@ -136,6 +141,7 @@ fn run(command: Command) -> Result<bool, String> {
         Command::Integrations { only } => integrations::run(only.as_deref()),
         Command::View(arguments) => view::run(&arguments),
         Command::Soak(options) => soak::run(&options),
+        Command::Fuzz(options) => fuzz::run(&options),
         Command::Mutants(options) => mutants::run(&options),
         Command::Web(options) => web::run(options),
         Command::Help => {
@@ -158,6 +164,7 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
         "integrations" => Command::Integrations { only: None },
         "view" => return Ok(Command::View(rest.to_vec())),
         "soak" => return soak_options(rest),
+        "fuzz" => return fuzz_options(rest),
         "mutants" => return mutants_options(rest),
         "web" => return web_options(rest),
         "help" | "--help" | "-h" => return Ok(Command::Help),
@@ -223,6 +230,21 @@ fn mutants_options(rest: &[String]) -> Result<Command, String> {
         }
     }
     Ok(Command::Mutants(options))
+}
+
+fn fuzz_options(rest: &[String]) -> Result<Command, String> {
+    let mut options = fuzz::Options::default();
+    let mut rest = rest.iter();
+    while let Some(name) = rest.next() {
+        match name.as_str() {
+            "--minutes" => options.minutes = Some(number(name, rest.next())?),
+            "--target" => options.target = Some(rest.next().ok_or("`--target` needs a name")?.clone()),
+            "--page" => options.page = true,
+            "--help" | "-h" => return Ok(Command::Help),
+            extra => return Err(format!("`fuzz` takes no argument `{extra}`")),
+        }
+    }
+    Ok(Command::Fuzz(options))
 }
 
 fn web_options(rest: &[String]) -> Result<Command, String> {

@@ -24,7 +24,7 @@ pub(crate) fn parse(text: &str, error: &ParseError) -> Rejection {
         error.labels().filter_map(|(span, label)| Some((span.to_range()?, label.to_owned()))).collect();
     let notes: Vec<&str> = error.notes().collect();
     let first = if labels.is_empty() { None } else { Some(labels.remove(0)) };
-    let mut message = one_line(error.message());
+    let mut message = one_line(error.message()).replace("found \"\"", "found the end of the text");
     if let Some((_, label)) = &first
         && !label.is_empty()
         && !message.contains(label.as_str())
@@ -33,8 +33,8 @@ pub(crate) fn parse(text: &str, error: &ParseError) -> Rejection {
     }
     labels.iter_mut().for_each(|(_, label)| *label = one_line(label));
     let range = first.map(|(range, _)| range);
-    let range =
-        if message.starts_with("expected `;`") { range.map(|range| end_before(text, range)) } else { range };
+    let is_missing = message.starts_with("expected `;`") || message.ends_with("found the end of the text");
+    let range = if is_missing { range.map(|range| end_before(text, range)) } else { range };
     let help = (!notes.is_empty()).then(|| one_line(&notes.join("; ")));
     Rejection { range, labels, help, ..Rejection::new(codes::WGSL_SYNTAX, message, Span::UNDEFINED) }
 }

@@ -59,20 +59,21 @@ impl TextMap {
                     last.file == file
                         && (start..start + 2 * (end - range.start)).contains(&(last.start as usize))
                 });
-                let stop = last.map_or(start + length, |last| last.start as usize + 1);
+                let stop = last.map_or(start + length, |last| last.end as usize);
                 Some(Span::new(file, start..stop.max(start + length)))
             }
         }
     }
 
-    /// The template place of one byte of the generated text.
+    /// The template place of one byte of the generated text; behind the last one there is no byte, but a place.
     pub fn place(&self, offset: usize) -> Option<Span> {
+        let offset = offset.min(self.length as usize);
         let at = self.index(offset)?;
         match self.segments[at].origin? {
             Origin::Tag(span) => Some(span),
             Origin::Literal(file, start) => {
                 let start = start as usize + (offset - self.segments[at].start as usize);
-                Some(Span::new(file, start..start + 1))
+                Some(Span::new(file, start..start + usize::from(offset < self.end(at))))
             }
         }
     }
@@ -119,5 +120,21 @@ impl TextMap {
         // One past the end belongs to the last piece: parsers point there when text is missing.
         let offset = offset.min(self.length.saturating_sub(1) as usize);
         self.segments.partition_point(|segment| segment.start as usize <= offset).checked_sub(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use umbragraph_text::source::Sources;
+
+    #[test]
+    fn behind_the_last_byte_there_is_no_byte_of_the_file() {
+        let mut sources = Sources::new();
+        let file = sources.add("main.wgsl.jinja", "struct");
+        let segments = vec![Segment { start: 0, origin: Some(Origin::Literal(file, 0)) }];
+        let map = TextMap { segments, length: 6 };
+        assert_eq!(map.span(6..6), Some(Span::new(file, 6..6)));
+        assert_eq!(map.span(5..9), Some(Span::new(file, 5..6)));
     }
 }

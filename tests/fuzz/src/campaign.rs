@@ -1,0 +1,138 @@
+//! Inputs for all targets in turn, until the time is over.
+//!
+//! The target that is furthest from its aim is next. A worker that ends without having tried all of its inputs has failed at
+//! the one at hand; the next begins behind it.
+
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use crate::counts::{self, Counts};
+use crate::target::{Kind, Target};
+use crate::targets::TARGETS;
+use crate::worker::{AT, MOST};
+
+/// The time that a slice of the inputs of one target is to take.
+const SLICE: Duration = Duration::from_secs(20);
+/// A worker that takes so long for a slice hangs.
+const HANGS: Duration = Duration::from_secs(300);
+
+/// A target on its way.
+struct Running {
+    target: &'static Target,
+    counts: Counts,
+    /// The number of inputs of the next slice.
+    next: u64,
+}
+
+/// Tries inputs for a time; whether none failed, in this run or in one before.
+pub(crate) fn run(time: Duration, only: Option<&'static Target>) -> Result<bool, String> {
+    let start = Instant::now();
+    let targets: Vec<&Target> = only.map_or_else(|| TARGETS.iter().collect(), |only| vec![only]);
+    let mut all = Vec::new();
+    for target in targets {
+        std::fs::create_dir_all(counts::folder(target)).map_err(|error| error.to_string())?;
+        all.push(Running { target, counts: Counts::of(target)?, next: 100 });
+    }
+    while start.elapsed() < time {
+        let part = |each: &&mut Running| each.counts.inputs as f64 / each.target.aim as f64;
+        let Some(next) = all.iter_mut().min_by(|a, b| part(a).total_cmp(&part(b))) else { break };
+        next.go_on()?;
+        let (name, inputs) = (next.target.name, next.counts.inputs);
+        println!("{name}: {inputs} inputs, {} failed", next.counts.failures.len());
+        next.counts.keep(next.target)?;
+    }
+    for each in &all {
+        for (number, reason) in &each.counts.failures {
+            println!("FAILED: {} {number}: {reason}", each.target.name);
+        }
+    }
+    Ok(all.iter().all(|each| each.counts.failures.is_empty()))
+}
+
+impl Running {
+    /// Tries a slice of inputs.
+    fn go_on(&mut self) -> Result<(), String> {
+        let (start, first) = (Instant::now(), self.counts.inputs);
+        let tried = match self.target.kind {
+            Kind::Function(_) => self.try_function(self.next)?,
+            Kind::Tests { package, filter, cases } => self.try_tests(package, filter, cases)?,
+        };
+        self.counts.inputs = first + tried;
+        let rate = tried as f64 / start.elapsed().as_secs_f64().max(0.01);
+        self.next = ((rate * SLICE.as_secs_f64()) as u64).clamp(10, 2_000_000);
+        Ok(())
+    }
+
+    fn try_function(&mut self, count: u64) -> Result<u64, String> {
+        let (first, folder) = (self.counts.inputs, counts::folder(self.target));
+        let program = std::env::current_exe().map_err(|error| error.to_string())?;
+        let mut worker = Command::new(program)
+            .args(["worker", self.target.name, &first.to_string(), &count.to_string()])
+            .arg(&folder)
+            .current_dir(counts::root())
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .map_err(|error| error.to_string())?;
+        let output = worker.stdout.take();
+        let reader = std::thread::spawn(move || {
+            output.and_then(|output| std::io::read_to_string(output).ok()).unwrap_or_default()
+        });
+        let start = Instant::now();
+        let end = loop {
+            match worker.try_wait().map_err(|error| error.to_string())? {
+                Some(status) => break Some(status),
+                None if start.elapsed() > HANGS => {
+                    worker.kill().and_then(|()| worker.wait()).map_err(|error| error.to_string())?;
+                    break None;
+                }
+                None => std::thread::sleep(Duration::from_millis(50)),
+            }
+        };
+        for line in reader.join().unwrap_or_default().lines() {
+            let failed = line.strip_prefix("failed ").and_then(|line| line.split_once(' '));
+            if let Some((number, reason)) = failed
+                && let Ok(number) = number.parse()
+            {
+                self.counts.failures.insert(number, reason.to_owned());
+            }
+        }
+        // It has gone through all where it says so, with failures or without.
+        if end.is_some_and(|status| matches!(status.code(), Some(0 | 1))) {
+            return Ok(count);
+        }
+        let text = std::fs::read_to_string(folder.join(AT)).unwrap_or_default();
+        let at = text.trim().parse().unwrap_or(first).clamp(first, first + count - 1);
+        let reason = match end {
+            Some(status) => format!("ended the process ({status}): out of memory or of stack"),
+            None => format!("takes much longer than {} s", MOST.as_secs()),
+        };
+        self.counts.failures.insert(at, reason);
+        Ok(at + 1 - first)
+    }
+
+    fn try_tests(&mut self, package: &str, filter: &str, cases: u64) -> Result<u64, String> {
+        let filter = format!("package({package}) & ({filter})");
+        let (seed, times) = (self.counts.inputs, (self.next / cases).clamp(1, 1000));
+        let status = Command::new("cargo")
+            // As ordinary tests are built.
+            .args(["nextest", "run", "--no-tests=fail", "--workspace", "--features", "umbragraph/watch"])
+            .args(["-E", &filter])
+            .current_dir(counts::root())
+            .env("UMBRAGRAPH_SEED", (2 + seed).to_string())
+            .env("UMBRAGRAPH_TIMES", times.to_string())
+            .stdin(std::process::Stdio::null())
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::null())
+            .status()
+            .map_err(|error| format!("cargo nextest: {error}"))?;
+        if !status.success() {
+            let again = format!(
+                "UMBRAGRAPH_SEED={} UMBRAGRAPH_TIMES={times} cargo nextest run --workspace --features umbragraph/watch -E '{filter}' fails",
+                2 + seed
+            );
+            self.counts.failures.insert(seed, again);
+        }
+        Ok(times * cases)
+    }
+}

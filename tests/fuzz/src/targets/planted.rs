@@ -1,0 +1,33 @@
+//! A target that fails in each way that there is, to see that each is noticed.
+
+use crate::mutation::Choices;
+use crate::target::{Kind, Target};
+use crate::worker::note;
+
+pub(crate) const PLANTED: Target = Target {
+    name: "planted",
+    about: "a panic, an endless sum, memory without end",
+    kind: Kind::Function(planted),
+    files: &[],
+    aim: 1,
+};
+
+fn planted(choices: &mut Choices<'_>) {
+    let kind = choices.below(40);
+    note(kind.to_string());
+    match kind {
+        10..=13 => panic!("planted"),
+        20..=23 => {
+            let start = std::time::Instant::now();
+            while start.elapsed().as_millis() < 1_200 {}
+        }
+        30 => {
+            let mut all: Vec<Vec<u8>> = Vec::new();
+            while all.len() < 4096 {
+                all.push(vec![1; 1 << 20]);
+            }
+            assert!(all.iter().all(|each| each.len() == 1 << 20));
+        }
+        _ => {}
+    }
+}
