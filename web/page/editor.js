@@ -4,6 +4,7 @@ import { HighlightStyle, StreamLanguage, bracketMatching, foldGutter, foldKeymap
 import { json } from "@codemirror/legacy-modes/mode/javascript";
 import { rust } from "@codemirror/legacy-modes/mode/rust";
 import { lintGutter, lintKeymap, setDiagnostics } from "@codemirror/lint";
+import { completionKeymap } from "@codemirror/autocomplete";
 import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
 import { EditorState, Transaction } from "@codemirror/state";
 import { EditorView, drawSelection, highlightActiveLine, highlightActiveLineGutter, keymap, lineNumbers } from "@codemirror/view";
@@ -52,7 +53,7 @@ export class Editor {
         lineNumbers(), foldGutter(), lintGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(),
         highlightActiveLine(), highlightActiveLineGutter(), highlightSelectionMatches(),
         EditorView.lineWrapping, indentUnit.of("  "), language, syntaxHighlighting(colours),
-        keymap.of([...defaultKeymap, ...historyKeymap, ...foldKeymap, ...searchKeymap, ...lintKeymap, indentWithTab]),
+        keymap.of([...completionKeymap, ...defaultKeymap, ...historyKeymap, ...foldKeymap, ...searchKeymap, ...lintKeymap, indentWithTab]),
         EditorView.contentAttributes.of({ "aria-label": `The text of ${path}` }),
         this.#extension(path),
       ],

@@ -6,6 +6,7 @@ import { element } from "./element.js";
 import { listen_to_folder } from "./folder.js";
 import { Frame, cover } from "./frame.js";
 import { fill_gallery } from "./gallery.js";
+import { LanguageClient } from "./language.js";
 import { listed } from "./problems.js";
 import { parse, pipeline_address } from "./route.js";
 import { fill, filter } from "./settings.js";
@@ -123,9 +124,19 @@ function notice(text) {
 
 // ---------------------------------------------------------------- text
 
+const language = new LanguageClient({
+  show(path) {
+    show(path);
+    return editor.view;
+  },
+  edit: (path, update) => edited(path, editor.edit_hidden(path, text_of(path), update)),
+});
+
 const editor = new Editor($("editor"), {
   changed: edited,
+  extension: (path) => language.extension(path),
 });
+for (const event of ["focusin", "pointerenter"]) $("editor").addEventListener(event, () => language.start());
 
 function edited(path, text) {
   take(path, text);
@@ -138,6 +149,7 @@ function edited(path, text) {
 function write(given) {
   checker.ask("write", { files: given }).catch(() => {});
   frame.write(given);
+  language.write(given);
 }
 
 const short = (path) => path.replace(/^pipelines\//, "");

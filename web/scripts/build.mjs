@@ -24,7 +24,7 @@ if (existsSync(join(WEB, "page"))) {
     cpSync(join(ROOT, `examples/gallery/${sheet}.jpg`), join(site, `gallery/${sheet}.jpg`));
   }
   await build({
-    entryPoints: ["main.js", "checker.js", "painter.js"].map((name) => join(WEB, "page", name)),
+    entryPoints: ["main.js", "checker.js", "painter.js", "server.js"].map((name) => join(WEB, "page", name)),
     outdir: site, bundle: true, format: "esm", minify: true, target: "es2022", logLevel: "warning",
     external: ["./checker/*", "./painter/*"],
   });

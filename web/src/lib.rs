@@ -1,7 +1,7 @@
 //! umbragraph in a browser, through wasm-bindgen.
 //!
-//! Two libraries are made of this crate. Without features there is `Project`, which checks, plans and explains in a
-//! worker; the feature `gpu` adds `Painter`, which draws on WebGPU. Both are classes of JavaScript whose methods take and
+//! Two libraries are made of this crate. Without features there are `Project`, which checks, plans and explains in a
+//! worker, and `Language`, the language server of editors; the feature `gpu` leaves out the latter and adds `Painter`, which draws on WebGPU. Both are classes of JavaScript whose methods take and
 //! give texts, most of them JSON. `cargo xtask web` builds them and the page around them.
 //!
 //! A panic ends a library, since nothing unwinds in a browser: it is printed to the console, and whoever started the worker
@@ -10,6 +10,8 @@
 // The macros of wasm-bindgen write unsafe code; there is none in this crate.
 #![cfg_attr(target_family = "wasm", allow(unsafe_code))]
 
+#[cfg(all(target_family = "wasm", not(feature = "gpu")))]
+mod language;
 #[cfg(all(target_family = "wasm", feature = "gpu"))]
 mod painter;
 #[cfg(all(target_family = "wasm", feature = "gpu"))]
@@ -19,6 +21,8 @@ mod project;
 #[cfg(target_family = "wasm")]
 mod settings;
 
+#[cfg(all(target_family = "wasm", not(feature = "gpu")))]
+pub use language::Language;
 #[cfg(all(target_family = "wasm", feature = "gpu"))]
 pub use painter::Painter;
 #[cfg(target_family = "wasm")]
