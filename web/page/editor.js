@@ -54,7 +54,7 @@ export class Editor {
         highlightActiveLine(), highlightActiveLineGutter(), highlightSelectionMatches(),
         EditorView.lineWrapping, indentUnit.of("  "), language, syntaxHighlighting(colours),
         keymap.of([...completionKeymap, ...defaultKeymap, ...historyKeymap, ...foldKeymap, ...searchKeymap, ...lintKeymap, indentWithTab]),
-        EditorView.contentAttributes.of({ "aria-label": `The text of ${path}` }),
+        EditorView.contentAttributes.of({ "aria-label": `The text of ${path}`, tabindex: "0" }),
         this.#extension(path),
       ],
     });

@@ -7,6 +7,7 @@ import { listen_to_folder } from "./folder.js";
 import { Frame, cover } from "./frame.js";
 import { fill_gallery } from "./gallery.js";
 import { LanguageClient } from "./language.js";
+import { keep_frame, keep_offline } from "./offline.js";
 import { listed } from "./problems.js";
 import { parse, pipeline_address } from "./route.js";
 import { fill, filter } from "./settings.js";
@@ -243,7 +244,7 @@ const frame = new Frame(SIZE, {
 
 function start_frame() {
   if (!navigator.gpu) return cover("This browser has no WebGPU.");
-  frame.start().catch((error) => {
+  frame.start().then(() => keep_frame(chosen.scene), (error) => {
     cover(error.message);
     notice(`Nothing can be drawn: ${error.message}. The page still checks, plans and explains.`);
   });
@@ -409,6 +410,7 @@ function listen() {
   listen_to_drops(take_dropped);
 }
 
+keep_offline();
 fill_choices(chosen);
 listen();
 if (!navigator.gpu) notice("This browser has no WebGPU, so nothing is drawn. The page still checks, plans and explains.");

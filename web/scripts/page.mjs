@@ -1,6 +1,7 @@
 // What one does with the page: edit, mend, undo, break a template, share, see a frame, and go on when a worker dies.
 import assert from "node:assert/strict";
 import { WAIT, frames, replace, solved, state, text } from "./hands.mjs";
+import { access } from "./access.mjs";
 import { language } from "./language.mjs";
 import { project } from "./project.mjs";
 
@@ -147,7 +148,7 @@ async function whole_course(page) {
 }
 
 /** Goes through the steps; the names of those that fail. */
-export async function page_works(browser, address, command) {
+export async function page_works(browser, { address, site, command }) {
   const failures = [];
   const take = async (name, work) => {
     try {
@@ -174,7 +175,7 @@ export async function page_works(browser, address, command) {
     await page.goto(address + fragment);
     return page;
   };
-  for (const [name, part] of Object.entries({ ...project(command, open), ...language(open) })) await take(name, part);
+  for (const [name, part] of Object.entries({ ...project(command, open), ...language(open), ...access(browser, open, site) })) await take(name, part);
   const without = await open("#step=pass");
   await take("without WebGPU it still checks, and says so", async () => {
     await without.locator("#notice:not([hidden])").waitFor(WAIT);

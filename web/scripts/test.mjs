@@ -147,7 +147,7 @@ async function main([site, command]) {
     page.setDefaultTimeout(0);
     const failures = [...(await documents(page)), ...(await pictures(page, command, vulkan, folder))];
     await page.close();
-    failures.push(...(await page_works(browser, address, command)));
+    failures.push(...(await page_works(browser, { address, site, command })));
     if (failures.length) console.log(`${failures.length} failed: ${failures.join(", ")}`);
     return failures.length === 0;
   } finally {
