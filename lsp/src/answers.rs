@@ -4,8 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use lsp_types::request::{
-    CodeActionRequest, Completion, DocumentSymbolRequest, Formatting, GotoDefinition, HoverRequest,
-    InlayHintRequest, PrepareRenameRequest, References, Rename, Request as _, SemanticTokensFullRequest,
+    CodeActionRequest, CodeLensRequest, Completion, DocumentSymbolRequest, ExecuteCommand, Formatting,
+    GotoDefinition, HoverRequest, InlayHintRequest, PrepareRenameRequest, References, Rename, Request as _,
+    SemanticTokensFullRequest,
 };
 use lsp_types::{
     CodeAction, CodeActionKind, CodeActionOrCommand, CodeActionParams, CompletionItem, CompletionItemKind,
@@ -18,6 +19,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
 
+use crate::generated;
 use crate::outline;
 use crate::position::is_whole;
 use crate::workspace::{Workspace, document_path, is_document};
@@ -49,6 +51,10 @@ pub(crate) fn answer(workspace: &mut Workspace, method: &str, params: Json) -> O
         }),
         InlayHintRequest::METHOD => with(params, |params| hints(workspace, &params)),
         Formatting::METHOD => with(params, |params| formatted(workspace, params)),
+        CodeLensRequest::METHOD => with(params, |params| generated::lenses(workspace, &params)),
+        ExecuteCommand::METHOD => {
+            parsed(params).and_then(|params| json(generated::execute(workspace, params)?))
+        }
         CodeActionRequest::METHOD => with(params, |params| Some(actions(workspace, &params))),
         _ => return None,
     })

@@ -9,6 +9,7 @@
 
 mod answers;
 mod capabilities;
+mod generated;
 mod outline;
 mod position;
 mod server;

@@ -275,6 +275,11 @@ impl Workspace {
         files
     }
 
+    /// The pipelines that are told of.
+    pub(crate) fn told(&self) -> Vec<Target> {
+        self.found.keys().cloned().collect()
+    }
+
     /// Whether a document is open that is told of as part of a pipeline.
     fn is_wanted(&self, target: &Target) -> bool {
         self.targets.iter().any(|(path, known)| known == target && self.open.contains_key(path))

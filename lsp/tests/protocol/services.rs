@@ -161,3 +161,77 @@ fn rounds_of_a_loop_hide_a_parameter_of_their_name() {
     assert_eq!(hints(&mut editor, &path, &looped), []);
     assert_eq!(editor.diagnostics(&path), Vec::<String>::new());
 }
+
+#[test]
+fn lens_of_a_pass_shows_its_wgsl_with_the_way_back() {
+    let (mut editor, path, text) = Editor::with_pipeline("learn/32-own-lighting.json");
+    let of_document = json!({ "textDocument": { "uri": uri(&path) } });
+    let lenses = editor.ask("textDocument/codeLens", of_document.clone());
+    let lenses = lenses.as_array().expect("lenses");
+    assert!(!lenses.is_empty());
+    for lens in lenses {
+        // It stands at the key of the pass that it names.
+        let command = &lens["command"];
+        assert_eq!(command["command"], "umbragraph.showWgsl");
+        let line = lens["range"]["start"]["line"].as_u64().expect("a line") as usize;
+        let pass = command["arguments"][0]["pass"].as_str().expect("a pass");
+        assert!(text.lines().nth(line).expect("a line").contains(&format!("\"{pass}\"")), "{lens}");
+        let run = json!({ "command": "umbragraph.wgsl", "arguments": command["arguments"] });
+        let shown = editor.ask("workspace/executeCommand", run);
+        let wgsl = shown["text"].as_str().expect("a text");
+        assert!(wgsl.contains("@fragment") || wgsl.contains("@compute"), "{wgsl}");
+        assert_eq!(shown["lines"].as_array().expect("lines").len(), wgsl.split_inclusive('\n').count());
+    }
+    let unknown =
+        json!({ "command": "umbragraph.wgsl", "arguments": [{ "pipeline": uri(&path), "pass": "none" }] });
+    let refused = editor.try_ask("workspace/executeCommand", unknown).expect_err("no such pass");
+    assert!(refused.contains("\"none\""), "{refused}");
+    // While it is broken there is nothing to show.
+    editor.change(&path, &text.replacen("\"passes\"", "\"passe\"", 1));
+    assert_eq!(editor.ask("textDocument/codeLens", of_document), json!([]));
+}
+
+#[test]
+fn lens_of_a_template_leads_back_to_its_lines() {
+    let folder = umbragraph_test_support::scratch::ScratchFolder::new("lsp_lens_of_a_template");
+    let folder = folder.canonicalize().expect("a folder");
+    let (pipeline, template) = (folder.join("own.json"), folder.join("own.wgsl.jinja"));
+    let document = r#"{
+  "format": 1, "name": "own",
+  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" } } },
+  "passes": { "fill": { "fullscreen": { "shader": "own.wgsl.jinja", "color": [{ "to": "&target" }] } } }
+}"#;
+    let text = "{% include \"lib/fullscreen.wgsl.jinja\" %}\n\n@fragment\nfn main() -> @location(0) vec4<f32> {\n    return vec4<f32>(0.25);\n}\n";
+    std::fs::write(&pipeline, document).expect("a file");
+    std::fs::write(&template, text).expect("a file");
+    OWN.set(template.clone()).expect("set once");
+    let mut editor = Editor::start_with(&folder, own_session, json!({}));
+    editor.open(&pipeline, document);
+    editor.open(&template, text);
+    let of_template = json!({ "textDocument": { "uri": uri(&template) } });
+    assert_eq!(editor.diagnostics(&pipeline), Vec::<String>::new());
+    let lenses = editor.ask("textDocument/codeLens", of_template);
+    assert_eq!(lenses[0]["command"]["title"], "WGSL of fill in own", "{lenses}");
+    let run = json!({ "command": "umbragraph.wgsl", "arguments": lenses[0]["command"]["arguments"] });
+    let shown = editor.ask("workspace/executeCommand", run);
+    let wgsl = shown["text"].as_str().expect("a text");
+    let line = wgsl.lines().position(|line| line.contains("0.25")).expect("the line");
+    let from = &shown["lines"][line];
+    assert_eq!(
+        (&from["uri"], &from["range"]["start"]["line"]),
+        (&json!(uri(&template)), &json!(4)),
+        "{from}"
+    );
+}
+
+static OWN: std::sync::OnceLock<std::path::PathBuf> = std::sync::OnceLock::new();
+
+fn own_session() -> umbragraph::low_level::session::Session {
+    use umbragraph::low_level::compose::Roots;
+    use umbragraph::low_level::session::{Session, Template, TemplateText};
+    let path = OWN.get().expect("set by the test").clone();
+    let roots = Roots::of(&path);
+    let text = TemplateText::File { path, roots };
+    let own = Template { name: "own.wgsl.jinja".to_owned(), text };
+    Session::new(umbragraph::DiskStorage, umbragraph::registry(), umbragraph::with_templates([own]))
+}

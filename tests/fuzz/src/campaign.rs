@@ -3,6 +3,7 @@
 //! The target that is furthest from its aim is next. A worker that ends without having tried all of its inputs has failed at
 //! the one at hand; the next begins behind it.
 
+use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -19,6 +20,7 @@ const HANGS: Duration = Duration::from_secs(300);
 /// A target on its way.
 struct Running {
     target: &'static Target,
+    program: PathBuf,
     counts: Counts,
     /// The number of inputs of the next slice.
     next: u64,
@@ -28,10 +30,12 @@ struct Running {
 pub(crate) fn run(time: Duration, only: Option<&'static Target>) -> Result<bool, String> {
     let start = Instant::now();
     let targets: Vec<&Target> = only.map_or_else(|| TARGETS.iter().collect(), |only| vec![only]);
+    // Once: building tests may put another file in its place.
+    let program = std::env::current_exe().map_err(|error| error.to_string())?;
     let mut all = Vec::new();
     for target in targets {
         std::fs::create_dir_all(counts::folder(target)).map_err(|error| error.to_string())?;
-        all.push(Running { target, counts: Counts::of(target)?, next: 100 });
+        all.push(Running { target, program: program.clone(), counts: Counts::of(target)?, next: 100 });
     }
     while start.elapsed() < time {
         let part = |each: &&mut Running| each.counts.inputs as f64 / each.target.aim as f64;
@@ -65,8 +69,7 @@ impl Running {
 
     fn try_function(&mut self, count: u64) -> Result<u64, String> {
         let (first, folder) = (self.counts.inputs, counts::folder(self.target));
-        let program = std::env::current_exe().map_err(|error| error.to_string())?;
-        let mut worker = Command::new(program)
+        let mut worker = Command::new(&self.program)
             .args(["worker", self.target.name, &first.to_string(), &count.to_string()])
             .arg(&folder)
             .current_dir(counts::root())

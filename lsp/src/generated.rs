@@ -1,0 +1,172 @@
+//! Generated WGSL: lenses at passes and in templates, the text that they show, and the way back from its lines.
+//!
+//! A lens carries the command [`SHOW`] of the client, with one argument; the server answers its own command [`TEXT`] for that
+//! argument with the text. The text is that of the configuration that values are told of.
+//!
+//! Limits: templates have lenses for pipelines of which a document is open, [`MOST`] at most.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::Arc;
+
+use lsp_types::{CodeLens, CodeLensParams, Command, ExecuteCommandParams, Range, Uri};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value as Json, json};
+
+use crate::workspace::{Workspace, document_path, is_template};
+use umbragraph_graph::pipeline::{ProgramVariant, TypedPipeline};
+use umbragraph_session::Target;
+
+/// The client's command that shows a text.
+pub(crate) const SHOW: &str = "umbragraph.showWgsl";
+/// The server's command that answers with a text.
+pub(crate) const TEXT: &str = "umbragraph.wgsl";
+/// The maximum number of lenses at one place.
+const MOST: usize = 8;
+
+/// The argument of both commands.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+struct Wanted {
+    /// The address of the pipeline.
+    pipeline: Uri,
+    pass: String,
+    /// The position among the variants for mesh properties.
+    #[serde(default)]
+    variant: usize,
+}
+
+/// A generated text, and where its lines are from.
+#[derive(Debug, Serialize)]
+pub(crate) struct Generated {
+    title: String,
+    text: String,
+    /// For each line the address and the range of the template's text, where it is the client's.
+    lines: Vec<Option<Json>>,
+}
+
+/// The variants of all passes with a shader, by the names of the passes.
+fn variants(
+    pipeline: &TypedPipeline,
+) -> impl Iterator<Item = (&umbragraph_graph::pipeline::Pass, &[ProgramVariant])> {
+    pipeline.passes.iter().filter_map(|pass| {
+        let program = pipeline.program(pass.work().program()?);
+        Some((pass, &program.variants[..]))
+    })
+}
+
+fn lens(range: Range, title: String, wanted: &Wanted) -> Option<CodeLens> {
+    let arguments = Some(vec![serde_json::to_value(wanted).ok()?]);
+    Some(CodeLens {
+        range,
+        command: Some(Command { title, command: SHOW.to_owned(), arguments }),
+        data: None,
+    })
+}
+
+/// The mesh properties of a variant, for a title.
+fn of_properties(variant: &ProgramVariant) -> String {
+    match &variant.properties[..] {
+        [] => String::new(),
+        some => format!(" ({})", some.join(", ")),
+    }
+}
+
+/// The lenses of a document or a template.
+pub(crate) fn lenses(workspace: &mut Workspace, params: &CodeLensParams) -> Option<Vec<CodeLens>> {
+    let path = document_path(&params.text_document.uri)?;
+    if is_template(&path) {
+        return Some(of_template(workspace, &path));
+    }
+    let target = workspace.target(&path)?;
+    let pipeline = workspace.pipeline(&target)?;
+    let own = workspace.uri(&target.path)?;
+    let mut lenses: Vec<CodeLens> = Vec::new();
+    for (pass, variants) in variants(&pipeline) {
+        let Some(place) = workspace.location(pass.place) else { continue };
+        // Of a pass in a loop the first round is shown.
+        let is_known = lenses.iter().any(|lens| lens.range == place.range);
+        if document_path(&place.uri).as_ref() != Some(&path) || is_known {
+            continue;
+        }
+        let shown = variants.iter().enumerate().take(MOST).filter_map(|(variant, one)| {
+            let wanted = Wanted { pipeline: own.clone(), pass: pass.name.clone(), variant };
+            lens(place.range, format!("WGSL{}", of_properties(one)), &wanted)
+        });
+        let shown: Vec<CodeLens> = shown.collect();
+        lenses.extend(shown);
+    }
+    Some(lenses)
+}
+
+fn of_template(workspace: &mut Workspace, path: &Path) -> Vec<CodeLens> {
+    let mut lenses = Vec::new();
+    let mut shown = BTreeSet::new();
+    for target in workspace.told() {
+        let (Some(pipeline), Some(uri)) = (workspace.pipeline(&target), workspace.uri(&target.path)) else {
+            continue;
+        };
+        let is_it = |name: &str| Path::new(name) == path;
+        for (pass, variants) in variants(&pipeline) {
+            for (variant, one) in variants.iter().enumerate() {
+                let files: BTreeSet<_> =
+                    one.module.map.pieces().filter_map(|(_, span)| Some(span?.file)).collect();
+                let mut files = files.into_iter().filter_map(|file| workspace.session.sources().get(file));
+                if lenses.len() >= MOST
+                    || !files.any(|file| is_it(file.name()))
+                    || !shown.insert(one.module.hash)
+                {
+                    continue;
+                }
+                let title = format!("WGSL of {} in {}{}", pass.name, pipeline.name, of_properties(one));
+                let wanted = Wanted { pipeline: uri.clone(), pass: pass.name.clone(), variant };
+                lenses.extend(lens(Range::default(), title, &wanted));
+            }
+        }
+    }
+    lenses
+}
+
+/// Runs the server's command.
+pub(crate) fn execute(workspace: &mut Workspace, params: ExecuteCommandParams) -> Result<Generated, String> {
+    if params.command != TEXT {
+        return Err(format!("`{}` is no command of this server; there is {TEXT}", params.command));
+    }
+    let wanted = params.arguments.into_iter().next().unwrap_or_default();
+    let wanted: Wanted =
+        serde_json::from_value(wanted).map_err(|error| format!("the argument of {TEXT}: {error}"))?;
+    let missing = |what: &str| format!("{} has no {what} at the moment", wanted.pipeline.as_str());
+    let path = document_path(&wanted.pipeline).ok_or_else(|| missing("path"))?;
+    let pipeline =
+        workspace.pipeline(&Target::new(&path)).ok_or_else(|| missing("pipeline without errors"))?;
+    let found = variants(&pipeline).find(|(pass, _)| pass.name == wanted.pass);
+    let variant = found.and_then(|(_, variants)| variants.get(wanted.variant));
+    let variant = variant.ok_or_else(|| missing(&format!("shader of a pass \"{}\"", wanted.pass)))?;
+    Ok(generated(workspace, &wanted, variant))
+}
+
+fn generated(workspace: &Workspace, wanted: &Wanted, variant: &ProgramVariant) -> Generated {
+    let (text, map) = (&variant.module.wgsl, &variant.module.map);
+    let mut start = 0;
+    let lines = text.split_inclusive('\n').map(|line| {
+        // Where the first thing in the line is from.
+        let indent = line.len() - line.trim_start().len();
+        let place = map.place(start + indent.min(line.len().saturating_sub(1)));
+        start += line.len();
+        let place = workspace.location(place?)?;
+        Some(json!({ "uri": place.uri, "range": place.range }))
+    });
+    let lines = lines.collect();
+    Generated {
+        title: format!("{}{}.wgsl", wanted.pass, of_properties(variant)),
+        text: text.to_string(),
+        lines,
+    }
+}
+
+impl Workspace {
+    /// A pipeline in the configuration that values are told of; `None` where an error keeps it from being loaded.
+    fn pipeline(&mut self, target: &Target) -> Option<Arc<TypedPipeline>> {
+        let choice = self.choice(target);
+        self.sure(|session| session.plan(target, &choice)).0.report.pipeline
+    }
+}
