@@ -43,7 +43,10 @@ mod survey;
 mod templates;
 mod tokens;
 
-pub use assist::{Candidate, CandidateKind, Computed, Cursor, Expected, Hover, Renamed, kind_of};
+pub use assist::{
+    Candidate, CandidateKind, Change, ChangeError, Changes, Computed, Cursor, Expected, Hover, Renamed, Slot,
+    Written, kind_of,
+};
 pub use cancel::{Cancel, Cancelled};
 pub use choice::{Choice, Target};
 pub use done::Done;

@@ -8,8 +8,12 @@ const answers = {
   write: ({ files }) => Object.entries(files).forEach(([path, text]) => project.write(path, text)),
   plan: ({ path, values, size }) => JSON.parse(project.plan(path, values, ...size)),
   check: ({ path, size }) => JSON.parse(project.check(path, ...size)),
-  graph: ({ path, values, size }) => project.graph(path, values, ...size),
   project: ({ name, of }) => JSON.parse(Project.begin(name, of)),
+  graph: ({ path, values, size }) => JSON.parse(project.graph(path, values, ...size)),
+  slots: ({ path, values, size, pass }) => JSON.parse(project.slots(path, values, ...size, pass)),
+  change: ({ path, values, size, change, is_tried }) =>
+    JSON.parse(project.change(path, values, ...size, JSON.stringify(change), is_tried)),
+  palette: () => JSON.parse(project.palette()),
   templates: () => JSON.parse(Project.templates()),
 };
 

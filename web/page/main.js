@@ -6,6 +6,8 @@ import { element } from "./element.js";
 import { listen_to_folder } from "./folder.js";
 import { Frame, cover } from "./frame.js";
 import { fill_gallery } from "./gallery.js";
+import { beside } from "./graph/beside.js";
+import { Graph } from "./graph/graph.js";
 import { LanguageClient } from "./language.js";
 import { keep_frame, keep_offline } from "./offline.js";
 import { listed } from "./problems.js";
@@ -67,7 +69,7 @@ async function check() {
     tell(answer, false);
     answered = answer;
     judge();
-    if (!answer.plan) return;
+    if (!answer.plan) return $("graph").hidden || show_graph();
     planned = answer.plan;
     show_plan();
     frame.draw();
@@ -227,10 +229,15 @@ function set(kind, name, value, is_live) {
   judge();
 }
 
+/** Asks the checker about the pipeline as it is chosen. */
+const ask = (kind, asked) => checker.ask(kind, { path: chosen.pipeline, values: values(), size: SIZE, ...asked });
+
+const graph = new Graph($("graph"), beside({ ask, editor, text_of, show, shown: () => shown }));
+
 async function show_graph() {
-  const page = await checker.ask("graph", { path: chosen.pipeline, values: values(), size: SIZE }).catch(() => null);
-  const frame = $("graph").querySelector("iframe");
-  if (page && frame.srcdoc !== page) frame.srcdoc = page;
+  const number = asked;
+  const answer = await ask("graph").catch(() => null);
+  if (answer && planned && number === asked) graph.show(chosen.pipeline, planned.report, answer);
 }
 
 // ---------------------------------------------------------------- frame
@@ -402,7 +409,7 @@ function listen() {
       tab.tabIndex = tab === picked ? 0 : -1;
       $(tab.getAttribute("aria-controls")).hidden = tab !== picked;
     }
-    if (picked.id === "tab-graph") show_graph();
+    if (picked.id === "tab-graph" && planned) show_graph();
   };
   views.forEach((tab) => (tab.onclick = () => pick(tab)));
   for (const id of ["tabs", "views"]) $(id).onkeydown = (event) => move_among_tabs($(id), event.key);

@@ -16,6 +16,7 @@ for (const library of ["checker", "painter"]) cpSync(join(out, library), join(si
 cpSync(join(ROOT, "examples/scenes"), join(site, "scenes"), { recursive: true });
 cpSync(join(WEB, "scripts/harness.html"), join(site, "harness.html"));
 for (const name of ["index.html", "style.css"]) cpSync(join(WEB, "page", name), join(site, name));
+cpSync(join(WEB, "page/graph/graph.css"), join(site, "graph.css"));
 const sections = JSON.parse(readFileSync(join(WEB, "page/gallery.json"), "utf8"));
 for (const { sheet } of sections.flatMap(({ cards }) => cards)) {
   cpSync(join(ROOT, `examples/gallery/${sheet}.jpg`), join(site, `gallery/${sheet}.jpg`));

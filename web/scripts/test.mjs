@@ -8,6 +8,7 @@ import { fileURLToPath } from "node:url";
 import { promisify } from "node:util";
 import { driver, program, start } from "./browser.mjs";
 import { page_works } from "./page.mjs";
+import { graph_works } from "./graph.mjs";
 import { decode } from "./png.mjs";
 import { serve } from "./serve.mjs";
 
@@ -148,6 +149,7 @@ async function main([site, command]) {
     const failures = [...(await documents(page)), ...(await pictures(page, command, vulkan, folder))];
     await page.close();
     failures.push(...(await page_works(browser, { address, site, command })));
+    failures.push(...(await graph_works(browser, address)));
     if (failures.length) console.log(`${failures.length} failed: ${failures.join(", ")}`);
     return failures.length === 0;
   } finally {

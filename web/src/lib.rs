@@ -10,6 +10,8 @@
 // The macros of wasm-bindgen write unsafe code; there is none in this crate.
 #![cfg_attr(target_family = "wasm", allow(unsafe_code))]
 
+#[cfg(target_family = "wasm")]
+mod graph;
 #[cfg(all(target_family = "wasm", not(feature = "gpu")))]
 mod language;
 #[cfg(all(target_family = "wasm", feature = "gpu"))]

@@ -10,7 +10,7 @@ use umbragraph::low_level::compiler::PlanOptions;
 use umbragraph::low_level::compose::{Files as _, Memory, Roots};
 use umbragraph::low_level::document::{self, Document};
 use umbragraph::low_level::pipeline::{Overrides, ParameterFile, claimed_profiles, of_preset};
-use umbragraph::low_level::report::{Observed, Report, page};
+use umbragraph::low_level::report::Report;
 use umbragraph::low_level::session::{
     Choice, Planned, Session, Storage, Survey, Target, Template, TemplateText,
 };
@@ -27,7 +27,7 @@ use crate::settings;
 pub struct Project {
     files: Pages,
     templates: Vec<String>,
-    session: Session,
+    pub(crate) session: Session,
 }
 
 /// Texts in memory, and the pipelines that come with the module.
@@ -157,12 +157,6 @@ impl Project {
         });
         self.answer(diagnostics, plan.unwrap_or_default())
     }
-
-    /// The page that `umbragraph graph --format html` makes; nothing without a plan.
-    pub fn graph(&mut self, path: &str, values: &str, width: u32, height: u32) -> Option<String> {
-        let (planned, _) = self.planned(path, values, None, PlanOptions::new(width, height));
-        Some(page(&self.report(&planned?)?, None, &Observed::default()))
-    }
 }
 
 impl Project {
@@ -174,23 +168,35 @@ impl Project {
         profile: Option<TargetProfile>,
         options: PlanOptions,
     ) -> (Option<Planned>, Diagnostics) {
-        let target = Target::new(path);
-        let profile = profile.or_else(|| self.profiles(&target).into_iter().next());
-        let mut choice = Choice::new(profile.unwrap_or_else(TargetProfile::webgpu), options);
         let mut diagnostics = Diagnostics::new();
-        if !values.is_empty() {
-            let file = self.session.text("values.json", values).file;
-            match document::parse(self.session.sources(), file).valid() {
-                Ok(values) => choice = choice.overrides(self.overrides(&target, &values, &mut diagnostics)),
-                Err(found) => diagnostics.extend(found),
-            }
-        }
+        let (target, choice) = self.choice((path, values), profile, options, &mut diagnostics);
         let planned = self.session.plan(&target, &choice).map(|(planned, found)| {
             diagnostics.extend(found);
             planned
         });
         diagnostics.sort();
         (planned.ok(), diagnostics)
+    }
+
+    /// A pipeline, and its configuration by the values of a parameter file.
+    pub(crate) fn choice(
+        &mut self,
+        (path, values): (&str, &str),
+        profile: Option<TargetProfile>,
+        options: PlanOptions,
+        diagnostics: &mut Diagnostics,
+    ) -> (Target, Choice) {
+        let target = Target::new(path);
+        let profile = profile.or_else(|| self.profiles(&target).into_iter().next());
+        let mut choice = Choice::new(profile.unwrap_or_else(TargetProfile::webgpu), options);
+        if !values.is_empty() {
+            let file = self.session.text("values.json", values).file;
+            match document::parse(self.session.sources(), file).valid() {
+                Ok(values) => choice = choice.overrides(self.overrides(&target, &values, diagnostics)),
+                Err(found) => diagnostics.extend(found),
+            }
+        }
+        (target, choice)
     }
 
     /// The texts that diagnostics are about.
@@ -231,7 +237,19 @@ impl Project {
         }
     }
 
-    fn report(&self, planned: &Planned) -> Option<Report> {
+    /// The text of a file of the page.
+    pub(crate) fn text(&self, path: &str) -> Option<String> {
+        let memory = self.files.0.lock().unwrap_or_else(PoisonError::into_inner);
+        memory.0.get(path).cloned()
+    }
+
+    /// The paths of the documents of the page.
+    pub(crate) fn paths(&self) -> Vec<String> {
+        let memory = self.files.0.lock().unwrap_or_else(PoisonError::into_inner);
+        memory.0.keys().filter(|path| path.ends_with(".json")).cloned().collect()
+    }
+
+    pub(crate) fn report(&self, planned: &Planned) -> Option<Report> {
         let (plan, graph) = (planned.report.plan.as_deref()?, planned.report.graph.as_deref()?);
         Some(Report::new(plan, graph, self.sources()))
     }

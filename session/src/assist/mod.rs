@@ -7,6 +7,7 @@
 //! Limits: values that another file replaces are in no composed document, so names in them lead nowhere. Paths of files are
 //! not proposed, since a [`Storage`](crate::Storage) lists none.
 
+mod changes;
 mod context;
 mod expected;
 mod rules;
@@ -32,6 +33,7 @@ use crate::graph::pipeline::{FileKind, schema_of};
 use crate::graph::source::{FileId, Span};
 use crate::graph::why::{Subject, human, why};
 use crate::session::Session;
+pub use changes::{Change, ChangeError, Changes, Slot, Written};
 use context::Context;
 use site::Spot;
 pub use values::Computed;

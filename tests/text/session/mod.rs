@@ -2,6 +2,7 @@
 
 mod assist;
 mod bad_input;
+mod changes;
 mod edits;
 mod reuse;
 
