@@ -13,12 +13,14 @@
 //! | the surface that each pixel shows, and its visibility from a light | [`truth`] |
 //! | the scores of a picture | [`scores`] |
 //! | changes from frame to frame that the truth does not have | [`changes`] |
+//! | visibility as bytes, to be kept | [`LightTruth::to_bytes`] |
 //!
 //! The crate does not depend on the shadow technique and needs no device. Limits: blended surfaces neither cast shadows
 //! nor count; alpha masks are sampled in their base level, where a renderer may use smaller ones.
 
 pub mod changes;
 pub mod difference;
+mod kept;
 pub mod light;
 pub mod limits;
 pub mod rays;

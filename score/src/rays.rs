@@ -17,9 +17,9 @@ use crate::triangles::{Hit, Surface, Triangle, surface_of, triangles_of};
 
 /// A scene in a pose.
 pub struct Rays<'a> {
-    scene: &'a Scene,
-    surfaces: Vec<Surface>,
-    triangles: Vec<Triangle>,
+    pub(crate) scene: &'a Scene,
+    pub(crate) surfaces: Vec<Surface>,
+    pub(crate) triangles: Vec<Triangle>,
     nodes: Vec<Node>,
 }
 

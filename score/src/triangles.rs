@@ -129,6 +129,13 @@ pub(crate) fn surface_of(scene: &Scene, draw: Draw) -> Surface {
 }
 
 impl Mask {
+    /// All that decides where its holes are, besides itself: picture, texture coordinates, and the corners of triangles.
+    pub(crate) fn parts<'s>(&self, scene: &'s Scene) -> (Option<&'s Image>, &'s [[f32; 2]], &'s [u32]) {
+        let primitive = scene.primitive(self.draw);
+        let image = self.texture.and_then(|texture| scene.images.get(texture.image));
+        (image, &primitive.texcoords, &primitive.indices)
+    }
+
     /// Whether a point of a triangle of its draw is a hole.
     pub(crate) fn is_hole(&self, scene: &Scene, triangle: &Triangle, hit: Hit) -> bool {
         let Some(texture) = self.texture else { return self.factor < self.cutoff };

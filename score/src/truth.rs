@@ -32,7 +32,7 @@ const SIDE: u32 = 4;
 
 /// The surfaces that a camera sees.
 pub struct Truth<'r> {
-    rays: &'r Rays<'r>,
+    pub(crate) rays: &'r Rays<'r>,
     pub(crate) camera: Camera,
     /// Pixels in a row, and rows.
     pub size: [u32; 2],

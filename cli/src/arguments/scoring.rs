@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::drawing::{Drawn, Film, Shot};
-use super::{AnswerFormat, Choices};
+use super::{AnswerFormat, CacheArguments, Choices};
 use crate::tune::space::Over;
 
 /// From where and when a scene is scored.
@@ -90,6 +90,8 @@ pub(crate) struct ScoreArguments {
     pub(crate) format: AnswerFormat,
     #[command(flatten)]
     pub(crate) drawn: Drawn,
+    #[command(flatten)]
+    pub(crate) cache: CacheArguments,
     #[command(flatten)]
     pub(crate) choices: Choices,
 }

@@ -4,6 +4,8 @@
 //! (`umbragraph-score`). Scores add up: "together" are the pixels of all lights and frames. Of frames in a row each light's
 //! are held against each other as well: what changes though rays say the same.
 //!
+//! Rays are traced once for a scene, a pose, a camera and a light: later runs find their answers in the cache.
+//!
 //! Limits: lights take turns, so that with several of them what a pipeline keeps from frame to frame (a history of its
 //! picture) is of the light before.
 
@@ -20,6 +22,7 @@ use umbragraph_score::{Counts, Limits, Rays, Scores, Seen};
 use self::view::View;
 use crate::answer::{Answer, answer};
 use crate::arguments::ScoreArguments;
+use crate::cache::Cache;
 use crate::codes;
 use crate::device;
 use crate::progress::Progress;
@@ -57,6 +60,7 @@ fn score(
         files::check("--out", out, &[(".png", Format::Png)])?;
     }
     let path = CameraPath::of(arguments.shots.film.camera.as_ref())?;
+    let cache = Cache::new(&arguments.cache);
     let choices = shadow_term::choices(&arguments.choices);
     let loaded = session.open(&arguments.pipeline, &choices.files.extension).ok_or_else(Diagnostics::new)?;
     let Some(document) = loaded.document() else { return Err(Diagnostics::new()) };
@@ -80,7 +84,7 @@ fn score(
         let pose = drawing.pose().clone();
         let rays = progress.stage("boxes around triangles", || Rays::new(&scene, &pose));
         (triangles, bytes) = (rays.count(), rays.bytes());
-        let Some(view) = View::new(&rays, &input, choices.size, progress)? else {
+        let Some(view) = View::new(&rays, &input, choices.size, (cache.as_ref(), progress))? else {
             before.clear();
             continue;
         };

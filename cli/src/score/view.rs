@@ -2,10 +2,12 @@
 
 use umbragraph::diagnostic::{Diagnostic, Diagnostics};
 use umbragraph::frame::{FrameInput, Light};
+use umbragraph::low_level::shader::permutations::Keep as _;
 use umbragraph::passes::words::CAST_SHADOW;
 use umbragraph_score::{LightTruth, Rays, Rendered, Scores, Seen, Truth, difference};
 
 use super::nothing;
+use crate::cache::Cache;
 use crate::progress::Progress;
 use crate::render::Drawing;
 
@@ -14,6 +16,26 @@ pub(crate) struct View<'r> {
     truth: Truth<'r>,
     /// `None` for one that a frame cannot use.
     lights: Vec<(Light, Option<LightTruth>)>,
+}
+
+/// The visibility of a light, from an earlier run if one has kept it.
+fn traced(truth: &Truth<'_>, light: &Light, cache: Option<&Cache>) -> Option<LightTruth> {
+    let name = cache.map(|_| {
+        let mut hash = blake3::Hasher::new();
+        truth.describe(light, &mut |bytes| {
+            hash.update(bytes);
+        });
+        format!("rays {}", hash.finalize())
+    });
+    let kept = cache.zip(name.as_ref()).and_then(|(cache, name)| cache.get(name));
+    if let Some(known) = kept.and_then(|bytes| LightTruth::from_bytes(&bytes, truth.points().len())) {
+        return Some(known);
+    }
+    let traced = truth.light(light)?;
+    if let Some((cache, name)) = cache.zip(name) {
+        cache.put(&name, &traced.to_bytes());
+    }
+    Some(traced)
 }
 
 /// The rendered picture of one light, scored against its truth.
@@ -37,15 +59,16 @@ impl<'r> View<'r> {
         rays: &'r Rays<'r>,
         input: &FrameInput,
         size: [u32; 2],
-        progress: &mut Progress,
+        (cache, progress): (Option<&Cache>, &mut Progress),
     ) -> Result<Option<Self>, Diagnostic> {
         let truth = progress.stage("rays of the camera", || Truth::new(rays, &input.camera, size));
         if truth.points().iter().all(Option::is_none) {
             return Ok(None);
         }
         let casting = input.lights.iter().filter(|light| light.has(CAST_SHADOW));
-        let lights: Vec<_> = progress
-            .stage("rays to lights", || casting.map(|light| (light.clone(), truth.light(light))).collect());
+        let lights: Vec<_> = progress.stage("rays to lights", || {
+            casting.map(|light| (light.clone(), traced(&truth, light, cache))).collect()
+        });
         if lights.is_empty() {
             let help = "let one cast shadows: \"castShadow\" in its extras is not false";
             return Err(nothing("no light of the scene casts shadows", help));

@@ -104,7 +104,7 @@ fn tune(
     });
     let mut subjects = Vec::new();
     for ((scene, input, _), rays) in shots.iter().zip(&rays) {
-        if let Some(view) = View::new(rays, input, choices.size, progress)? {
+        if let Some(view) = View::new(rays, input, choices.size, (None, progress))? {
             subjects.push(Subject { scene: *scene, input: input.clone(), view });
         }
     }

@@ -46,6 +46,37 @@ fn a_light_is_scored_alone_and_all_lights_are_together() {
     assert_eq!((picture.width(), picture.height()), (160, 180), "one light below the other");
 }
 
+#[test]
+fn rays_are_kept_and_an_answer_is_the_same_with_them() {
+    if gpu::device().is_none() {
+        return;
+    }
+    let folder = ScratchFolder::new("rays_are_kept");
+    let cache = folder.join("cache");
+    let kept = || -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(&cache).into_iter().flatten().flatten();
+        entries.map(|entry| entry.path()).collect()
+    };
+    let said = |more: &[&str]| {
+        let of_cache = ["--format", "json", "--cache", cache.to_str().unwrap()];
+        let output = score("pipelines/awsm.json", FIGURE, &[&of_cache[..], more].concat());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let first = said(&[]);
+    assert_eq!(kept().len(), 2, "one file for each light");
+    assert_eq!(said(&[]), first);
+    // Other filters, the same rays.
+    assert_ne!(said(&["--preset", "clean"]), first);
+    assert_eq!(kept().len(), 2);
+    // What is broken is traced again.
+    kept().iter().for_each(|path| std::fs::write(path, "broken").unwrap());
+    assert_eq!(said(&[]), first);
+    assert!(kept().iter().all(|path| std::fs::metadata(path).unwrap().len() > 1000));
+    // Another time of an animation has other rays.
+    said(&["--at", "0.5"]);
+    assert_eq!(kept().len(), 4);
+}
+
 /// The default filter of `awsm` is wider than posts and limbs, which it washes out; the preset is not.
 #[test]
 fn the_preset_clean_of_awsm_keeps_the_shadows_of_what_is_thin() {

@@ -194,7 +194,7 @@ impl Run {
                 .iter()
                 .flat_map(move |pipeline| drivers().map(move |driver| Job::Score { driver, pipeline, scene }))
         };
-        let (first, others) = self.scored().split_at(1);
+        let (first, others) = self.scenes.split_at(1);
         let defaults = self.drawn.iter().take_while(|case| case.is_default()).count();
         let (defaults, rest) = self.drawn.split_at(defaults);
         let mut jobs: Vec<Job<'_>> = defaults.iter().flat_map(pictures).collect();
@@ -202,11 +202,6 @@ impl Run {
         jobs.extend(rest.iter().flat_map(pictures));
         jobs.extend(others.iter().flat_map(|scene| scores(scene)));
         jobs
-    }
-
-    /// The scenes whose shadows are scored: rays to the eight lights of the interior, the last, take a quarter of an hour.
-    fn scored(&self) -> &'static [&'static str] {
-        &self.scenes[..self.scenes.len().min(SCENES.len() - 1)]
     }
 
     /// The pictures with textures at the nearest texel that explain differences.
@@ -324,7 +319,7 @@ impl Run {
 
     fn scores(&self, driver: &Driver, row: &mut Row) {
         let (lavapipe, _) = &self.drivers[0];
-        for scene in self.scored() {
+        for scene in self.scenes {
             let of = |driver| self.drawings.scores(driver, row.name, scene);
             let (Some(own), Some(reference)) = (of(driver), of(lavapipe)) else { continue };
             if *scene == SCENES[0] {

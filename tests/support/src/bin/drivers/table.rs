@@ -51,8 +51,8 @@ pub(crate) fn markdown(sections: &[Section], is_quick: bool, commit: &str) -> St
          that Vulkan allows: SwiftShader has 4, Mesa 8. A cell of noise or a texel of a shadow map then begins elsewhere;\n\
          \x20 * **rest**: nothing of this, at most {MAX_UNEXPLAINED} %. **worst**: the largest rest of one picture.\n\
          * **IoU**: shadows of the sun on the courtyard against rays (`umbragraph score`, texels beyond two pixels from an edge; \
-         higher is better). **change**: the largest difference of such a score from lavapipe's, over all lights of the \
-         scenes but the interior, whose eight lights take a quarter of an hour each time; at most {MAX_SCORE_CHANGE}.\n\n\
+         higher is better). **change**: the largest difference of such a score from lavapipe's, over all lights of all \
+         scenes, at most {MAX_SCORE_CHANGE}.\n\n\
          A picture that lacks a feature is drawn, and not compared unless the feature (`storage_descriptors`) leaves no trace in it. \
          One that needs what a driver lacks is not drawn, for which there is a diagnostic.\n\n"
     );
