@@ -36,7 +36,12 @@ fn hash(target: &Target) -> Result<String, String> {
             below.sort();
             return below.iter().try_for_each(|path| add(path, hash));
         }
-        hash.update(&std::fs::read(path)?);
+        let text = std::fs::read(path)?;
+        // Comments decide nothing.
+        let lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii_start);
+        lines.filter(|line| !line.starts_with(b"//")).for_each(|line| {
+            hash.update(line);
+        });
         Ok(())
     }
     let mut hash = blake3::Hasher::new();
