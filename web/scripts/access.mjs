@@ -12,7 +12,7 @@ const RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-pra
 const SCREENS = ["", "#step=pass", "#pipeline=pipelines/lore.json"];
 
 /** What axe says against the page as it is. */
-async function complaints(page) {
+export async function complaints(page) {
   await page.evaluate(AXE);
   const found = await page.evaluate((values) => window.axe.run(document, { runOnly: { type: "tag", values } }), RULES);
   return found.violations.flatMap(({ id, nodes }) => nodes.map(({ target, failureSummary }) => `${id}: ${target.join(" ")}: ${failureSummary}`));

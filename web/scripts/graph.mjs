@@ -1,11 +1,14 @@
 // What one does with the graph: connect by drags, move, rename, disable, add, group and delete passes, each as one step of
 // undo; and random changes by a seed, after each of which the text parses and has its comments.
 import assert from "node:assert/strict";
+import { complaints } from "./access.mjs";
+import { WAIT } from "./hands.mjs";
 
-const WAIT = { timeout: 240_000 };
 const SYSTEMS = ["nebula", "mantis", "caracal", "awsm", "lore", "umbra"];
 /** A tenth of the random changes that the library's own test makes. */
 const CHANGES = 30;
+/** So many resources and versions are tried at a pass. */
+const PLACES = 8;
 
 const fine = (page) => page.locator('#state:is([data-state="fine"], [data-state="warning"])').waitFor(WAIT);
 const settled = (page) => page.waitForFunction(() => document.querySelector("#graph .canvas svg"), null, WAIT);
@@ -92,19 +95,29 @@ async function undo(page) {
   throw new Error("the texts do not come back");
 }
 
-/** Places of the bars in view from which a texture or buffer can be dragged. */
+/** Places in view from which a texture or buffer can be dragged: bars, and the last write of each, which is a version. */
 const textures = (page) => page.locator("#graph svg [data-resource]:not(.data)").evaluateAll((nodes) => {
   const area = document.querySelector("#graph .canvas").getBoundingClientRect();
-  const bars = nodes.map((one) => one.querySelector(".bar").getBoundingClientRect());
-  const seen = bars.filter((box) => box.right > area.left + 60 && box.left < area.right - 60 && box.top > area.top && box.bottom < area.bottom);
-  return seen.map((box) => [Math.max(box.left, area.left) + 30, box.top + 5]).reverse().slice(0, 5);
+  const is_seen = (box) => box.right > area.left + 60 && box.left < area.right - 60 && box.top > area.top && box.bottom < area.bottom;
+  const places = nodes.flatMap((one) => {
+    const bar = one.querySelector(".bar").getBoundingClientRect();
+    const dot = [...one.querySelectorAll("circle.write")].map((dot) => dot.getBoundingClientRect()).filter(is_seen).at(-1);
+    const version = dot ? [[dot.left + dot.width / 2, dot.top + dot.height / 2]] : [];
+    return is_seen(bar) ? [[Math.max(bar.left, area.left) + 30, bar.top + 5], ...version] : version;
+  });
+  return places.reverse();
 });
 
 /** Drags from a place to a pass, and drops on the first slot that takes it and has something else; whether there is one. */
 async function connect(page, from, to) {
   await drag(page, from, to);
-  await page.locator("#graph .slots h4").waitFor(WAIT);
-  const [reference] = (await page.locator("#graph .slots h4").textContent()).split(" ");
+  // Something else may lie over the place.
+  if (!(await page.locator("#graph .connecting").count())) {
+    await page.mouse.up();
+    return false;
+  }
+  await page.locator("#graph .slots h3").waitFor(WAIT);
+  const [reference] = (await page.locator("#graph .slots h3").textContent()).split(" ");
   const rows = page.locator("#graph .slots button");
   for (let at = 0; at < (await rows.count()); at++) {
     if ((await rows.nth(at).locator("span").textContent()) === reference) continue;
@@ -144,12 +157,12 @@ const steps = {
   async "a node says what it is, and shows its line"(page) {
     await node(page, "pass", "keep").click();
     const panel = page.locator("#graph .details");
-    await panel.locator("h3", { hasText: "keep" }).waitFor(WAIT);
+    await panel.locator("h2", { hasText: "keep" }).waitFor(WAIT);
     assert.match(await panel.textContent(), /copy.*kept.*Reads.*painted.*Writes.*kept/s);
     const line = (await text(page)).split("\n").findIndex((one) => one.includes('"keep":')) + 1;
     assert.equal(await page.locator(".cm-activeLineGutter").first().textContent(), String(line));
     await node(page, "resource", "painted").click();
-    await panel.locator("h3", { hasText: "painted" }).waitFor(WAIT);
+    await panel.locator("h2", { hasText: "painted" }).waitFor(WAIT);
     assert.match(await panel.textContent(), /rgba8unorm 256×256.*256\.0 KiB/s);
   },
 
@@ -158,7 +171,7 @@ const steps = {
     const panel = page.locator("#graph .details");
     const pick = async (name) => {
       await node(page, "pass", name).click();
-      await panel.locator("h3", { hasText: name }).waitFor(WAIT);
+      await panel.locator("h2", { hasText: name }).waitFor(WAIT);
     };
     let now = before;
     const made = async (work, holds) => {
@@ -210,7 +223,7 @@ const steps = {
     await page.keyboard.press("ArrowRight");
     await page.keyboard.press("Enter");
     const name = await page.locator("#graph svg .picked").getAttribute("data-pass");
-    await page.locator("#graph .details h3", { hasText: name }).waitFor(WAIT);
+    await page.locator("#graph .details h2", { hasText: name }).waitFor(WAIT);
     const slot = page.locator("#graph .details .slot select:enabled").first();
     const other = await slot.evaluate((one) => [...one.options].map((option) => option.value).find((value) => value && value !== one.value));
     await slot.selectOption(other);
@@ -222,6 +235,20 @@ const steps = {
         const content = document.querySelector(".cm-content");
         return (content.cmTile ?? content.cmView).view.state.doc.toString() === before;
       }, before, WAIT);
+    }
+  },
+
+  async "it is labelled, and has contrast, in light and dark"(page) {
+    await open(page, "pipelines/learn/02-resources.json");
+    for (const colorScheme of ["dark", "light"]) {
+      await page.emulateMedia({ colorScheme });
+      assert.deepEqual(await complaints(page), [], `all, ${colorScheme}`);
+      await node(page, "pass", "paint").click();
+      await page.locator("#graph .details .slot").first().waitFor(WAIT);
+      assert.deepEqual(await complaints(page), [], `a pass, ${colorScheme}`);
+      await press(page, /^Add pass/);
+      assert.deepEqual(await complaints(page), [], `the palette, ${colorScheme}`);
+      await page.keyboard.press("Escape");
     }
   },
 
@@ -242,7 +269,7 @@ const steps = {
         if (!names.length) break;
         const name = names[below(names.length)];
         await page.evaluate((name) => document.querySelector(`#graph svg [data-pass="${name}"]`)?.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true })), name);
-        const is_there = await panel.locator("h3", { hasText: name }).waitFor({ timeout: 3000 }).then(() => true, () => false);
+        const is_there = await panel.locator("h2", { hasText: name }).waitFor({ timeout: 3000 }).then(() => true, () => false);
         if (!is_there) continue;
         const does = [
           () => panel.getByRole("button", { name: "Disable" }).click(),
@@ -291,18 +318,23 @@ const steps = {
   async "every lesson and system: connected, moved and undone, byte for byte"(page) {
     const all = await page.evaluate(() => [...document.querySelectorAll("#pipeline option")].map((one) => one.value));
     const wanted = all.filter((path) => /^pipelines\/learn\//.test(path) || SYSTEMS.some((name) => path === `pipelines/${name}.json`));
-    let connected = 0;
+    const without = [];
     for (const path of wanted) {
       await open(page, path);
       const before = await text(page);
       const passes = await page.locator("#graph svg [data-pass]").evaluateAll((nodes) => nodes.map((one) => one.dataset.pass));
-      const target = await reveal(page, "pass", passes.at(-1));
-      for (const from of await textures(page)) {
-        if (!(await connect(page, from, await middle(target)))) continue;
-        assert.ok(await changed(page), `${path} was connected, and the text is the same`);
-        connected += 1;
-        break;
+      let is_connected = false;
+      for (const name of passes.slice(-2).reverse()) {
+        // A drag near an edge moves the picture: each begins where things are then.
+        for (let at = 0; at < PLACES && !is_connected; at++) {
+          const target = await reveal(page, "pass", name);
+          const from = (await textures(page))[at];
+          if (!from) break;
+          is_connected = await connect(page, from, await middle(target));
+        }
       }
+      if (is_connected) assert.ok(await changed(page), `${path} was connected, and the text is the same`);
+      else without.push(path.replace(/^.*\//, ""));
       if (passes.length > 1) {
         await reveal(page, "pass", passes.at(-1));
         const [x, y] = await middle(node(page, "pass", passes.at(-1)));
@@ -314,8 +346,8 @@ const steps = {
       await page.locator("#tabs [role=tab]").first().click();
       assert.equal(await text(page), before, path);
     }
-    console.log(`  graph: ${wanted.length} pipelines, ${connected} with a new connection`);
-    assert.ok(connected > wanted.length / 3, `only ${connected} were connected`);
+    console.log(`  graph: ${wanted.length} pipelines, ${wanted.length - without.length} with a new connection; none in ${without.join(", ")}`);
+    assert.ok(without.length < wanted.length / 8, `${without.length} of ${wanted.length} were not connected`);
   },
 };
 

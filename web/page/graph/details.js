@@ -9,7 +9,7 @@ export const bytes = (count) => {
   return unit ? `${count.toFixed(1)} ${units[unit]}` : `${count} B`;
 };
 
-const titled = (title, ...content) => [element("section", {}, element("h4", { textContent: title }), ...content)];
+const titled = (title, ...content) => [element("section", {}, element("h3", { textContent: title }), ...content)];
 /** Short parts side by side. */
 const facts = (...parts) => element("div", { className: "facts" }, ...parts);
 const tag = (text, kind = "") => element("span", { className: `tag ${kind}`, textContent: text });
@@ -66,7 +66,7 @@ export class Details {
     const does = element("div", { className: "does" });
     if (is_renamed) does.append(element("label", { className: "rename" }, "Name ", rename), button("Rename", give));
     does.append(...tools);
-    return [element("h3", { textContent: name }), element("p", {}, ...tags, place), does, note];
+    return [element("h2", { textContent: name }), element("p", {}, ...tags, place), does, note];
   }
 
   #tools(own) {
@@ -167,7 +167,7 @@ export class Details {
       element("span", { className: `key ${kind}`, textContent: words }));
     const marks = [["wrote", "writes"], ["reads", "reads"], ["culled", "culled"], ["aliased", "shares memory"]].map(([kind, words]) =>
       element("span", { className: `key ${kind}`, textContent: words }));
-    return [element("h3", { textContent: "Overview" }), element("p", { className: "legend" }, ...legend, ...marks), ...lines.map((textContent) => element("p", { textContent })),
+    return [element("h2", { textContent: "Overview" }), element("p", { className: "legend" }, ...legend, ...marks), ...lines.map((textContent) => element("p", { textContent })),
       element("ul", { className: "soft" }, ...does.map((textContent) => element("li", { textContent })))];
   }
 }

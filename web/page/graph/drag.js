@@ -72,12 +72,12 @@ export class Drags {
     return { move: (x, y, dx, dy) => this.#graph.canvas.pan(dx, dy) };
   }
 
-  /** What a resource is called where it is dragged from: at the dot of one of several writes, as that left it. */
+  /** What a resource is called where it is dragged from: at the dot of a write, as that left it. */
   #reference(node, dot) {
     const name = node.dataset.resource;
     const { resources, passes } = this.#graph.report;
     const resource = resources.find((one) => one.name === name);
-    if (!dot || !resource || resource.written_in.length < 2) return `&${name}`;
+    if (!dot || !resource) return `&${name}`;
     const [first, last] = resource.columns;
     const writers = resource.written_in.filter((column) => column >= first && column <= last);
     const at = [...node.querySelectorAll("circle.write")].indexOf(dot);
@@ -192,7 +192,7 @@ export class Drags {
       return row;
     });
     const none = element("p", { textContent: "Nothing can be connected to this pass." });
-    this.#menu.replaceChildren(element("h4", { textContent: `${reference} to ${pass}` }), ...(rows.length ? rows : [none]));
+    this.#menu.replaceChildren(element("h3", { textContent: `${reference} to ${pass}` }), ...(rows.length ? rows : [none]));
     this.#menu.hidden = false;
     const { offsetWidth, offsetHeight } = this.#menu;
     const x = Math.max(8, Math.min(area.width - offsetWidth - 8, box.left - area.left + box.width / 2 - offsetWidth / 2));

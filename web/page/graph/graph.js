@@ -30,7 +30,8 @@ export class Graph {
     this.#element = parent;
     const button = (name, textContent, label, onclick) => {
       const made = element("button", { type: "button", textContent, title: label, onclick });
-      made.setAttribute("aria-label", label);
+      // A sign is no name.
+      if (textContent.length === 1) made.setAttribute("aria-label", label);
       this.#parts[name] = made;
       return made;
     };
@@ -101,7 +102,14 @@ export class Graph {
   #label() {
     for (const node of this.canvas.svg.querySelectorAll("[data-pass], [data-resource]")) {
       node.setAttribute("role", "button");
-      node.setAttribute("aria-label", node.querySelector("title")?.textContent.replaceAll("\n", ", ") ?? "");
+      const title = node.querySelector("title");
+      const texts = [...node.querySelectorAll("text")];
+      const seen = texts.map((text) => text.textContent).join(" ");
+      // Words of their own, for who compares the name with them.
+      texts.forEach((text) => text.after(" "));
+      node.setAttribute("aria-label", `${seen}: ${title?.textContent.replaceAll("\n", ", ") ?? ""}`);
+      // What stands in the node itself would be a second name.
+      if (title) node.querySelector(".body, .bar").append(title);
       const found = node.dataset.resource && this.report.resources.find((one) => one.name === node.dataset.resource);
       if (found?.shares_with.length) node.classList.add("aliased");
     }
@@ -264,7 +272,7 @@ export class Graph {
       if (!answer.refused) dialog.close();
     };
     const button = (textContent, onclick) => element("button", { type: "button", textContent, onclick });
-    dialog.append(element("h3", { textContent: "Group as a subgraph" }),
+    dialog.append(element("h2", { textContent: "Group as a subgraph" }),
       element("p", { className: "soft", textContent: `${passes.join(", ")}: a subgraph of the pipeline holds them, with what they use as inputs.` }),
       element("label", { className: "rename" }, "Name ", name), note, element("div", { className: "does" }, button("Group", make), button("Close", () => dialog.close())));
     name.onkeydown = (event) => event.key === "Enter" && make();

@@ -13,7 +13,7 @@ export class Palette {
     this.#search.setAttribute("aria-label", "Find a kind or a file");
     const close = element("button", { type: "button", textContent: "Close", onclick: () => this.#dialog.close() });
     this.#dialog = element("dialog", { className: "palette" },
-      element("div", { className: "does" }, element("h3", { textContent: "Add a pass" }), close), this.#search, this.#list);
+      element("div", { className: "does" }, element("h2", { textContent: "Add a pass" }), close), this.#search, this.#list);
     this.#dialog.setAttribute("aria-label", "Add a pass");
     parent.append(this.#dialog);
     this.#search.oninput = () => this.#filter();
