@@ -188,7 +188,7 @@ const steps = {
     await node(page, "pass", "store").waitFor(WAIT);
     await pick("show");
     await made(() => panel.getByRole("button", { name: "Disable" }).click(), (now) => now.includes('"when": false'));
-    await page.locator("#graph .off button", { hasText: "show" }).click();
+    await page.locator("#graph .absent button", { hasText: "show" }).click();
     await made(() => panel.getByRole("button", { name: "Enable" }).click(), (now) => !now.includes('"when": false'));
     await node(page, "pass", "show").waitFor(WAIT);
     await made(async () => {
@@ -202,7 +202,7 @@ const steps = {
       await page.locator(".palette[open] button", { hasText: /^camera/ }).click();
     }, (now) => now.includes('"camera": { "camera": { "to": "&camera" } }'));
     await node(page, "pass", "camera").waitFor(WAIT);
-    await pick("camera");
+    await panel.locator("h2", { hasText: "camera" }).waitFor(WAIT);
     await made(() => panel.getByRole("button", { name: "Delete" }).click(), (now) => !now.includes("camera"));
     await pick("paint");
     await made(async () => {

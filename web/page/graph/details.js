@@ -31,13 +31,13 @@ export class Details {
     const { report, passes } = this.#graph;
     const found = kind && report?.[kind === "pass" ? "passes" : "resources"].find((one) => one.name === name);
     const own = passes.find((one) => one.name === written(name ?? ""));
-    if (found && kind === "pass" && own?.is_on !== false) {
-      const slots = await this.#graph.slots(written(name));
-      if (number === this.#number) this.parent.replaceChildren(...this.#pass(found, own, slots));
+    if (kind === "pass" && (found || own)) {
+      const slots = own ? await this.#graph.slots(own.name) : [];
+      if (number !== this.#number) return;
+      const is_drawn = found && own?.is_on !== false;
+      this.parent.replaceChildren(...(is_drawn ? this.#pass(found, own, slots) : this.#absent(own, slots)));
     } else if (found && kind === "resource") {
       this.parent.replaceChildren(...this.#resource(found));
-    } else if (kind === "pass" && own) {
-      this.parent.replaceChildren(...this.#absent(own));
     } else {
       this.parent.replaceChildren(...this.#overview());
     }
@@ -140,11 +140,14 @@ export class Details {
     ];
   }
 
-  #absent(own) {
+  #absent(own, slots) {
     return [
-      ...this.#head(own.name, [tag(own.kind), tag("not in this configuration", "off")], own.declared, own.name, true, this.#tools(own)),
+      ...this.#head(own.name, [tag(own.kind), tag(own.is_on ? "not in the picture" : "not in this configuration", "off")], own.declared, own.name, true, this.#tools(own)),
       ...(own.description ? [element("p", { textContent: own.description })] : []),
-      element("p", { className: "soft", textContent: "Its “when” is false with the chosen settings, so that it is no part of the plan." }),
+      element("p", { className: "soft", textContent: own.is_on
+        ? "There is no plan with it yet; the diagnostics say why."
+        : "Its “when” is false with the chosen settings, so that it is no part of the plan." }),
+      ...(slots.length ? titled("Connections", ...slots.map((slot) => this.#slot(own.name, slot))) : []),
     ];
   }
 

@@ -103,7 +103,7 @@ export class Drags {
     let over = null;
     let at = [event.clientX, event.clientY];
     const look = () => {
-      const node = canvas.node_at(...at);
+      const node = canvas.node_at(...at) ?? document.elementFromPoint(...at)?.closest?.("#graph .absent [data-pass]");
       const pass = node?.dataset.pass ? node : null;
       if (pass === over) return;
       over?.classList.remove("target");
@@ -139,7 +139,7 @@ export class Drags {
       },
       drop: (x, y) => {
         const row = row_at(x, y);
-        const is_on_pass = canvas.node_at(x, y)?.dataset.pass;
+        const is_on_pass = document.elementFromPoint(x, y)?.closest?.("#graph [data-pass]");
         finish();
         if (row) return row.click();
         // Dropped on the pass itself: its slots stay open for a click.
@@ -155,6 +155,7 @@ export class Drags {
   /** Near an edge the picture moves on. */
   #at_edge(x, y) {
     const area = this.#graph.canvas.element.getBoundingClientRect();
+    if (x < area.left || x > area.right || y < area.top || y > area.bottom) return;
     const push = (at, low, high) => (at < low + 28 ? 10 : at > high - 28 ? -10 : 0);
     const [dx, dy] = [push(x, area.left, area.right), push(y, area.top, area.bottom)];
     if ((dx || dy) && this.#menu.hidden) this.#graph.canvas.pan(dx, dy);
@@ -173,7 +174,7 @@ export class Drags {
     const pass = written(node.dataset.pass);
     const number = ++this.#number;
     const found = await slots(pass);
-    if (number !== this.#number || !canvas.svg.contains(node)) return;
+    if (number !== this.#number || !node.isConnected) return;
     const [box, area] = [node, canvas.element].map((one) => one.getBoundingClientRect());
     const rows = found.map(({ keys, label, value, refused }) => {
       const change = { change: "connect", pass, slot: keys, to: reference };
@@ -194,10 +195,12 @@ export class Drags {
     const none = element("p", { textContent: "Nothing can be connected to this pass." });
     this.#menu.replaceChildren(element("h3", { textContent: `${reference} to ${pass}` }), ...(rows.length ? rows : [none]));
     this.#menu.hidden = false;
-    const { offsetWidth, offsetHeight } = this.#menu;
+    const { offsetWidth } = this.#menu;
+    // With room for a reason.
+    const height = Math.min(this.#menu.offsetHeight + 130, 0.75 * area.height);
     const x = Math.max(8, Math.min(area.width - offsetWidth - 8, box.left - area.left + box.width / 2 - offsetWidth / 2));
     const below = box.bottom - area.top;
-    const y = below + offsetHeight < area.height ? below : Math.max(8, area.height - offsetHeight - 8);
+    const y = below + height < area.height ? below : Math.max(8, area.height - height - 8);
     this.#menu.style.transform = `translate(${x}px, ${y}px)`;
     this.#menu.onkeydown = (event) => event.key === "Escape" && this.close();
   }

@@ -38,7 +38,7 @@ export class Graph {
     const area = element("div", { className: "canvas", tabIndex: 0 });
     area.setAttribute("role", "group");
     area.setAttribute("aria-label", "The graph. Arrow keys move it, plus and minus zoom. Tab goes to its passes and resources; there arrow keys go on, and Enter shows one.");
-    const off = element("div", { className: "off" });
+    const absent = element("div", { className: "absent" });
     const panel = element("section", { className: "details" });
     panel.setAttribute("aria-label", "The chosen node");
     panel.setAttribute("aria-live", "polite");
@@ -52,8 +52,8 @@ export class Graph {
       button("smaller", "−", "Smaller", () => this.canvas.zoom(0.8)),
       button("larger", "+", "Larger", () => this.canvas.zoom(1.25)),
       button("fit", "Fit", "Show it from the start", () => this.canvas.fit()));
-    parent.append(bar, said, area, off, panel);
-    this.#parts = { ...this.#parts, off, said };
+    parent.append(bar, said, area, absent, panel);
+    this.#parts = { ...this.#parts, absent, said };
     this.canvas = new Canvas(area);
     this.#details = new Details(panel, this);
     this.#palette = new Palette(parent, (kind) => this.#add(kind));
@@ -79,15 +79,26 @@ export class Graph {
     this.passes = passes;
     this.#say(svg ? null : "The text has no plan. The graph is that of the last text that had one.");
     if (svg) this.#draw(svg, report);
-    const off = passes.filter((pass) => !pass.is_on);
-    this.#parts.off.hidden = !off.length;
-    this.#parts.off.replaceChildren(element("span", { textContent: "Not in this configuration" }),
-      ...off.map((pass) => element("button", { type: "button", textContent: pass.name, onclick: () => this.pick_name("pass", pass.name) })));
+    this.#show_absent();
     const known = new Set([...this.report.passes, ...this.report.resources, ...passes].map((one) => one.name));
     if (this.#picked.name && !known.has(this.#picked.name)) this.#picked = { kind: null, name: null };
     for (const pass of this.#several) if (!passes.some((one) => one.name === pass)) this.#several.delete(pass);
     this.#mark();
     this.#details.show(this.#picked.kind, this.#picked.name);
+  }
+
+  /** Lists the passes of the text that the picture does not have; resources can be dropped on them, too. */
+  #show_absent() {
+    const drawn = new Set(this.report.passes.map((one) => written(one.name)));
+    const absent = this.passes.filter((pass) => !pass.is_on || !drawn.has(pass.name));
+    const is_off = absent.every((pass) => !pass.is_on);
+    this.#parts.absent.hidden = !absent.length;
+    this.#parts.absent.replaceChildren(element("span", { textContent: is_off ? "Not in this configuration" : "Not in the picture" }),
+      ...absent.map(({ name }) => {
+        const chip = element("button", { type: "button", textContent: name, onclick: () => this.pick_name("pass", name) });
+        chip.dataset.pass = name;
+        return chip;
+      }));
   }
 
   #draw(svg, report) {
@@ -252,7 +263,11 @@ export class Graph {
     if (answer.refused) return;
     const { written: passes } = await this.#page.ask("graph");
     const added = passes.find((one) => !before.has(one.name));
-    if (added) this.#page.go(added.declared, false);
+    this.passes = passes;
+    this.#slots.clear();
+    if (!added) return;
+    this.#show_absent();
+    this.pick_name("pass", added.name);
   }
 
   #chosen() {
