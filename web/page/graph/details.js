@@ -118,7 +118,7 @@ export class Details {
       const change = { change: "connect", pass, slot: keys, to: choice.value };
       const answer = await attempt(change);
       note.textContent = answer.refused ?? "";
-      if (answer.refused) choice.value = value ?? "";
+      if (answer.refused && this.#graph.has_plan) choice.value = value ?? "";
       else make(change);
     };
     return element("label", { className: "slot" }, element("span", { textContent: label }), choice, note);

@@ -185,7 +185,7 @@ export class Drags {
       row.attempt = () => (tried ??= attempt(change));
       row.onclick = async () => {
         const { refused } = await row.attempt();
-        if (refused) return this.#say(row, refused);
+        if (refused && this.#graph.has_plan) return this.#say(row, refused);
         this.close();
         make(change);
       };

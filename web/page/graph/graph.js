@@ -23,6 +23,8 @@ export class Graph {
   #parts = {};
   #element;
   report = null;
+  /** Whether the text has a plan: without one, what is refused for its first error can be a step of mending it. */
+  has_plan = true;
   passes = [];
 
   constructor(parent, page) {
@@ -77,6 +79,7 @@ export class Graph {
     this.#element.dataset.shows = name;
     this.#slots.clear();
     this.passes = passes;
+    this.has_plan = Boolean(svg);
     this.#say(svg ? null : "The text has no plan. The graph is that of the last text that had one.");
     if (svg) this.#draw(svg, report);
     this.#show_absent();

@@ -1,6 +1,6 @@
 //! Changes of a pipeline's graph: passes that are connected, added, switched off, renamed, moved, grouped and removed.
 //!
-//! A graph that is drawn is a view of texts, so each change is [`Edits`] of the files in which the passes stand. Comments
+//! A graph that is drawn is a view of texts, so each change is [`Edits`](crate::graph::edit::Edits) of the files in which the passes stand. Comments
 //! and layout stay, and the inverse gives the texts back byte for byte. A change is made of the functions of
 //! [`edit`](crate::graph::edit) alone, and says nothing of whether the pipeline is right afterwards: plan the edited texts
 //! for that.
