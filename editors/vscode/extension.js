@@ -9,28 +9,44 @@ let client;
 const SCHEME = "umbragraph-wgsl";
 const shown = new Map();
 
-async function generate(wanted) {
-  const made = await client.sendRequest("workspace/executeCommand", { command: "umbragraph.wgsl", arguments: [wanted] });
-  const uri = vscode.Uri.from({ scheme: SCHEME, path: `/${made.title}`, query: JSON.stringify(wanted) });
-  shown.set(uri.toString(), made);
-  return uri;
+const address = (wanted) => vscode.Uri.from({
+  scheme: SCHEME,
+  path: `/${wanted.pass}${wanted.variant ? ` ${wanted.variant}` : ""}.wgsl`,
+  query: JSON.stringify(wanted),
+});
+
+async function generate(uri) {
+  const run = { command: "umbragraph.wgsl", arguments: [JSON.parse(uri.query)] };
+  shown.set(uri.toString(), await client.sendRequest("workspace/executeCommand", run));
 }
 
-function wgsl(context) {
+function wgsl(context, patterns) {
   const changed = new vscode.EventEmitter();
   let timer;
-  const refresh = () => Promise.all([...shown.keys()].map(async (uri) => {
-    const at = vscode.Uri.parse(uri);
-    // What cannot be generated at the moment stays as it was.
-    await generate(JSON.parse(at.query)).then(() => changed.fire(at), () => {});
+  const refresh = () => Promise.all([...shown.keys()].map(async (key) => {
+    const uri = vscode.Uri.parse(key);
+    // What cannot be generated at the moment stays as it was; what was closed meanwhile stays closed.
+    const before = shown.get(key);
+    await generate(uri).catch(() => {});
+    if (!vscode.workspace.textDocuments.some((document) => document.uri.toString() === key)) shown.delete(key);
+    else if (shown.get(key) !== before) changed.fire(uri);
   }));
+  const soon = () => {
+    if (shown.size === 0) return;
+    clearTimeout(timer);
+    timer = setTimeout(refresh, 300);
+  };
+  const watcher = vscode.workspace.createFileSystemWatcher("**/*.{json,jsonc,jinja}");
   context.subscriptions.push(
     changed,
+    watcher,
+    watcher.onDidChange(soon),
+    { dispose: () => clearTimeout(timer) },
     vscode.workspace.registerTextDocumentContentProvider(SCHEME, {
       onDidChange: changed.event,
       provideTextDocumentContent: async (uri) => {
-        if (!shown.has(uri.toString())) await generate(JSON.parse(uri.query));
-        return shown.get(uri.toString())?.text ?? "";
+        if (!shown.has(uri.toString())) await generate(uri);
+        return shown.get(uri.toString()).text;
       },
     }),
     vscode.languages.registerDefinitionProvider({ scheme: SCHEME }, {
@@ -40,13 +56,14 @@ function wgsl(context) {
       },
     }),
     vscode.commands.registerCommand("umbragraph.showWgsl", async (wanted) => {
-      const document = await vscode.workspace.openTextDocument(await generate(wanted));
+      const uri = address(wanted);
+      await generate(uri);
+      changed.fire(uri);
+      const document = await vscode.workspace.openTextDocument(uri);
       await vscode.window.showTextDocument(document, { viewColumn: vscode.ViewColumn.Beside, preview: true });
     }),
     vscode.workspace.onDidChangeTextDocument(({ document }) => {
-      if (document.uri.scheme !== "file" || shown.size === 0) return;
-      clearTimeout(timer);
-      timer = setTimeout(refresh, 300);
+      if (patterns.some((pattern) => vscode.languages.match({ scheme: "file", pattern }, document))) soon();
     }),
     vscode.workspace.onDidCloseTextDocument(({ uri }) => shown.delete(uri.toString())),
   );
@@ -70,7 +87,7 @@ exports.activate = (context) => {
     documentSelector: patterns.map((pattern) => ({ scheme: "file", pattern })),
   });
   context.subscriptions.push(client);
-  wgsl(context);
+  wgsl(context, patterns);
   return client.start();
 };
 

@@ -108,13 +108,13 @@ fn of_template(workspace: &mut Workspace, path: &Path) -> Vec<CodeLens> {
         let is_it = |name: &str| Path::new(name) == path;
         for (pass, variants) in variants(&pipeline) {
             for (variant, one) in variants.iter().enumerate() {
+                if lenses.len() >= MOST {
+                    return lenses;
+                }
                 let files: BTreeSet<_> =
                     one.module.map.pieces().filter_map(|(_, span)| Some(span?.file)).collect();
                 let mut files = files.into_iter().filter_map(|file| workspace.session.sources().get(file));
-                if lenses.len() >= MOST
-                    || !files.any(|file| is_it(file.name()))
-                    || !shown.insert(one.module.hash)
-                {
+                if !files.any(|file| is_it(file.name())) || !shown.insert(one.module.hash) {
                     continue;
                 }
                 let title = format!("WGSL of {} in {}{}", pass.name, pipeline.name, of_properties(one));

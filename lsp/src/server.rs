@@ -13,7 +13,7 @@ use lsp_types::notification::{
     DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument, DidOpenTextDocument,
     DidSaveTextDocument, Notification as _, PublishDiagnostics,
 };
-use lsp_types::request::{Initialize, RegisterCapability, Request as _, Shutdown};
+use lsp_types::request::{CodeLensRefresh, Initialize, RegisterCapability, Request as _, Shutdown};
 use lsp_types::{
     DidChangeTextDocumentParams, DidChangeWatchedFilesParams, DidCloseTextDocumentParams,
     DidOpenTextDocumentParams, PublishDiagnosticsParams,
@@ -39,6 +39,8 @@ pub struct Server {
     published: BTreeSet<PathBuf>,
     /// Whether the client says which files changed on disk.
     is_watching: bool,
+    /// Whether the client can be told that lenses are others.
+    has_lens_refresh: bool,
 }
 
 impl std::fmt::Debug for Server {
@@ -66,7 +68,14 @@ impl Server {
             "serverInfo": { "name": "umbragraph", "version": env!("CARGO_PKG_VERSION") },
         });
         let workspace = Workspace::new(open(&folders), folders, encoding);
-        let mut server = Self { workspace, out: Vec::new(), published: BTreeSet::new(), is_watching: false };
+        let refresh = "/capabilities/workspace/codeLens/refreshSupport";
+        let mut server = Self {
+            workspace,
+            out: Vec::new(),
+            published: BTreeSet::new(),
+            is_watching: false,
+            has_lens_refresh: params.pointer(refresh) == Some(&Json::Bool(true)),
+        };
         server.watch(params);
         (server, answer)
     }
@@ -125,7 +134,13 @@ impl Server {
     }
 
     fn publish_changes(&mut self) {
+        let before = self.workspace.told();
         let files = self.workspace.tell();
+        // Templates have lenses of pipelines that are told of, and these have none while they are broken.
+        if self.has_lens_refresh && (!files.is_empty() || self.workspace.told() != before) {
+            let refresh = CodeLensRefresh::METHOD.to_owned();
+            self.send(Request::new("lenses".to_owned().into(), refresh, Json::Null));
+        }
         self.publish(files);
     }
 

@@ -275,7 +275,7 @@ impl Workspace {
         files
     }
 
-    /// The pipelines that are told of.
+    /// The pipelines whose diagnostics are published.
     pub(crate) fn told(&self) -> Vec<Target> {
         self.found.keys().cloned().collect()
     }

@@ -61,7 +61,8 @@ usage: cargo xtask COMMAND
          or once; and what is too long for ordinary tests
   fuzz [--minutes N] [--target NAME] [--page]
          try random inputs of all that the module reads, for a minute or N, and print those that fail; a run goes on where
-         the last one ended, and a target whose files changed begins again. --page writes the counts into docs/trust.md
+         the last one ended, and a target whose files changed begins again. --page writes the counts into docs/trust.md, and
+         tries nothing more without --minutes
   mutants [--sample N] [--seed N] [--jobs N] [--in NAME] [--rust]
          plant faults in the shader templates, all or N of them, and say which the reference pictures do not show;
          NAME may be several parts of names with commas between, each with a line: lit.wgsl.jinja:83;

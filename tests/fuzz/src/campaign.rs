@@ -3,8 +3,10 @@
 //! The target that is furthest from its aim is next. A worker that ends without having tried all of its inputs has failed at
 //! the one at hand; the next begins behind it.
 
+use std::io::Read;
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crate::counts::{self, Counts};
@@ -14,10 +16,13 @@ use crate::worker::{AT, MOST};
 
 /// The time that a slice of the inputs of one target is to take.
 const SLICE: Duration = Duration::from_secs(20);
-/// A worker that takes so long for a slice hangs.
-const HANGS: Duration = Duration::from_secs(300);
+/// A worker that is at one input for so long hangs.
+const HANGS: Duration = Duration::from_secs(120);
 
-/// A target on its way.
+/// The exit status of cargo-nextest where a test failed.
+const TESTS_FAILED: i32 = 100;
+
+/// A target, with its counts so far.
 struct Running {
     target: &'static Target,
     program: PathBuf,
@@ -30,8 +35,12 @@ struct Running {
 pub(crate) fn run(time: Duration, only: Option<&'static Target>) -> Result<bool, String> {
     let start = Instant::now();
     let targets: Vec<&Target> = only.map_or_else(|| TARGETS.iter().collect(), |only| vec![only]);
-    // Once: building tests may put another file in its place.
-    let program = std::env::current_exe().map_err(|error| error.to_string())?;
+    // A copy: building tests may put another file in its place.
+    let program =
+        counts::all().join(format!("worker-{}{}", std::process::id(), std::env::consts::EXE_SUFFIX));
+    let own = std::env::current_exe().map_err(|error| error.to_string())?;
+    let copied = std::fs::create_dir_all(counts::all()).and_then(|()| std::fs::copy(own, &program));
+    copied.map_err(|error| format!("{}: {error}", program.display()))?;
     let mut all = Vec::new();
     for target in targets {
         std::fs::create_dir_all(counts::folder(target)).map_err(|error| error.to_string())?;
@@ -45,6 +54,8 @@ pub(crate) fn run(time: Duration, only: Option<&'static Target>) -> Result<bool,
         println!("{name}: {inputs} inputs, {} failed", next.counts.failures.len());
         next.counts.keep(next.target)?;
     }
+    // What is left over hurts nobody.
+    let _ = std::fs::remove_file(&program);
     for each in &all {
         for (number, reason) in &each.counts.failures {
             println!("FAILED: {} {number}: {reason}", each.target.name);
@@ -59,7 +70,7 @@ impl Running {
         let (start, first) = (Instant::now(), self.counts.inputs);
         let tried = match self.target.kind {
             Kind::Function(_) => self.try_function(self.next)?,
-            Kind::Tests { package, filter, cases } => self.try_tests(package, filter, cases)?,
+            Kind::Tests { package, filter, cases, most } => self.try_tests(package, filter, [cases, most])?,
         };
         self.counts.inputs = first + tried;
         let rate = tried as f64 / start.elapsed().as_secs_f64().max(0.01);
@@ -73,26 +84,31 @@ impl Running {
             .args(["worker", self.target.name, &first.to_string(), &count.to_string()])
             .arg(&folder)
             .current_dir(counts::root())
-            .stdout(std::process::Stdio::piped())
-            .stderr(std::process::Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
             .spawn()
             .map_err(|error| error.to_string())?;
-        let output = worker.stdout.take();
-        let reader = std::thread::spawn(move || {
-            output.and_then(|output| std::io::read_to_string(output).ok()).unwrap_or_default()
-        });
-        let start = Instant::now();
+        fn reader(stream: Option<impl Read + Send + 'static>) -> JoinHandle<String> {
+            let read = |stream| std::io::read_to_string(stream).unwrap_or_default();
+            std::thread::spawn(move || stream.map(read).unwrap_or_default())
+        }
+        let (output, errors) = (reader(worker.stdout.take()), reader(worker.stderr.take()));
+        let at = || std::fs::read_to_string(folder.join(AT)).unwrap_or_default();
+        let mut last = (Instant::now(), String::new());
         let end = loop {
-            match worker.try_wait().map_err(|error| error.to_string())? {
-                Some(status) => break Some(status),
-                None if start.elapsed() > HANGS => {
-                    worker.kill().and_then(|()| worker.wait()).map_err(|error| error.to_string())?;
-                    break None;
-                }
-                None => std::thread::sleep(Duration::from_millis(50)),
+            if let Some(status) = worker.try_wait().map_err(|error| error.to_string())? {
+                break Some(status);
             }
+            let now = at();
+            if last.1 != now {
+                last = (Instant::now(), now);
+            } else if last.0.elapsed() > HANGS {
+                worker.kill().and_then(|()| worker.wait()).map_err(|error| error.to_string())?;
+                break None;
+            }
+            std::thread::sleep(Duration::from_millis(50));
         };
-        for line in reader.join().unwrap_or_default().lines() {
+        for line in output.join().unwrap_or_default().lines() {
             let failed = line.strip_prefix("failed ").and_then(|line| line.split_once(' '));
             if let Some((number, reason)) = failed
                 && let Ok(number) = number.parse()
@@ -100,12 +116,14 @@ impl Running {
                 self.counts.failures.insert(number, reason.to_owned());
             }
         }
-        // It has gone through all where it says so, with failures or without.
-        if end.is_some_and(|status| matches!(status.code(), Some(0 | 1))) {
-            return Ok(count);
+        let said = errors.join().unwrap_or_default();
+        match end.map(|status| status.code()) {
+            // It has gone through all, with failures or without.
+            Some(Some(0 | 1)) => return Ok(count),
+            Some(Some(_)) => return Err(format!("the worker of `{}`: {said}", self.target.name)),
+            Some(None) | None => {}
         }
-        let text = std::fs::read_to_string(folder.join(AT)).unwrap_or_default();
-        let at = text.trim().parse().unwrap_or(first).clamp(first, first + count - 1);
+        let at = at().trim().parse().unwrap_or(first).clamp(first, first + count - 1);
         let reason = match end {
             Some(status) => format!("ended the process ({status}): out of memory or of stack"),
             None => format!("takes much longer than {} s", MOST.as_secs()),
@@ -114,27 +132,29 @@ impl Running {
         Ok(at + 1 - first)
     }
 
-    fn try_tests(&mut self, package: &str, filter: &str, cases: u64) -> Result<u64, String> {
+    fn try_tests(&mut self, package: &str, filter: &str, [cases, most]: [u64; 2]) -> Result<u64, String> {
         let filter = format!("package({package}) & ({filter})");
-        let (seed, times) = (self.counts.inputs, (self.next / cases).clamp(1, 1000));
-        let status = Command::new("cargo")
-            // As ordinary tests are built.
+        let (seed, times) = (2 + self.counts.inputs, (self.next / cases).clamp(1, most));
+        let mut command = Command::new("cargo");
+        // As ordinary tests are built. A test that is skipped for want of a device has tried nothing.
+        command
             .args(["nextest", "run", "--no-tests=fail", "--workspace", "--features", "umbragraph/watch"])
             .args(["-E", &filter])
             .current_dir(counts::root())
-            .env("UMBRAGRAPH_SEED", (2 + seed).to_string())
+            .env("UMBRAGRAPH_SEED", seed.to_string())
             .env("UMBRAGRAPH_TIMES", times.to_string())
-            .stdin(std::process::Stdio::null())
-            .stdout(std::process::Stdio::null())
-            .stderr(std::process::Stdio::null())
-            .status()
-            .map_err(|error| format!("cargo nextest: {error}"))?;
-        if !status.success() {
-            let again = format!(
-                "UMBRAGRAPH_SEED={} UMBRAGRAPH_TIMES={times} cargo nextest run --workspace --features umbragraph/watch -E '{filter}' fails",
-                2 + seed
-            );
-            self.counts.failures.insert(seed, again);
+            .env("UMBRAGRAPH_REQUIRE_GPU", "1");
+        let output = command.stdin(Stdio::null()).output().map_err(|error| format!("cargo: {error}"))?;
+        match output.status.code() {
+            Some(0) => {}
+            Some(TESTS_FAILED) => {
+                let again = format!(
+                    "UMBRAGRAPH_SEED={seed} UMBRAGRAPH_TIMES={times} cargo nextest run --workspace --features umbragraph/watch -E '{filter}' fails"
+                );
+                self.counts.failures.insert(seed, again);
+            }
+            // They cannot be built, or there is no nextest.
+            _ => return Err(String::from_utf8_lossy(&output.stderr).into_owned()),
         }
         Ok(times * cases)
     }

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use umbragraph_test_support::environment;
+
 use crate::target::Target;
 
 /// The inputs of a target so far.
@@ -22,11 +24,14 @@ pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
+/// The folder of all counts.
+pub(crate) fn all() -> PathBuf {
+    environment::target_folder(&environment::process).join("fuzz")
+}
+
 /// The folder of a target's counts and failures.
 pub(crate) fn folder(target: &Target) -> PathBuf {
-    let target_folder =
-        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    target_folder.join("fuzz").join(target.name)
+    all().join(target.name)
 }
 
 fn hash(target: &Target) -> Result<String, String> {
@@ -37,6 +42,7 @@ fn hash(target: &Target) -> Result<String, String> {
             return below.iter().try_for_each(|path| add(path, hash));
         }
         let text = std::fs::read(path)?;
+        hash.update(path.file_name().unwrap_or_default().as_encoded_bytes());
         // Comments decide nothing.
         let lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii_start);
         lines.filter(|line| !line.starts_with(b"//")).for_each(|line| {
@@ -46,7 +52,11 @@ fn hash(target: &Target) -> Result<String, String> {
     }
     let mut hash = blake3::Hasher::new();
     // The harness decides what an input is.
-    for file in target.files.iter().chain(&["tests/fuzz/src/mutation.rs", "tests/fuzz/src/targets"]) {
+    for file in target.files.iter().chain(&[
+        "tests/fuzz/src/mutation.rs",
+        "tests/fuzz/src/worker.rs",
+        "tests/fuzz/src/targets",
+    ]) {
         add(&root().join(file), &mut hash).map_err(|error| format!("{file}: {error}"))?;
     }
     Ok(hash.finalize().to_hex()[..16].to_owned())

@@ -2,7 +2,7 @@
 
 use crate::mutation::Choices;
 
-/// Something that takes random inputs.
+/// Inputs of one kind, tried by a function or by tests.
 pub(crate) struct Target {
     pub(crate) name: &'static str,
     /// The inputs, and what is asserted of them.
@@ -25,5 +25,7 @@ pub(crate) enum Kind {
         filter: &'static str,
         /// The cases of one run.
         cases: u64,
+        /// The maximum of `UMBRAGRAPH_TIMES` that makes more of them.
+        most: u64,
     },
 }

@@ -2,7 +2,7 @@
 //!
 //! The number of the input at hand stands in a file, so that whoever started the process knows which one has ended it.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::io::{Seek as _, Write as _};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -11,14 +11,15 @@ use std::time::Duration;
 
 use umbragraph_test_support::random::Random;
 
+use crate::counts;
 use crate::mutation::Choices;
 use crate::target::{Kind, Target};
 
-/// The processor time that an input may take.
-pub(crate) const MOST: Duration = Duration::from_secs(1);
+/// The processor time that an input may take. Templates may take four seconds in a debug build, which is slow.
+pub(crate) const MOST: Duration = Duration::from_secs(if cfg!(debug_assertions) { 5 } else { 1 });
 
 /// The bytes of memory that the process may reserve.
-#[cfg(unix)]
+#[cfg(target_os = "linux")]
 const MEMORY: u64 = 1 << 30;
 
 /// The maximum number of bytes of choices for an input.
@@ -29,11 +30,17 @@ pub(crate) const AT: &str = "at";
 
 thread_local! {
     static SHOWN: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
+    static SHOWS: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Takes a note of the input that is about to be tried, for whoever looks into a failure.
 pub(crate) fn note(input: impl Into<Vec<u8>>) {
-    SHOWN.set(input.into());
+    let input = input.into();
+    if SHOWS.get() {
+        // Before it is tried: it may end the process.
+        let _ = std::io::stdout().write_all(&input).and_then(|()| std::io::stdout().flush());
+    }
+    SHOWN.set(input);
 }
 
 /// The bytes of the choices of an input: short ones and long ones.
@@ -54,11 +61,11 @@ fn function(target: &Target) -> Result<fn(&mut Choices<'_>), String> {
     }
 }
 
-/// The processor time of this thread so far.
+/// The processor time of all threads so far: templates are rendered and proven on others.
 fn processor_time() -> Duration {
     #[cfg(unix)]
     let time = {
-        let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
         Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
     };
     #[cfg(not(unix))]
@@ -66,7 +73,7 @@ fn processor_time() -> Duration {
     time
 }
 
-#[cfg(unix)]
+#[cfg(target_os = "linux")]
 fn limit_memory() {
     let limit = rustix::process::Rlimit { current: Some(MEMORY), maximum: Some(MEMORY) };
     // Without the limit there is only less to be found.
@@ -78,7 +85,7 @@ pub(crate) fn run(target: &Target, first: u64, count: u64, folder: &Path) -> Res
     let function = function(target)?;
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     let mut at = std::fs::File::create(folder.join(AT)).map_err(failed)?;
-    #[cfg(unix)]
+    #[cfg(target_os = "linux")]
     limit_memory();
     static SAID: Mutex<String> = Mutex::new(String::new());
     std::panic::set_hook(Box::new(|panic| {
@@ -114,14 +121,13 @@ pub(crate) fn run(target: &Target, first: u64, count: u64, folder: &Path) -> Res
     Ok(is_fine)
 }
 
-/// Prints an input, with what comes of it.
+/// Prints an input, and tries it.
 pub(crate) fn show(target: &Target, number: u64) -> Result<bool, String> {
+    let function = function(target)?;
+    std::env::set_current_dir(counts::root()).map_err(|error| error.to_string())?;
+    #[cfg(target_os = "linux")]
+    limit_memory();
+    SHOWS.set(true);
     let bytes = bytes(target, number);
-    let end = catch_unwind(AssertUnwindSafe(|| function(target).map(|f| f(&mut Choices::new(&bytes)))));
-    let shown = SHOWN.take();
-    std::io::stdout().write_all(&shown).map_err(|error| error.to_string())?;
-    match end {
-        Ok(tried) => tried.map(|()| true),
-        Err(_) => Ok(false),
-    }
+    Ok(catch_unwind(AssertUnwindSafe(|| function(&mut Choices::new(&bytes)))).is_ok())
 }

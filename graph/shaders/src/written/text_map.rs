@@ -47,6 +47,7 @@ impl TextMap {
     /// wrote. A range over several pieces maps to the part of it in the first piece, or from its first to its last byte
     /// where both are literal text of one file in order.
     pub fn span(&self, range: Range<usize>) -> Option<Span> {
+        let range = range.start.min(self.length as usize)..range.end;
         let at = self.index(range.start)?;
         let end = range.end.max(range.start + 1);
         match self.segments[at].origin? {
@@ -136,5 +137,6 @@ mod tests {
         let map = TextMap { segments, length: 6 };
         assert_eq!(map.span(6..6), Some(Span::new(file, 6..6)));
         assert_eq!(map.span(5..9), Some(Span::new(file, 5..6)));
+        assert_eq!(map.span(9..12), Some(Span::new(file, 6..6)));
     }
 }

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 use umbragraph::scene::{NoFiles, Scene, from_slice};
 use umbragraph_test_support::glb;
+use umbragraph_test_support::random::Random;
 
 use crate::mutation::{self, Choices};
 use crate::worker::note;
@@ -126,6 +127,18 @@ pub(crate) fn scenes(choices: &mut Choices<'_>) {
     });
 }
 
+/// Gives the chunks of a PNG file, as far as they are there, the checksums of what they hold now.
+fn with_right_sums(file: &mut [u8]) {
+    let mut at = 8;
+    while let Some(length) = file.get(at..at + 4).and_then(|word| word.first_chunk()) {
+        let end = at + 8 + u32::from_be_bytes(*length) as usize;
+        let Some(sum) = file.get(at + 4..end).map(crc32fast::hash) else { return };
+        let Some(place) = file.get_mut(end..end + 4) else { return };
+        place.copy_from_slice(&sum.to_be_bytes());
+        at = end + 4;
+    }
+}
+
 /// A triangle with a texture whose file has bytes changed.
 pub(crate) fn images(choices: &mut Choices<'_>) {
     let (width, height) = (1 + choices.below(9) as u32, 1 + choices.below(9) as u32);
@@ -136,10 +149,14 @@ pub(crate) fn images(choices: &mut Choices<'_>) {
     encoder.set_color(color);
     encoder.set_depth(depth);
     let bytes = color.samples() * (depth as usize / 8) * (width * height) as usize;
-    let texels: Vec<u8> = (0..bytes).map(|_| choices.number()).collect();
+    let mut random = Random(choices.number());
+    let texels: Vec<u8> = (0..bytes).map(|_| random.next() as u8).collect();
     let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(&texels));
     written.expect("memory takes all bytes");
     mutation::changed_bytes(&mut picture, choices);
+    if choices.below(4) > 0 {
+        with_right_sums(&mut picture);
+    }
     let positions = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
     let mut buffer: Vec<u8> = positions.iter().flat_map(|part| part.to_le_bytes()).collect();
     let at = buffer.len();
