@@ -62,7 +62,7 @@ fn function(target: &Target) -> Result<fn(&mut Choices<'_>), String> {
 }
 
 /// The processor time of all threads so far: templates are rendered and proven on others.
-fn processor_time() -> Duration {
+pub(crate) fn processor_time() -> Duration {
     #[cfg(unix)]
     let time = {
         let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
