@@ -1,7 +1,7 @@
 //! The pipelines that come with this crate: `"extends": "umbragraph:nebula.json"` works wherever a pipeline lies.
 //!
-//! Their names, which begin with `umbragraph:`, are paths like others: what they extend themselves is relative to them, and
-//! diagnostics name them so. A file of such a name on the disk is not looked for.
+//! Their names, which begin with `umbragraph:`, are paths like others: what they extend themselves is relative to them,
+//! and diagnostics name them so. A file of such a name on the disk is not looked for.
 
 use std::path::Path;
 

@@ -106,21 +106,21 @@ block! {
     /// The block of the rest of a material in shaders: how its maps are sampled, and how it reflects. A map has the two
     /// rows of its matrix of texture coordinates, and in the last place of the first row the set.
     MaterialDetailBlock {
-        /// Texture coordinates of the metallic and roughness map: a row of a matrix, and in w the set.
+        /// Texture coordinates of the metallic and roughness map: first row of their matrix, and in w the set.
         metallic_roughness_u: [f32; 4] = ValueType::VEC4,
-        /// The second row.
+        /// Texture coordinates of the metallic and roughness map: second row of their matrix.
         metallic_roughness_v: [f32; 4] = ValueType::VEC4,
-        /// The same of the normal map.
+        /// Texture coordinates of the normal map: first row of their matrix, and in w the set.
         normal_u: [f32; 4] = ValueType::VEC4,
-        /// The second row.
+        /// Texture coordinates of the normal map: second row of their matrix.
         normal_v: [f32; 4] = ValueType::VEC4,
-        /// The same of the occlusion map.
+        /// Texture coordinates of the occlusion map: first row of their matrix, and in w the set.
         occlusion_u: [f32; 4] = ValueType::VEC4,
-        /// The second row.
+        /// Texture coordinates of the occlusion map: second row of their matrix.
         occlusion_v: [f32; 4] = ValueType::VEC4,
-        /// The same of the emissive map.
+        /// Texture coordinates of the emissive map: first row of their matrix, and in w the set.
         emissive_u: [f32; 4] = ValueType::VEC4,
-        /// The second row.
+        /// Texture coordinates of the emissive map: second row of their matrix.
         emissive_v: [f32; 4] = ValueType::VEC4,
         /// Reflectance of the dielectric at normal incidence.
         f0: [f32; 3] = ValueType::VEC3,
