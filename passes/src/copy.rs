@@ -21,9 +21,9 @@ use crate::if_said::if_said;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Copy {
-    /// From where.
+    /// The source.
     pub from: CopyEnd,
-    /// To where.
+    /// The destination.
     pub to: CopyEnd,
     /// The width and height of what is copied (unit: texels); up to the end of the mip level without it.
     #[schemars(length(min = 2, max = 2))]
@@ -67,8 +67,10 @@ impl Node for Copy {
         let bytes = buffers == [true, true];
         let extent = if_said(&self.extent, |exprs| two(pass, exprs, "/extent"));
         if bytes && self.extent.is_some() {
-            let help = "remove \"extent\": \"=size\" says how many bytes are copied";
-            pass.report(codes::WRONG_RESOURCE, "/extent", "bytes have no width and height", help);
+            let help = "remove \"extent\"; \"size\" is the number of bytes that are copied";
+            let message =
+                "\"extent\" is set, but \"from\" and \"to\" are buffers, which have no width and height";
+            pass.report(codes::WRONG_RESOURCE, "/extent", message, help);
         }
         let range = !buffers[1] && (self.extent.is_some() || self.to.origin.is_some());
         if self.from.contents.is_some() {
@@ -195,8 +197,8 @@ fn buffer_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, bytes: bool, at: &
         ("bytes_per_row", bytes && settings.bytes_per_row.is_some()),
         ("rows_per_image", bytes && settings.rows_per_image.is_some()),
     ];
-    let help = "rows lie in a buffer whose other end is a texture: remove it";
-    let rows = foreign(pass, &keys, "bytes have no rows", help, at);
+    let help = "remove it; only a buffer whose other end is a texture has rows";
+    let rows = foreign(pass, &keys, "\"from\" and \"to\" are buffers, so that no rows are copied", help, at);
     textures.and(rows)?;
     let bytes_per_row = pass.count_if(&settings.bytes_per_row, format_args!("{at}/bytes_per_row"))?;
     let rows_per_image = pass.count_if(&settings.rows_per_image, format_args!("{at}/rows_per_image"))?;

@@ -106,7 +106,7 @@ pub enum Backing {
     },
     /// Consecutive layers of the array.
     Layers {
-        /// The first.
+        /// The first index.
         first: u32,
         /// Their number.
         count: u32,
@@ -275,7 +275,8 @@ fn atlas(
         if side.is_power_of_two() && (16..=8192).contains(&side) {
             return Some(side);
         }
-        let message = format!("the atlas and its tiles cannot have a side of {side} texels");
+        let key = pointer.rsplit('/').next().unwrap_or(pointer);
+        let message = format!("\"{key}\" is {side} texels, not a power of two from 16 to 8192");
         pass.reject(codes::LIGHT_CAPACITY, pointer, message, "write a power of two from 16 to 8192")
     };
     let min_side = side(&spots.min_side, "/spots/min_side")?;

@@ -77,7 +77,7 @@ pub enum PlannedCopy {
 pub struct TexelOrigin {
     /// The mip level.
     pub mip: u32,
-    /// From the left, from the top, and the layer or slice (unit: texels).
+    /// Offset from the left, offset from the top, and the layer or slice (unit: texels).
     pub at: [u32; 3],
     /// The aspect.
     pub aspect: Aspect,
@@ -88,9 +88,9 @@ pub struct TexelOrigin {
 pub struct TexelRows {
     /// The first byte.
     pub offset: u64,
-    /// From one row to the next.
+    /// Distance between rows (unit: bytes).
     pub bytes_per_row: u32,
-    /// From one layer or slice to the next (unit: rows).
+    /// Distance between layers or slices (unit: rows).
     pub rows_per_image: u32,
 }
 
@@ -124,7 +124,7 @@ pub(crate) fn copies(
     }
 }
 
-/// The most runs of bytes that are told apart.
+/// The maximum number of runs of bytes that are distinguished.
 const MAXIMUM_RUNS: u64 = 1 << 16;
 
 /// The bytes of its buffer in which a copy puts texels, or from which it takes them, row by row; `None` where it does
@@ -274,7 +274,7 @@ impl Copies<'_, '_> {
         Some(copies)
     }
 
-    /// Between a texture and a buffer: for each mip level the texels of the one and the rows of the other.
+    /// The copies between a texture and a buffer: for each mip level, its texels and its rows in the buffer.
     fn rows(
         &mut self,
         region: &TextureRegion,
@@ -295,7 +295,8 @@ impl Copies<'_, '_> {
         let depth_in = depth && upload && texture.format != TextureFormat::Depth16Unorm;
         let block = texture.format.block_copy_size(Some(aspect));
         let Some(block) = block.filter(|_| texture.size.samples == 1 && !depth_in) else {
-            let message = format!("\"{a}\" cannot be copied to or from a buffer");
+            let format = format_name(texture.format);
+            let message = format!("\"{a}\" ({format}) cannot be copied to or from the buffer \"{b}\"");
             let help = if texture.size.samples > 1 {
                 "several samples have no bytes: resolve them first"
             } else if depth_in {
@@ -370,7 +371,7 @@ impl Copies<'_, '_> {
         Some(aspect)
     }
 
-    /// For each mip level the first texel, and how many there are; `None` after a diagnostic.
+    /// The first texel of each mip level and the number of texels; `None` after a diagnostic.
     fn boxes(
         &mut self,
         region: &TextureRegion,
@@ -399,9 +400,9 @@ impl Copies<'_, '_> {
                 let full = mip_level[axis].next_multiple_of(block[axis]);
                 let start = region.origin.as_ref().map(|origin| &origin[axis]);
                 let count = extent.map(|extent| &extent[axis]);
-                at[axis] = start.map_or(Some(0), |origin| self.texel_count(origin, 0))?;
+                at[axis] = start.map_or(Some(0), |origin| self.texel_count(origin, "origin", 0))?;
                 length[axis] = match count {
-                    Some(count) => self.texel_count(count, 1)?,
+                    Some(count) => self.texel_count(count, "extent", 1)?,
                     None => full.saturating_sub(at[axis]),
                 };
                 let Some(said) = count.or(start) else { continue };
@@ -433,11 +434,15 @@ impl Copies<'_, '_> {
         Some(boxes)
     }
 
-    fn texel_count(&mut self, deferred: &Deferred, min: u32) -> Option<u32> {
+    fn texel_count(&mut self, deferred: &Deferred, key: &str, min: u32) -> Option<u32> {
         let value = self.resolved.sizes.value(deferred)?;
         whole_number(&value, min..=u32::MAX).or_else(|| {
-            let help = format!("whole numbers from {min} are possible; floor() rounds down");
-            self.reject_at(deferred, format!("{value} is not a number of texels"), &help)
+            let message = format!("\"{key}\" is {value} texels, not a whole number from {min}");
+            self.reject_at(
+                deferred,
+                message,
+                &format!("write a whole number from {min}; floor() rounds down"),
+            )
         })
     }
 }

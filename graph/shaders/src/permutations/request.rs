@@ -21,8 +21,8 @@ pub struct Request {
     pub template: String,
     /// The values that axes can have; an axis that is not named can have all of its values.
     pub allowed: BTreeMap<String, Vec<AxisValue>>,
-    /// Axes whose values are combined with all others, whether or not anything gives them together; with what yields them.
-    /// A diagnostic that such an axis provokes says so.
+    /// Axes whose values are combined with all others, whether or not anything gives them together; with what yields
+    /// them. A diagnostic that such an axis provokes says so.
     pub assumed: BTreeMap<String, String>,
     /// The profiles that have to accept every variant.
     pub profiles: Vec<TargetProfile>,
@@ -31,7 +31,7 @@ pub struct Request {
 }
 
 impl Request {
-    /// Everything that a template can express.
+    /// A request for every variant of a template.
     pub fn all(template: &str, profiles: &[TargetProfile]) -> Self {
         Self {
             name: template.to_owned(),
@@ -84,7 +84,7 @@ pub(super) fn space_of(templates: &TemplateSet, request: &Request) -> Result<Spa
             None => diagnostics.push(unknown_axis(axes, template, name, request.place.clone())),
             Some(axis) => {
                 diagnostics.extend(values.iter().filter(|value| !axis.kind.contains(value)).map(|value| {
-                    let message = format!("{value} is not a value of the axis \"{name}\"");
+                    let message = format!("\"{value}\" is not a value of the axis \"{name}\"");
                     Diagnostic::error(codes::AXIS_VALUE, request.place.clone(), message)
                         .help(format!("the values are {}", axis.kind.describe()))
                         .related(axis.span, "declared here")

@@ -39,7 +39,11 @@ pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option
         .or_else(|| set.file(root).map(|file| Span::new(file, 0..0)))
         .map_or(Place::Nowhere, Place::Span);
     let (code, message, help) = if too_large {
-        (codes::TEMPLATE_LIMIT, "the template writes more than 4 MiB of WGSL".to_owned(), None)
+        (
+            codes::TEMPLATE_LIMIT,
+            "the template writes more than 4 MiB of WGSL".to_owned(),
+            Some(LIMIT_HELP.to_owned()),
+        )
     } else if recursion {
         let (message, place, help) = recursive(&placed, place);
         return Diagnostic::error(codes::INCLUDE_RECURSIVE, place, message).help(help);
@@ -130,12 +134,19 @@ fn recursive(placed: &[(&Error, Span)], place: Place) -> (String, Place, &'stati
     (message, place, "call it under a condition that ends, or not at all")
 }
 
+/// The way out of an exceeded limit.
+const LIMIT_HELP: &str = "shorten its loops and texts; large tables belong in buffers or textures";
+
 fn describe(error: &Error) -> (Code, String, Option<String>) {
     let detail = error.detail().map(str::to_owned);
     match error.kind() {
         _ if guard::is_limit(error) => {
             let what = detail.unwrap_or_else(|| "it takes more steps than allowed".to_owned());
-            (codes::TEMPLATE_LIMIT, format!("the template exceeds a limit: {what}"), None)
+            (
+                codes::TEMPLATE_LIMIT,
+                format!("the template exceeds a limit: {what}"),
+                Some(LIMIT_HELP.to_owned()),
+            )
         }
         ErrorKind::TemplateNotFound => {
             let name = missing(error).unwrap_or_default();

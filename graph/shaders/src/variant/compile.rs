@@ -37,7 +37,7 @@ pub struct ShaderModule {
     pub hash: [u8; 32],
     /// The reflection of the module.
     pub reflection: Reflection,
-    /// From the text back to the templates.
+    /// The map from places of the text to the templates.
     pub map: TextMap,
     /// Warnings about the module.
     pub warnings: Vec<Diagnostic>,
@@ -91,7 +91,7 @@ pub fn complete(
                 Diagnostic::error(
                     codes::AXIS_VALUE,
                     axis.span,
-                    format!("{value} is not a value of the axis \"{name}\""),
+                    format!("\"{value}\" is not a value of the axis \"{name}\""),
                 )
                 .help(format!("the values are {}", axis.kind.describe())),
             ),

@@ -21,8 +21,8 @@ impl PassBuilder<'_> {
     }
 
     /// The program of a template. Its axes are what `axes` says, else the feature or parameter of the same name, else
-    /// their defaults; `geometry` names the contract whose mesh properties are axes too. Where a stage has several entry
-    /// points, `entry_points` names the one that is meant.
+    /// their defaults; `geometry` names the contract whose mesh properties are axes too. Where a stage has several
+    /// entry points, `entry_points` names the one that is meant.
     pub fn program(
         &mut self,
         template: &str,
@@ -126,7 +126,7 @@ impl PassBuilder<'_> {
 
     /// Reports a value that is none of its axis.
     fn axis_value_error(&mut self, template: &str, axis: &Axis, value: &AxisValue, pointer: &str) {
-        let message = format!("{value} is not a value of the axis \"{}\" of {template}", axis.name);
+        let message = format!("\"{value}\" is not a value of the axis \"{}\" of {template}", axis.name);
         let known: &[String] = match &axis.kind {
             AxisKind::Enum(words) | AxisKind::TextureFormat(words) => words,
             AxisKind::Bool | AxisKind::Integer { .. } => &[],

@@ -117,8 +117,10 @@ impl PassBuilder<'_> {
         } else {
             own.retain(|axis, _| other.contains_key(axis));
             let message = format!("{what} with {}, as this pass always has", describe(&own));
-            let help =
-                format!("it has with {}: let the pass take these values, or remove this", describe(&other));
+            let help = format!(
+                "it has one with {}: set these axes in the pass, or remove the binding",
+                describe(&other)
+            );
             self.report(codes::UNKNOWN_BINDING, here, message, help);
         }
         false
