@@ -18,12 +18,12 @@
 //! # Ok::<(), umbragraph::Error>(())
 //! ```
 //!
-//! [`Library`], [`Pipeline`], [`Options`], `Renderer`, `Executor` and `Frame` are the front door. Modules add to it: [`draw`]
-//! and [`frame`] for a host's meshes, cameras and lights, [`node`] and [`work`] for node kinds of your own. Every type has one
-//! path; the [`prelude`] repeats the common ones. [`low_level`] holds the interiors.
+//! [`Library`], [`Pipeline`], [`Options`], `Renderer`, `Executor` and `Frame` are the facade. Modules add to it:
+//! [`draw`] and [`frame`] for a host's meshes, cameras and lights, [`node`] and [`work`] for node kinds of your own.
+//! Every type has one path; the [`prelude`] repeats the common ones. [`low_level`] holds the interiors.
 //!
-//! Features: `gpu` (on by default) adds [`executor`] and re-exports wgpu; `gltf` (on by default) adds [`scene`]; `watch` adds
-//! `Watcher`, with which a pipeline follows its files.
+//! Features: `gpu` (on by default) adds [`executor`] and re-exports wgpu; `gltf` (on by default) adds [`scene`];
+//! `watch` adds `Watcher`, with which a pipeline follows its files.
 //! Without them nothing of wgpu-core is built.
 
 #[path = "pipelines/bundled.rs"]
@@ -81,7 +81,7 @@ pub mod low_level {
     pub use crate::front::sheet;
     pub use crate::front::{camera_path, files, picture, starter};
 
-    /// From a typed pipeline to a plan: graph, order, memory.
+    /// Compiles a typed pipeline to a plan: graph, order, memory.
     pub mod compiler {
         pub use umbragraph_graph::compiler::{
             Assembly, AssemblyPass, CpuPasses, CullReason, Edge, Graph, GraphNode, Hazard, ImportDescriptor,
@@ -94,7 +94,7 @@ pub mod low_level {
     }
 }
 
-/// Names that most applications use: the front door, frames and lights, the draw contract, and the words of properties and
+/// Names that most applications use: the facade, frames and lights, the draw contract, and the words of properties and
 /// filters.
 ///
 /// ```

@@ -5,8 +5,9 @@
 //! that is aimed at, 2 ms.
 //!
 //! Tiles: one sequence of allocations and releases keeps an atlas of 4096 texels filled to a share; sides are powers of
-//! two from 32 to 512. Counted are first tries that fail although the area is free. Lines `ratio atlas/fill_…/RIVAL_…`
-//! are ours divided by theirs. The rivals take any rectangles, and give theirs no alignment.
+//! two from 32 to 512. Counted are first tries that fail although the area is free. Lines
+//! `ratio atlas/fill_…/RIVAL_…` are ours divided by theirs. The rivals take any rectangles, and give theirs no
+//! alignment.
 //!
 //! Times are the minimum of several runs in a row.
 

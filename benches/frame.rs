@@ -1,13 +1,14 @@
-//! A frame of each of the five systems and of the flagship at 1920 × 1080: the GPU's time of each pass, by timestamps, and the
-//! processor's, on whatever adapter there is.
+//! A frame of each of the five systems and of the flagship at 1920 × 1080: the GPU's time of each pass, by timestamps,
+//! and the processor's, on whatever adapter there is.
 //!
-//! Each pipeline draws `examples/scenes/courtyard.glb` with its defaults, `lore` with each of its presets as well; times are
-//! the minimum of several frames after the first. Passes that take less than a hundredth of a millisecond on both are summed
-//! in one line. Beside them are what the systems claim of themselves, on a desktop GPU (`lore`: an RTX 3070, maps and
-//! lighting; `mantis`: fitting on the processor, casters, and the part of shading that filters with nine taps).
+//! Each pipeline draws `examples/scenes/courtyard.glb` with its defaults, `lore` with each of its presets as well;
+//! times are the minimum of several frames after the first. Passes that take less than a hundredth of a millisecond on
+//! both are summed in one line. Beside them are what the systems claim of themselves, on a desktop GPU (`lore`: an RTX
+//! 3070, maps and lighting; `mantis`: fitting on the processor, casters, and the part of shading that filters with nine
+//! taps).
 //!
-//! Lines `ratio frame/… VALUE` are the claims of the processor: ours divided by theirs. Times of a GPU in software are not
-//! divided by those of one in hardware.
+//! Lines `ratio frame/… VALUE` are the claims of the processor: ours divided by theirs. Times of a GPU in software
+//! are not divided by those of one in hardware.
 //!
 //! `cargo bench --bench frame`
 

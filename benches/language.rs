@@ -175,7 +175,7 @@ fn flat(count: usize) -> Files {
     pipeline_text("", &resources, &passes)
 }
 
-/// The same chain, each pass but the first in an instance of a subgraph.
+/// The chain with each pass but the first in an instance of a subgraph.
 fn instanced(count: usize) -> Files {
     let subgraph = format!(
         r#"  "subgraphs": {{ "step": {{ "inputs": {{ "image": "what is shown" }},

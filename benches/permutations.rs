@@ -91,7 +91,7 @@ fn roots(set: &TemplateSet) -> Vec<String> {
     set.names().filter(|name| !name.starts_with("lib/")).map(str::to_owned).collect()
 }
 
-/// Everything that the templates can express with numbers at their defaults, which is a tenth of the project's texts.
+/// Proves all that the templates can express, with numbers at their defaults: a tenth of the project's texts.
 fn prove_plain(set: &TemplateSet, profiles: &[TargetProfile]) -> Permutations {
     let requests: Vec<Request> = roots(set)
         .iter()
@@ -169,8 +169,8 @@ fn naga_alone(texts: &BTreeSet<String>, profile: &TargetProfile, what: Naga) {
     });
 }
 
-/// Everything around naga, against naga alone on the same distinct texts: one profile, no writers, one thread. The times
-/// of ours, of all of naga that a proof needs, and of parsing and validating alone.
+/// Everything around naga, against naga alone on the same distinct texts: one profile, no writers, one thread. The
+/// times of ours, of all of naga that a proof needs, and of parsing and validating alone.
 fn overhead(name: &str, set: &TemplateSet) -> [Duration; 3] {
     let profiles = [TargetProfile::webgpu()];
     let texts = distinct_texts(set, &profiles);

@@ -1,7 +1,7 @@
 //! The time from a saved line of `lit` to the frame that shows it, under `umbra`, while frames run.
 //!
-//! A line `ratio reload/lit_under_umbra` is the time without wgpu's creation of shader modules and pipelines, divided by
-//! what is aimed at (300 ms on two cores). Times are the minimum of several saves; each is another text.
+//! A line `ratio reload/lit_under_umbra` is the time without wgpu's creation of shader modules and pipelines, divided
+//! by what is aimed at (300 ms on two cores). Times are the minimum of several saves; each is another text.
 
 use std::time::{Duration, Instant};
 

@@ -1,9 +1,9 @@
 //! The time of an answer after an edit: all diagnostics of loading and planning one configuration in a session.
 //!
 //! A string of `pipelines/awsm.json` becomes another, or a comment is added, or one of 10,000 passes changes. No shader
-//! text changes, so that every module is there. Lines `ratio NAME VALUE` are ours divided by what is aimed at (20 ms for a
-//! string, 2 ms for a comment, 100 ms for 10,000 passes). Times are the minimum of several runs; each is another edit. The
-//! lines after them time each step of an answer that reads everything again.
+//! text changes, so that every module is there. Lines `ratio NAME VALUE` are ours divided by what is aimed at (20 ms
+//! for a string, 2 ms for a comment, 100 ms for 10,000 passes). Times are the minimum of several runs; each is another
+//! edit. The lines after them time each step of an answer that reads everything again.
 
 use std::fmt::Write as _;
 use std::sync::Arc;

@@ -2,9 +2,9 @@
 //! (`visibility_first` of `pipelines/awsm.json`).
 //!
 //! For each of the two, with three filters: the bytes of WGSL of the shading's distinct modules and of all modules, the
-//! time that naga takes to parse and validate the latter (the minimum of five), and the time of a frame of 1280 by 720 of the
-//! interior with its eight lights, from recording to its end on the device (the minimum of ten; the first apart). Lines
-//! `ratio visibility/… VALUE` are the second way divided by the first.
+//! time that naga takes to parse and validate the latter (the minimum of five), and the time of a frame of 1280 by 720
+//! of the interior with its eight lights, from recording to its end on the device (the minimum of ten; the first
+//! apart). Lines `ratio visibility/… VALUE` are the second way divided by the first.
 //!
 //! `cargo bench --bench visibility`
 

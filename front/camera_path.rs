@@ -1,9 +1,9 @@
 //! The path of the camera over the frames, as `--camera` of the command and of the viewer names it.
 //!
-//! `orbit` goes once around the middle of the scene, at the height and distance of the scene's own camera, and above what
-//! lies there. `walk` goes straight on at one height. All frames together go as far as the scene's radius, or up to the
-//! first obstacle. A file gives keys, between which positions are interpolated along a straight line and directions
-//! along an arc:
+//! `orbit` goes once around the middle of the scene, at the height and distance of the scene's own camera, and above
+//! what lies there. `walk` goes straight on at one height. All frames together go as far as the scene's radius, or up
+//! to the first obstacle. A file gives keys, between which positions are interpolated along a straight line and
+//! directions along an arc:
 //!
 //! ```json
 //! { "keys": [ { "time": 0, "position": [0, 2, 8], "target": [0, 1, 0] },
@@ -13,8 +13,8 @@
 //! Times in seconds, strictly increasing; positions in metres. Before the first key and after the last one the camera
 //! stands still. Its projection is that of the scene's camera, up is +Y.
 //!
-//! `random` (or `random:SEED`) looks from elsewhere in every frame: up to a twentieth of the scene's radius away from its own
-//! camera, towards any point of the scene's bounds, tilted by up to half a right angle.
+//! `random` (or `random:SEED`) looks from elsewhere in every frame: up to a twentieth of the scene's radius away from
+//! its own camera, towards any point of the scene's bounds, tilted by up to half a right angle.
 
 use std::f64::consts::FRAC_PI_4;
 use std::path::{Path, PathBuf};
@@ -35,7 +35,7 @@ pub enum CameraArgument {
     Orbit,
     /// Straight on.
     Walk,
-    /// From elsewhere in every frame, by a seed.
+    /// A random place in every frame, by a seed.
     Random(u64),
     /// Along the keys of a file.
     File(PathBuf),
@@ -70,13 +70,13 @@ impl CameraArgument {
 /// A path of the camera, with the keys of a file read.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraPath {
-    /// As the scene says.
+    /// The camera of the scene.
     Scene,
     /// Once around the middle of the scene.
     Orbit,
     /// Straight on.
     Walk,
-    /// From elsewhere in every frame, by a seed.
+    /// A random place in every frame, by a seed.
     Random(u64),
     /// Along keys; there is at least one.
     Keys(Vec<Key>),
@@ -189,7 +189,8 @@ fn random(seed: u64, which: u64) -> DVec3 {
 }
 
 impl Key {
-    /// From camera space to the world; `None` where position and target are one, or the camera looks straight up or down.
+    /// The rotation from camera space to the world; `None` if position and target coincide, or the camera looks
+    /// straight up or down.
     pub fn rotation(&self) -> Option<DQuat> {
         let back = (DVec3::from(self.position) - DVec3::from(self.target)).try_normalize()?;
         let right = DVec3::Y.cross(back).try_normalize()?;

@@ -1,7 +1,7 @@
 //! Files that are written as a whole or not at all, and never over one that somebody changed meanwhile.
 //!
-//! A file is written beside its place and renamed when it is whole. A program that is interrupted calls [`give_up`], which
-//! removes what is not whole yet.
+//! A file is written beside its place and renamed when it is whole. A program that is interrupted calls [`give_up`],
+//! which removes what is not whole yet.
 
 use std::collections::BTreeSet;
 use std::fmt::Display;
@@ -58,7 +58,7 @@ pub fn replace_if(path: &Path, known: &str, text: &str) -> Result<(), Diagnostic
 /// A file under construction: one beside it, which takes its place once it is whole.
 #[derive(Debug)]
 pub struct Unfinished {
-    /// As it is asked for.
+    /// The path as it was requested.
     path: PathBuf,
     /// The path itself, or the target of its link.
     place: PathBuf,

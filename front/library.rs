@@ -20,8 +20,8 @@ use crate::node::{Node, NodeKind, Registry};
 /// The surroundings that pipelines are loaded with: node kinds, templates, the host's mesh layouts, and the target
 /// profile.
 ///
-/// Loads share a [`Session`]: what one has read, and the shader modules that it has proven, serve all others of the same
-/// library.
+/// Loads share a [`Session`]: what one has read, and the shader modules that it has proven, serve all others of the
+/// same library.
 ///
 /// ```
 /// # use umbragraph::{Library, Options};
@@ -120,8 +120,8 @@ impl Library {
     /// `umbragraph:nebula.json`.
     ///
     /// # Errors
-    /// Files that cannot be read, texts that are no JSON, templates that cannot be parsed. What depends on parameters and
-    /// features is checked by [`Pipeline::plan`].
+    /// Files that cannot be read, texts that are no JSON, templates that cannot be parsed. What depends on parameters
+    /// and features is checked by [`Pipeline::plan`].
     pub fn load(&self, path: impl AsRef<Path>) -> Result<Pipeline, Error> {
         let target = Target::new(path.as_ref());
         self.with_session(|session| {
@@ -130,7 +130,8 @@ impl Library {
         })
     }
 
-    /// Loads a pipeline from a text. What it names is relative to its name, which is that of a file that need not exist.
+    /// Loads a pipeline from a text. What it names is relative to its name, which is that of a file that need not
+    /// exist.
     ///
     /// # Errors
     /// As of [`Library::load`].

@@ -89,8 +89,8 @@ impl<T: Setting + ?Sized> Setting for &T {
     }
 }
 
-/// The number with the fewest decimal places that is this one in 32 bits: 0.1, and not 0.10000000149, which a range up to
-/// 0.1 does not have.
+/// The number with the fewest decimal places that is this one in 32 bits: 0.1, and not 0.10000000149, which a range up
+/// to 0.1 does not have.
 fn decimal(number: f32) -> f64 {
     let exact = f64::from(number);
     let rounded = |places: i32| {
@@ -114,7 +114,7 @@ impl Options {
         }
     }
 
-    /// With a preset of the pipeline. What is set beside it counts over it.
+    /// Chooses a preset of the pipeline. [`set`](Self::set) and [`feature`](Self::feature) override its values.
     #[must_use]
     #[track_caller]
     pub fn preset(mut self, name: impl Into<String>) -> Self {
@@ -122,7 +122,7 @@ impl Options {
         self
     }
 
-    /// With a value of a parameter.
+    /// Sets a parameter.
     #[must_use]
     #[track_caller]
     pub fn set(mut self, parameter: impl Into<String>, value: impl Setting) -> Self {
@@ -131,7 +131,7 @@ impl Options {
         self
     }
 
-    /// With a value of a feature: on or off, or a word.
+    /// Sets a feature: on or off, or a word.
     #[must_use]
     #[track_caller]
     pub fn feature(mut self, feature: impl Into<String>, value: impl Setting) -> Self {
@@ -140,21 +140,20 @@ impl Options {
         self
     }
 
-    /// Everything that is given, in the order of the numbers by which a load knows it: the preset first.
+    /// All given values in the order of the numbers by which a load knows them: the preset first.
     pub(super) fn given(&self) -> impl Iterator<Item = &Given> {
         self.preset.iter().chain(&self.parameters).chain(&self.features)
     }
 
-    /// With a texture or buffer that the host looks at between frames (`Executor::texture`, `Executor::buffer`), as if the
-    /// pipeline said that it is `exposed`: it shares memory with no other then.
+    /// Exposes a texture or buffer, so that the host can read it between frames (`Executor::texture`,
+    /// `Executor::buffer`). It then shares memory with no other, as if the pipeline declared it `exposed`.
     #[must_use]
     pub fn expose(mut self, resource: impl Into<String>) -> Self {
         self.exposed.insert(resource.into());
         self
     }
 
-    /// With the format, the size and the usages of a texture of the application's own, where they are not as the pipeline
-    /// declares them.
+    /// Sets format, size and usages of an imported texture, if they differ from what the pipeline declares.
     #[must_use]
     pub fn import(mut self, resource: impl Into<String>, import: ImportDescriptor) -> Self {
         self.plan.imports.insert(resource.into(), import);
@@ -171,7 +170,7 @@ impl Options {
         self
     }
 
-    /// With sizes that CPU passes want (`Executor::wanted_sizes`).
+    /// Sets the sizes that CPU passes want (`Executor::wanted_sizes`).
     #[must_use]
     pub fn data_sizes(mut self, sizes: BTreeMap<String, u32>) -> Self {
         self.plan.data_sizes = sizes;
@@ -185,7 +184,7 @@ impl Options {
         self
     }
 
-    /// With an objective of the order of the passes.
+    /// Sets the objective by which passes are ordered.
     #[must_use]
     pub fn objective(mut self, objective: Objective) -> Self {
         self.plan.objective = objective;

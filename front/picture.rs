@@ -1,16 +1,16 @@
 //! The picture of a plan: the imported texture that the command writes to a file and the viewer shows in its window.
 //!
-//! A pipeline may write several textures of the host, of any format and size. Only one of them can be a picture, and only
-//! if its texels are colors. The window and scores ask [`picture_of`], which takes colors of a screen; files that a
-//! picture is converted for ask [`colors_of`]. Both reject a document with the same words, before a device would.
+//! A pipeline may write several textures of the host, of any format and size. Only one of them can be a picture, and
+//! only if its texels are colors. The window and scores ask [`picture_of`], which takes colors of a screen; files that
+//! a picture is converted for ask [`colors_of`]. Both reject a document with the same words, before a device would.
 
 use crate::Plan;
 use crate::diagnostic::{Diagnostic, Place, codes};
 use crate::low_level::language::Lifetime;
 use crate::wgpu_types::{TextureFormat, TextureSampleType};
 
-/// The name of the picture: the imported texture that passes write, or "target" among several. Textures in `captures` do
-/// not count.
+/// The name of the picture: the imported texture that passes write, or "target" among several. Textures in `captures`
+/// do not count.
 ///
 /// # Errors
 /// No such texture, or one whose format, size, layers or samples are not those of a picture on a screen.

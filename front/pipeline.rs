@@ -27,7 +27,7 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// Nothing where the files are no document.
+    /// A loaded pipeline; `None` if the files are no valid document.
     pub(super) fn new(loaded: Loaded, profile: TargetProfile, findings: Diagnostics) -> Option<Self> {
         let composed = loaded.composed()?.clone();
         Some(Self { loaded, composed, profile, findings: Arc::new(findings) })
@@ -42,8 +42,8 @@ impl Pipeline {
         self.plan_over(options, &[]).map_err(|findings| Error::new(findings, self.sources()))
     }
 
-    /// The same with the values of parameter files under those of the options. Findings are in the texts of the session
-    /// that it was loaded by.
+    /// Plans a frame with the values of parameter files, which the options override. Diagnostics are placed in the
+    /// texts of the session that loaded the pipeline.
     pub(super) fn plan_over(
         &self,
         options: &Options,

@@ -10,8 +10,8 @@ use crate::{Error, Executor, Frame, Plan, wgpu};
 /// Records frames of a pipeline, and plans it anew where something is other than in the frame before: the pipeline (as
 /// when its file was loaded again), the options, the format, the size or the usages of the host's textures.
 ///
-/// In a frame in which nothing is, this is [`Executor::record`]. An application that wants to say itself when it plans, or
-/// to plan off its thread ([`Executor::preparer`]), has an executor of its own instead.
+/// In a frame in which nothing is, this is [`Executor::record`]. An application that wants to say itself when it plans,
+/// or to plan off its thread ([`Executor::preparer`]), has an executor of its own instead.
 pub struct Renderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -45,8 +45,8 @@ impl Renderer {
     /// Records a frame into an encoder.
     ///
     /// # Errors
-    /// As of [`Pipeline::plan`], [`Executor::new`] and [`Executor::record`]. What cannot be planned or made is said once;
-    /// until something changes, the plan before goes on, and nothing is recorded where there is none.
+    /// As of [`Pipeline::plan`], [`Executor::new`] and [`Executor::record`]. What cannot be planned or made is said
+    /// once; until something changes, the plan before goes on, and nothing is recorded where there is none.
     pub fn record(
         &mut self,
         pipeline: &Pipeline,
@@ -67,7 +67,7 @@ impl Renderer {
         self.executor.as_mut().map_or(Ok(()), |executor| executor.record(encoder, frame))
     }
 
-    /// Takes a plan, with meshes stored as the frame's draw source says.
+    /// Installs a plan, with meshes stored as the frame's draw source declares.
     pub(super) fn install(&mut self, plan: Arc<Plan>, frame: &Frame<'_>) -> Result<(), Error> {
         match (&mut self.executor, frame.draws) {
             (Some(executor), Some(draws)) => executor.set_plan_and_source(plan, draws),

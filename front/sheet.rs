@@ -1,13 +1,13 @@
 //! The picture of a texture's texels, as captures are written to files and shown in the viewer.
 //!
-//! Layers lie side by side, in a square. The six faces of a cube form a row, +X −X +Y −Y +Z −Z, with one row for each cube.
-//! An array of square layers whose number is a multiple of six counts as cubes, too.
+//! Layers lie side by side, in a square. The six faces of a cube form a row, +X −X +Y −Y +Z −Z, with one row for
+//! each cube. An array of square layers whose number is a multiple of six counts as cubes, too.
 //!
 //! Channels between 0 and 1 are shown as they are. Depth, integers and channels with other values are stretched between
-//! their first and last percentile, so that one bright light does not turn a room black. Depth of exactly 0 or 1 does not
-//! count, since nothing was drawn there. The channels of a color share one range from 0. Four channels are no color but,
-//! for example, moments if they are integers, negative, or more than sixteen times apart; then each has its own range.
-//! Numbers of more than 8 bits get the transfer function of sRGB. A number that is not finite is magenta.
+//! their first and last percentile, so that one bright light does not turn a room black. Depth of exactly 0 or 1 does
+//! not count, since nothing was drawn there. The channels of a color share one range from 0. Four channels are no color
+//! but, for example, moments if they are integers, negative, or more than sixteen times apart; then each has its own
+//! range. Numbers of more than 8 bits get the transfer function of sRGB. A number that is not finite is magenta.
 
 use crate::Plan;
 use crate::executor::Texels;

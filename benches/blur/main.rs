@@ -1,9 +1,9 @@
-//! The Gaussian blur of `pipelines/parts/blur.json`, and the same with workgroup memory: a group of 128 texels along the
-//! direction loads what its taps meet first (`shared.wgsl.jinja`). The library has the form that is faster.
+//! The Gaussian blur of `pipelines/parts/blur.json`, and the same with workgroup memory: a group of 128 texels along
+//! the direction loads what its taps meet first (`shared.wgsl.jinja`). The library has the form that is faster.
 //!
-//! A texture of 1024 by 1024, along rows and then along columns, for formats of moments and radii: the time from submission
-//! to its end, the minimum of several frames in turns. Lines `ratio blur/FORMAT/RADIUS VALUE` are the form with workgroup
-//! memory divided by the other. Both are held to give the same texels within 1e-6 of their largest.
+//! A texture of 1024 by 1024, along rows and then along columns, for formats of moments and radii: the time from
+//! submission to its end, the minimum of several frames in turns. Lines `ratio blur/FORMAT/RADIUS VALUE` are the form
+//! with workgroup memory divided by the other. Both are held to give the same texels within 1e-6 of their largest.
 //!
 //! `cargo bench --bench blur`
 

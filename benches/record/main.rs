@@ -1,11 +1,11 @@
 //! The CPU cost of recording a frame, compared with the same frame written by hand in plain wgpu (`hand`).
 //!
-//! `awsm` on the courtyard, the interior, and floors of boxes with 10 to 10,000 draws in each view: the medians of 31 pairs
-//! of a record, taken in turn. Both run the same CPU passes, fill the same blocks and call the same draw source; their
-//! pictures are equal pixel for pixel. `ratio record/SCENE VALUE` is ours divided by the one by hand.
+//! `awsm` on the courtyard, the interior, and floors of boxes with 10 to 10,000 draws in each view: the medians of 31
+//! pairs of a record, taken in turn. Both run the same CPU passes, fill the same blocks and call the same draw source;
+//! their pictures are equal pixel for pixel. `ratio record/SCENE VALUE` is ours divided by the one by hand.
 //!
-//! Then pipelines of 10 to 1,000 passes that fill one texture each (`ratio passes/slope`: the log-log slope of the time per
-//! record), and `awsm` planned again, for another size and another value that is structural, beside the first check
+//! Then pipelines of 10 to 1,000 passes that fill one texture each (`ratio passes/slope`: the log-log slope of the time
+//! per record), and `awsm` planned again, for another size and another value that is structural, beside the first check
 //! (`ratio replan/…`).
 //!
 //! `cargo bench --bench record`

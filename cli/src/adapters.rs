@@ -1,9 +1,9 @@
-//! `umbragraph adapters`: the graphics adapters of the machine, and what the pipelines that come with the command become
-//! on each.
+//! `umbragraph adapters`: the graphics adapters of the machine, and what the pipelines that come with the command
+//! become on each.
 //!
 //! A pipeline is planned for the profile of the adapter, as `render` does it. It is whole there, or is without features
-//! whose requirements the adapter does not meet, or has errors. Nothing is drawn; a device is opened, since some drivers
-//! list an adapter and give none.
+//! whose requirements the adapter does not meet, or has errors. Nothing is drawn; a device is opened, since some
+//! drivers list an adapter and give none.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;

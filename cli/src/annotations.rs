@@ -1,9 +1,9 @@
 //! Diagnostics for GitHub: annotations on lines of a pull request, and the summary of a step.
 //!
 //! GitHub shows ten errors, ten warnings and ten notices of a step, and drops the others without a word
-//! (<https://docs.github.com/en/actions/reference/limits>). So only that many become annotations, errors first come; all
-//! others are in the log as for people, and all are in the summary: a Markdown text that is added to the file which the
-//! variable `GITHUB_STEP_SUMMARY` names.
+//! (<https://docs.github.com/en/actions/reference/limits>). So only that many become annotations, errors first; the
+//! others are printed to the log. The summary lists all: it is Markdown, appended to the file that the variable
+//! `GITHUB_STEP_SUMMARY` names.
 
 use std::fmt::Write as _;
 use std::io::Write as _;

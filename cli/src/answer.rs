@@ -9,14 +9,14 @@ use crate::streams::{print, print_json};
 
 /// The result of a command, in both forms of output.
 pub(crate) trait Answer {
-    /// In words.
+    /// The answer in words.
     fn text(&self) -> String;
-    /// As JSON.
+    /// The answer as JSON.
     fn json(&self) -> serde_json::Value;
 }
 
-/// Prints what work comes to, and what is to be said of it; whether there were no errors. Work that found errors and
-/// gave them to the session ends with no further ones.
+/// Prints the answer of a command and all diagnostics. Returns whether there were no errors. A command whose errors
+/// are in the session already returns no further ones.
 pub(crate) fn answer<A: Answer>(
     choices: &Choices,
     format: AnswerFormat,

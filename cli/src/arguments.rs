@@ -80,7 +80,8 @@ impl Arguments {
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
-    /// Writes a folder with a pipeline that renders: template, scene, schema, a workflow for CI, settings for an editor.
+    /// Writes a folder with a pipeline that renders: template, scene, schema, a workflow for CI, settings for an
+    /// editor.
     New(NewArguments),
     /// Parses, resolves, compiles and validates pipelines; needs no graphics adapter.
     Check(CheckArguments),
@@ -93,7 +94,8 @@ pub(crate) enum Command {
     Permutations(PermutationsArguments),
     /// Prints the plan of a pipeline as JSON: passes in order, resources, what is culled and why.
     Plan(PlanArguments),
-    /// Tells what a name in a pipeline is, which file and line set each of its values, and what the compiler made of it.
+    /// Tells what a name in a pipeline is, which file and line set each of its values, and what the compiler made of
+    /// it.
     Why(WhyArguments),
     /// Draws the graph of a pipeline: as a picture, a page to explore, or text for other tools.
     Graph(GraphArguments),
@@ -107,7 +109,8 @@ pub(crate) enum Command {
     Fmt(FmtArguments),
     /// Prints the JSON Schema of pipelines, with every node kind, for editors.
     Schema(SchemaArguments),
-    /// Serves editors with diagnostics, completion and more, over the Language Server Protocol on standard input and output.
+    /// Serves editors with diagnostics, completion and more, over the Language Server Protocol on standard input and
+    /// output.
     Lsp(LspArguments),
     /// Renders a scene through a pipeline to a PNG file.
     #[cfg(feature = "gpu")]
@@ -185,8 +188,8 @@ pub(crate) struct Choices {
 
 #[derive(Args)]
 pub(crate) struct LspArguments {
-    /// A folder with templates that replace or join those that come with the command. A relative folder is looked for below
-    /// the current folder, then below the first folder of the workspace.
+    /// A folder with templates that replace or join those that come with the command. A relative folder is looked for
+    /// below the current folder, then below the first folder of the workspace.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) templates: Option<PathBuf>,
     /// A further folder below which pipelines may name files, beside the workspace and their own.
@@ -205,8 +208,8 @@ pub(crate) struct CheckArguments {
     /// The form of the diagnostics: human (on standard error), json, github, sarif or junit (on standard output).
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: DiagnosticsFormat,
-    /// Checks one configuration, that of the given settings or the defaults, instead of every one that the features which
-    /// are given no value can reach.
+    /// Checks one configuration, that of the given settings or the defaults, instead of every one that the features
+    /// which are given no value can reach.
     #[arg(long)]
     pub(crate) config: bool,
     /// Has each plan checked by a second algorithm that shares no code with what made it.
@@ -230,8 +233,8 @@ pub(crate) struct CheckArguments {
 /// The folder of the results of earlier runs.
 #[derive(Args)]
 pub(crate) struct CacheArguments {
-    /// The folder of results of earlier runs. The default is the variable UMBRAGRAPH_CACHE (empty: none), then the user's
-    /// cache folder.
+    /// The folder of results of earlier runs. The default is the variable UMBRAGRAPH_CACHE (empty: none), then the
+    /// user's cache folder.
     #[arg(long, value_name = "FOLDER", conflicts_with = "no_cache")]
     pub(crate) cache: Option<PathBuf>,
     /// Neither reads nor keeps results of other runs.

@@ -30,7 +30,7 @@ pub(crate) fn human<'n>(templates: &TemplateSet, names: impl IntoIterator<Item =
     text
 }
 
-/// The same as data.
+/// The axes of templates as JSON.
 pub(crate) fn json<'n>(
     templates: &TemplateSet,
     names: impl IntoIterator<Item = &'n String>,

@@ -20,7 +20,7 @@ impl Bar {
         }))
     }
 
-    /// A bar of so many pipelines.
+    /// A bar for a number of pipelines.
     pub(crate) fn of_pipelines(number: usize) -> Self {
         let bar = Self::new("{spinner} {msg}, {pos} of {len} done, {eta} left");
         if let Some(bar) = &bar.0 {
@@ -43,7 +43,7 @@ impl Bar {
         }
     }
 
-    /// Shows so many of all. Threads may report out of their order.
+    /// Shows how many of all are done. Threads may report out of order.
     pub(crate) fn reach(&self, done: usize, all: usize) {
         if let Some(bar) = &self.0 {
             let (done, all) = (done as u64, all as u64);

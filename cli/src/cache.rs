@@ -1,9 +1,9 @@
 //! Results of earlier runs, in a folder of plain files.
 //!
-//! Three kinds: shader declarations that were proven, what a whole run without errors printed, and the visibility of lights
-//! that rays have found. Every name is a hash of all that the contents follow from: this program (its own bytes, and so naga
-//! and every rule), the command line and the texts of all files read; for proofs the program and the targets, for rays the
-//! surfaces, the camera and the light. So a folder can be shared by jobs and restored on
+//! Three kinds: shader declarations that were proven, what a whole run without errors printed, and the visibility of
+//! lights that rays have found. Every name is a hash of all that the contents follow from: this program (its own bytes,
+//! and so naga and every rule), the command line and the texts of all files read; for proofs the program and the
+//! targets, for rays the surfaces, the camera and the light. So a folder can be shared by jobs and restored on
 //! another machine; another build of the program finds nothing in it.
 //!
 //! A file begins with the hash of its contents: one that is cut short or changed is not there. Files are written beside

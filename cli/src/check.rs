@@ -1,4 +1,4 @@
-//! `umbragraph check`
+//! `umbragraph check`: validates pipelines in every configuration.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -17,8 +17,8 @@ pub(crate) struct Graphics {
     adapter: Adapter,
 }
 
-/// Opens the best adapter: discrete before integrated before software, and any other backend before OpenGL. A part of its
-/// name or backend, or the environment (see [`environment`]), narrows the choice.
+/// Opens the best adapter: discrete before integrated before software, and any other backend before OpenGL. A part of
+/// its name or backend, or the environment (see [`environment`]), narrows the choice.
 ///
 /// # Errors
 /// No adapter, one that rejects a device, or a variable that says nonsense.

@@ -1,4 +1,4 @@
-//! `umbragraph fmt`
+//! `umbragraph fmt`: lays out documents.
 
 use std::io::Read as _;
 use std::path::Path;

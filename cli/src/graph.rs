@@ -1,4 +1,4 @@
-//! `umbragraph graph`
+//! `umbragraph graph`: draws the plan of a pipeline.
 
 use std::path::Path;
 

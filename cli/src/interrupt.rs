@@ -22,8 +22,8 @@ pub(crate) fn end() -> ! {
     files::give_up(|| leave(INTERRUPTED))
 }
 
-/// Ends the process at once: another thread may be drawing, and what the driver does at the end of a process must not run
-/// meanwhile.
+/// Ends the process at once: another thread may be drawing, and what the driver does at the end of a process must not
+/// run meanwhile.
 #[cfg(unix)]
 pub(crate) fn leave(status: i32) -> ! {
     signal_hook::low_level::exit(status)

@@ -1,7 +1,7 @@
 //! Diagnostics as JUnit XML, which GitLab, Jenkins and most other CI show as tests.
 //!
-//! A test suite has a case for each pipeline without errors, and one of its own for each of its passes whose shaders are
-//! proven. Each further suite is a file with diagnostics: an error is a
+//! A test suite has a case for each pipeline without errors, and one of its own for each of its passes whose shaders
+//! are proven. Each further suite is a file with diagnostics: an error is a
 //! case that failed, a warning or note one that passed with an output. There is no time in it, so equal runs are equal.
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,4 +1,4 @@
-//! `umbragraph lsp`
+//! `umbragraph lsp`: serves editors over standard input and output.
 
 use std::path::{Path, PathBuf};
 

@@ -4,9 +4,9 @@
 //! { "tool": "malioc 8.5, Mali-G78", "variants": { "1f2e3d4c": { "cycles": 12.5, "registers": 32 } } }
 //! ```
 //!
-//! A variant is named by the hash that the report has of it, or by its first digits, eight or more, as `--write` puts them
-//! into names of files. No compiler comes with this program: a script of the user's runs one over the texts of `--write`,
-//! or over what `wgsl --target` prints.
+//! A variant is named by the hash that the report has of it, or by its first digits, eight or more, as `--write` puts
+//! them into names of files. No compiler comes with this program: a script of the user's runs one over the texts of
+//! `--write`, or over what `wgsl --target` prints.
 
 use std::collections::BTreeMap;
 use std::path::Path;

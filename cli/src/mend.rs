@@ -1,7 +1,7 @@
 //! `umbragraph check --fix`: applies fixes until none is left, and writes what changed.
 //!
-//! All rounds go over texts in memory; files are written once, at the end, each as a whole: to a temporary file beside it,
-//! which is then renamed. A file that somebody else changed meanwhile is left alone.
+//! All rounds go over texts in memory; files are written once, at the end, each as a whole: to a temporary file beside
+//! it, which is then renamed. A file that somebody else changed meanwhile is left alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! The values that the command line gives to parameters and features.
 //!
-//! A preset, parameter files over it, and `--set` and `--feature` over both. A value of the command line is JSON, or else
-//! a word; diagnostics about it show the argument as the text that they are about.
+//! A preset, parameter files over it, and `--set` and `--feature` over both. A value of the command line is JSON, or
+//! else a word; diagnostics about it show the argument as the text that they are about.
 
 use std::path::Path;
 
@@ -98,7 +98,7 @@ impl Session {
     }
 }
 
-/// The same value, standing at a place of another text.
+/// Copies a value to a place of another text.
 fn relocate(value: Value, place: Span) -> Value {
     let span = place.inside(value.span.range());
     let kind = match value.kind {

@@ -1,4 +1,4 @@
-//! `umbragraph plan`
+//! `umbragraph plan`: prints the plan of a pipeline.
 
 use umbragraph_verify::verify;
 

@@ -36,7 +36,7 @@ impl Progress {
         result
     }
 
-    /// Begins a stage of so many steps, which [`Self::advance`] counts.
+    /// Begins a stage of `steps` steps, which [`Self::advance`] counts.
     pub(crate) fn begin(&mut self, name: &'static str, steps: u64) {
         if let Some(line) = &self.line {
             if steps > 1 {

@@ -1,4 +1,4 @@
-//! `umbragraph schema`
+//! `umbragraph schema`: prints the JSON Schema of pipelines.
 
 use umbragraph::low_level::compose::read_bytes;
 use umbragraph::low_level::pipeline::{self, FileKind};

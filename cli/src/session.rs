@@ -65,7 +65,7 @@ impl Session {
         Self::with_more(files, |_| Vec::new())
     }
 
-    /// The same with further templates, which are made once it is known which there are.
+    /// A session with further templates. `more` makes them from the templates that are known.
     pub(crate) fn with_more(files: &Files, more: impl FnOnce(&[Template]) -> Vec<Template>) -> Self {
         let roots = &files.root;
         let mut diagnostics = Diagnostics::new();
@@ -114,7 +114,7 @@ impl Session {
         self.session.has_read(Path::new(name))
     }
 
-    /// Loads a scene, and keeps what is to be said of it.
+    /// Loads a scene, and keeps its diagnostics.
     ///
     /// # Errors
     /// No scene.
@@ -202,14 +202,14 @@ impl Session {
         }
     }
 
-    /// Loads a pipeline, and keeps what is to be said of its files.
+    /// Loads a pipeline, and keeps the diagnostics of its files.
     fn load(&mut self, target: &Target) -> Option<Loaded> {
         let loaded = self.session.load_exactly(target).ok()?;
         self.diagnostics.extend(self.session.diagnose(target).ok()?);
         Some(loaded)
     }
 
-    /// Takes a pipeline all the way to a plan, for the profile asked for or the first that it claims.
+    /// Plans a pipeline for the requested profile, or for the first that it claims.
     pub(crate) fn check(&mut self, path: &Path, choices: &Choices) -> CheckReport {
         let Some(Configured { target, overrides, profiles }) = self.configured(path, choices) else {
             return CheckReport::default();
@@ -221,7 +221,7 @@ impl Session {
             .unwrap_or_default()
     }
 
-    /// The same on a device, which may have less than the profile; what was checked is left as it is where that fits.
+    /// Plans again on a device that may have less than the profile. Keeps `checked` if the device meets its plan.
     #[cfg(feature = "gpu")]
     pub(crate) fn check_on(
         &mut self,
@@ -251,7 +251,7 @@ impl Session {
         checked
     }
 
-    /// The same, with everything that is known of where its values come from.
+    /// Plans a pipeline, and returns what traces its values to their origins.
     pub(crate) fn trace(
         &mut self,
         path: &Path,
@@ -285,8 +285,8 @@ impl Session {
         planned.report
     }
 
-    /// Takes a pipeline all the way to a plan in every configuration (or, with `only_one`, in the one of the settings),
-    /// for the profile asked for or each that it claims, and compares it with what scenes provide.
+    /// Plans a pipeline in every configuration and compares it with what scenes provide. With `only_one` only the
+    /// configuration of the settings is planned. Profiles are the requested one, or each that the pipeline claims.
     pub(crate) fn check_all(
         &mut self,
         path: &Path,
@@ -381,7 +381,7 @@ pub(crate) fn dry_run(profile: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diag
     }
 }
 
-/// Nothing, without wgpu.
+/// The dry run of a build without wgpu: it finds nothing.
 #[cfg(not(feature = "gpu"))]
 pub(crate) fn dry_run(_: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<> {
     |_| Diagnostics::new()

@@ -4,8 +4,8 @@
 //! files say to one is written out. Only what is a file's own text, for another program, goes out as it is, unless a
 //! terminal is what reads it.
 //!
-//! A reader that has seen enough and closes its end, such as `head` or a pager, is no error, and the exit status does not
-//! depend on it. Output that is lost otherwise, since a disk is full for one, is: [`is_lost`].
+//! A reader that has seen enough and closes its end, such as `head` or a pager, is no error, and the exit status does
+//! not depend on it. Output that is lost otherwise, since a disk is full for one, is: [`is_lost`].
 
 use std::io::{ErrorKind, IsTerminal as _, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -46,7 +46,8 @@ pub(crate) fn complain(text: &str) {
     let _ = output.write_all(text.as_bytes()).and_then(|()| output.flush());
 }
 
-/// Diagnostics with colors. Excerpts of files stand behind the numbers of their lines, so they cannot be taken for them.
+/// Diagnostics with colors. Excerpts of files stand behind the numbers of their lines, so they cannot be taken for
+/// them.
 fn colored(text: &str) -> String {
     const SEVERITIES: [(&str, &str); 3] = [("error", "1;31"), ("warning", "1;33"), ("note", "1;36")];
     let mut out = String::new();

@@ -1,9 +1,9 @@
 //! A second opinion: an external validator on every distinct text.
 //!
-//! The command is a program and its arguments, with `{}` for the file: `tint --format wgsl -o /dev/null {}`. It is started
-//! directly, never through a shell. What it prints goes to files, so a process that leaves children behind cannot keep
-//! anybody waiting, and after the time limit it is killed: on Unix with all that it has started, as a process group of its
-//! own, elsewhere alone. An interrupt from the terminal does not reach that group. An
+//! The command is a program and its arguments, with `{}` for the file: `tint --format wgsl -o /dev/null {}`. It is
+//! started directly, never through a shell. What it prints goes to files, so a process that leaves children behind
+//! cannot keep anybody waiting, and after the time limit it is killed: on Unix with all that it has started, as a
+//! process group of its own, elsewhere alone. An interrupt from the terminal does not reach that group. An
 //! exit status other than zero is a rejection; of its output,
 //! the first `FILE:LINE:COLUMN` gives the place.
 
@@ -19,7 +19,7 @@ use umbragraph::low_level::shader::permutations::{Opinion, Validator};
 /// The command of an external validator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ExternalValidator {
-    /// As it is written.
+    /// The command as it is written.
     pub(crate) text: String,
     pub(crate) program: String,
     pub(crate) arguments: Vec<String>,

@@ -99,8 +99,8 @@ impl Outcome {
         self.permutations.templates.iter().fold(Count::ZERO, |sum, report| sum.plus(report.covered))
     }
 
-    /// The coverage, for people: a line for each pipeline; in full also one for each pass, and one for all, whose end is
-    /// [`proven_now`].
+    /// The coverage, for people: a line for each pipeline; in full also one for each pass, and one for all, whose end
+    /// is [`proven_now`].
     pub(crate) fn human(&self, in_full: bool) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.
@@ -232,7 +232,7 @@ impl Outcome {
         }
     }
 
-    /// Everything as JSON.
+    /// The whole report as JSON.
     pub(crate) fn json(&self, diagnostics: Vec<serde_json::Value>) -> String {
         let pipeline = |counts| ReachedPipeline {
             counts,

@@ -1,7 +1,7 @@
 //! `umbragraph view`: starts the viewer, which is a program of its own.
 //!
-//! A window needs much that the command does not, so that `umbragraph-view` is installed by itself. It is looked for beside
-//! this program first, then on PATH.
+//! A window needs much that the command does not, so that `umbragraph-view` is installed by itself. It is looked for
+//! beside this program first, then on PATH.
 
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
@@ -16,7 +16,8 @@ use crate::streams::complain;
 /// The name of the program.
 const NAME: &str = "umbragraph-view";
 
-/// Runs the viewer until its window is closed. The exit status is that of the viewer, which has the meanings of the command.
+/// Runs the viewer until its window is closed. The exit status is that of the viewer, which has the meanings of the
+/// command.
 pub(crate) fn run(arguments: &ViewArguments) -> ExitCode {
     let program = found();
     match Command::new(&program).args(&arguments.arguments).status() {

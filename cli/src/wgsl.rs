@@ -1,4 +1,4 @@
-//! `umbragraph wgsl`
+//! `umbragraph wgsl`: prints generated shaders.
 
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use umbragraph::low_level::pipeline::{Pass, ProgramVariant, TypedPipeline, is_of};

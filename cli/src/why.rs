@@ -1,4 +1,4 @@
-//! `umbragraph why`
+//! `umbragraph why`: explains a value, or why a pass is culled.
 
 use serde_json::json;
 use umbragraph::low_level::why::{Subject, human, why, why_memory};

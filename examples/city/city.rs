@@ -1,6 +1,6 @@
-//! The application's meshes: boxes on a plain, one vertex buffer with positions, normals and colors, and a storage buffer
-//! with a matrix for each of them; and the matrices of a camera that circles around them, with reversed depth and without
-//! a far plane.
+//! The application's meshes: boxes on a plain, one vertex buffer with positions, normals and colors, and a storage
+//! buffer with a matrix for each of them; and the matrices of a camera that circles around them, with reversed depth
+//! and without a far plane.
 
 use glam::{Mat4, Vec3};
 

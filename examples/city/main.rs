@@ -1,8 +1,8 @@
-//! An application with a device, matrices and meshes of its own (500 boxes from one storage buffer), which takes its shadows
-//! from `pipelines/umbra.json` and puts a pass of its own behind them.
+//! An application with a device, matrices and meshes of its own (500 boxes from one storage buffer), which takes its
+//! shadows from `pipelines/umbra.json` and puts a pass of its own behind them.
 //!
-//! `shadows.rs` is all of it that concerns umbragraph; `city.json` extends the pipeline, `lib/meshes.wgsl.jinja` says what a
-//! vertex and an instance are, and `vignette.wgsl.jinja` is the pass.
+//! `shadows.rs` is all of it that concerns umbragraph; `city.json` extends the pipeline, `lib/meshes.wgsl.jinja` says
+//! what a vertex and an instance are, and `vignette.wgsl.jinja` is the pass.
 //!
 //! `cargo run --release --example city [FILE.png]`
 

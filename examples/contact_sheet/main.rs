@@ -1,9 +1,10 @@
 //! Renders `examples/filters.png`: each filter on each kind of light, with labels.
 //!
-//! The figure of `examples/scenes/figure.glb` throws its shadow over plinth, floor and wall from one place, and below it a
-//! fence, a ladder and a hand do over a table: as a spot with a tile of the atlas, as a point light with a cube, and as a
-//! directional light with cascades. The filters have the same width in the world, so a column should look alike from top
-//! to bottom; "pcss" follows the penumbra, so its shadow begins sharp. Cubes have no moments, so their cells stay empty there.
+//! The figure of `examples/scenes/figure.glb` throws its shadow over plinth, floor and wall from one place, and below
+//! it a fence, a ladder and a hand do over a table: as a spot with a tile of the atlas, as a point light with a cube,
+//! and as a directional light with cascades. The filters have the same width in the world, so a column should look
+//! alike from top to bottom; "pcss" follows the penumbra, so its shadow begins sharp. Cubes have no moments, so their
+//! cells stay empty there.
 //!
 //! `cargo run --release --example contact_sheet [FILE]`
 
@@ -58,7 +59,8 @@ const COLUMNS: [Column; 15] = [
     ("MSM", &[("moment_filter", "\"msm\"")], MOMENTS),
 ];
 
-/// A scene with how far around it the light reaches: a radius in metres, and the angle that a sun of that size has there.
+/// A scene with how far around it the light reaches: a radius in metres, and the angle that a sun of that size has
+/// there.
 type Subject = (Scene, f32, f32);
 
 fn main() {

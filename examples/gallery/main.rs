@@ -1,8 +1,8 @@
 //! Renders `examples/gallery/`: what each pipeline makes of each scene that suits it, in labelled sheets.
 //!
 //! A sheet for each of the five systems and the flagship, and for each teaching pipeline that draws a scene; the others
-//! share one, each with its picture. A scene suits a pipeline that reads all of its lights. Sheets are JPEG, since there are
-//! many, and hold two megabytes together at most.
+//! share one, each with its picture. A scene suits a pipeline that reads all of its lights. Sheets are JPEG, since
+//! there are many, and hold two megabytes together at most.
 //!
 //! `cargo xtask gallery` (`cargo run --example gallery [FOLDER]`)
 

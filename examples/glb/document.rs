@@ -1,6 +1,7 @@
 //! A glTF document under construction, and its binary form.
 //!
-//! Objects are written as JSON when they are added, and joined when the document is; only nodes wait for their children.
+//! Objects are written as JSON when they are added, and joined when the document is; only nodes wait for their
+//! children.
 
 use super::json::{Object, array, number, numbers, string};
 use super::shape::Shape;
@@ -256,8 +257,8 @@ impl Document {
         self.node(parent, placed(light.name, placement).with("extensions", extension.json()))
     }
 
-    /// Adds a skin for a node that shows a skinned mesh: its joints, and where each of them stands in the mesh's space at
-    /// rest (unrotated).
+    /// Adds a skin for a node that shows a skinned mesh: its joints, and where each of them stands in the mesh's space
+    /// at rest (unrotated).
     pub(crate) fn skin(&mut self, node: NodeId, joints: &[(NodeId, super::Vec3)]) {
         let matrices: Vec<f64> = joints
             .iter()

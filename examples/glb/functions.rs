@@ -1,10 +1,10 @@
 //! Elementary functions with the same bits everywhere.
 //!
 //! The standard library's sine, power and so on are those of the platform, which may differ in the last bit; a rounded
-//! coordinate or a texel at a threshold could then fall to the other side. These are made of additions, multiplications,
-//! divisions and square roots alone, which IEEE 754 defines to the bit, and are accurate to a few units of the last place
-//! over what scenes need (angles up to some thousand radians, moderate powers). The kernels of sine and cosine are those
-//! of fdlibm.
+//! coordinate or a texel at a threshold could then fall to the other side. These are made of additions,
+//! multiplications, divisions and square roots alone, which IEEE 754 defines to the bit, and are accurate to a few
+//! units of the last place over what scenes need (angles up to some thousand radians, moderate powers). The kernels of
+//! sine and cosine are those of fdlibm.
 
 use std::f64::consts::{FRAC_PI_2, LN_2, PI, SQRT_2};
 

@@ -2,8 +2,8 @@
 //!
 //! An example program builds [`Shape`]s from a few solids, gives them materials, places them in a tree of nodes and
 //! writes everything as one binary glTF ([`Document::glb`]). The same program always writes the same bytes: random
-//! numbers come from a hash of integers ([`noise`]), sines and powers from additions and multiplications ([`functions`]), and
-//! every coordinate is rounded to a grid.
+//! numbers come from a hash of integers ([`noise`]), sines and powers from additions and multiplications
+//! ([`functions`]), and every coordinate is rounded to a grid.
 //!
 //! Conventions are glTF's: right-handed, metres, Y up; faces are counter-clockwise seen from outside.
 #![allow(dead_code, unused_imports, reason = "each example uses its own part of it")]

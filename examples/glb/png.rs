@@ -1,7 +1,8 @@
 //! PNG pictures with a palette.
 //!
 //! A byte for each texel, a palette of at most 256 colours with alpha, and the data in stored (not compressed) blocks:
-//! small enough for procedural textures, and the same bytes from every version of every compressor, since there is none.
+//! small enough for procedural textures, and the same bytes from every version of every compressor, since there is
+//! none.
 
 /// A colour of a palette: red, green, blue (sRGB) and alpha.
 pub(crate) type Color = [u8; 4];

@@ -21,8 +21,8 @@ pub(crate) fn beam(from: Vec3, to: Vec3, width: f64) -> Shape {
     standing(width, (to - from).length(), width).placed(&Placement::pointing(from, to))
 }
 
-/// An outline in the XY plane, counter-clockwise seen from +Z, drawn out from `back` to `front` along Z. Its first corner
-/// must see all others.
+/// An outline in the XY plane, counter-clockwise seen from +Z, drawn out from `back` to `front` along Z. Its first
+/// corner must see all others.
 pub(crate) fn prism(outline: &[(f64, f64)], back: f64, front: f64) -> Shape {
     let mut shape = Shape::new();
     shape.polygon(&outline.iter().map(|(x, y)| vec3(*x, *y, front)).collect::<Vec<_>>());
@@ -141,9 +141,9 @@ pub(crate) fn ring(radius: f64, thickness: f64, segments: u32, sides: u32) -> Sh
     tube(&path, sides, true)
 }
 
-/// A wall panel of `width` × `height` with a round arch cut out of its foot, centred on the Y axis, `depth` thick around
-/// the XY plane. The opening is `2 * radius` wide and rises straight for `rise` before the arch begins. Its sides, top
-/// and the feet are closed where `ends` asks for it.
+/// A wall panel of `width` × `height` with a round arch cut out of its foot, centred on the Y axis, `depth` thick
+/// around the XY plane. The opening is `2 * radius` wide and rises straight for `rise` before the arch begins. Its
+/// sides, top and the feet are closed where `ends` asks for it.
 pub(crate) fn arch_panel(
     width: f64,
     height: f64,

@@ -1,7 +1,7 @@
 //! The binary side of a document: vertices, indices and key frames.
 //!
-//! All values of one kind lie in one buffer view, with an accessor for each primitive. Coordinates are rounded to a grid,
-//! then equal vertices of a primitive are merged. Indices have 16 bits where they can.
+//! All values of one kind lie in one buffer view, with an accessor for each primitive. Coordinates are rounded to a
+//! grid, then equal vertices of a primitive are merged. Indices have 16 bits where they can.
 
 use std::collections::BTreeMap;
 

@@ -1,10 +1,10 @@
 //! Writes `examples/scenes/courtyard.glb`: an evening on an old square.
 //!
 //! The scene is made to be hard on shadows in as many ways as one picture can show. A low sun shines through an arcade
-//! and lays its arches over the pavement; a pergola throws a lattice on a wall; a figure, jars, crates and a cart stand on
-//! the ground, where any gap between a thing and its shadow shows; staff, spokes, railings, ropes and bars are thinner
-//! than a texel of most shadow maps; leaves and banners are cut out by alpha; and behind the gate a road leads past poles
-//! and cypresses to an aqueduct, 120 metres away, so that several cascades have work to do.
+//! and lays its arches over the pavement; a pergola throws a lattice on a wall; a figure, jars, crates and a cart stand
+//! on the ground, where any gap between a thing and its shadow shows; staff, spokes, railings, ropes and bars are
+//! thinner than a texel of most shadow maps; leaves and banners are cut out by alpha; and behind the gate a road leads
+//! past poles and cypresses to an aqueduct, 120 metres away, so that several cascades have work to do.
 //!
 //! `cargo run --example write_courtyard [FILE]`
 

@@ -66,7 +66,8 @@ pub(crate) fn cypress() -> Shape {
     crown.joined(&rod(vec3(0.0, -0.05, 0.0), vec3(0.0, 0.12, 0.0), 0.015, 7))
 }
 
-/// A hanging cloth one metre wide and three high, its upper edge around the origin, waving a little out of the XY plane.
+/// A hanging cloth one metre wide and three high, its upper edge around the origin, waving a little out of the XY
+/// plane.
 pub(crate) fn hanging_banner() -> Shape {
     const COLUMNS: u32 = 6;
     const ROWS: u32 = 10;

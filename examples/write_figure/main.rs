@@ -1,9 +1,9 @@
 //! Writes `examples/scenes/figure.glb`: a jointed figure that waves, in the sun and in a spot.
 //!
-//! The scene is made to show shadows of what moves. The figure is one skinned mesh over eleven joints; its animation lifts
-//! an arm, waves it and shifts the weight from foot to foot, for four seconds, and ends where it began. It stands on a
-//! round plinth with steps, so that the shadow bends; the low sun draws it out over the floor to the right, the spot to
-//! the left.
+//! The scene is made to show shadows of what moves. The figure is one skinned mesh over eleven joints; its animation
+//! lifts an arm, waves it and shifts the weight from foot to foot, for four seconds, and ends where it began. It stands
+//! on a round plinth with steps, so that the shadow bends; the low sun draws it out over the floor to the right, the
+//! spot to the left.
 //!
 //! `cargo run --example write_figure [FILE]`
 

@@ -1,8 +1,8 @@
 //! Writes `examples/scenes/foliage.glb`: a garden in the morning sun.
 //!
-//! The scene is made to be hard on shadows through holes. Crowns and ferns are cards of leaves cut out by alpha, seen from
-//! both sides and lit through; grass stands in tufts of single blades; a trellis throws its lattice on what climbs it. In
-//! front lies a pool of clear water, which is blended and receives shadows.
+//! The scene is made to be hard on shadows through holes. Crowns and ferns are cards of leaves cut out by alpha, seen
+//! from both sides and lit through; grass stands in tufts of single blades; a trellis throws its lattice on what climbs
+//! it. In front lies a pool of clear water, which is blended and receives shadows.
 //!
 //! `cargo run --example write_foliage [FILE]`
 

@@ -2,8 +2,8 @@
 //!
 //! The scene is made to be hard on shadows of lights with a position. A floor lamp in the middle reaches floor, ceiling
 //! and all four walls, so that every face of its cube is seen; a pendant hangs close above a table with thin-legged
-//! chairs; picture spots graze a wall in narrow cones; a wide spot shines through the rungs of a ladder and the rails of
-//! a gallery; a window pane stands in the light and receives shadows itself.
+//! chairs; picture spots graze a wall in narrow cones; a wide spot shines through the rungs of a ladder and the rails
+//! of a gallery; a window pane stands in the light and receives shadows itself.
 //!
 //! `cargo run --example write_interior [FILE]`
 

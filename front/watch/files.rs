@@ -2,11 +2,11 @@
 //!
 //! An editor writes by truncating, by renaming a temporary file over the old one, or by deleting and creating; a
 //! formatter or a branch switch touches ten files at once. So the *folders* of files are watched, not the files: a new
-//! file under the same name is seen whatever became of the old one. Notices are gathered for [`PAUSE`], because half of a
-//! change is rarely a pipeline. A notice says only *that* something changed; what did, the session finds by reading.
+//! file under the same name is seen whatever became of the old one. Notices are gathered for [`PAUSE`], because half of
+//! a change is rarely a pipeline. A notice says only *that* something changed; what did, the session finds by reading.
 //!
-//! Limits: a folder that is not there is replaced by the nearest one above it; file systems without notices (most network
-//! mounts) report nothing.
+//! Limits: a folder that is not there is replaced by the nearest one above it; file systems without notices (most
+//! network mounts) report nothing.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ pub(super) const PAUSE: Duration = Duration::from_millis(30);
 /// Interval at which the debouncer looks for notices that are old enough.
 const TICK: Duration = Duration::from_millis(6);
 
-/// Watched folders, and the function that is told of changes in them.
+/// Watched folders, and the function to call after a change in them.
 pub(super) struct FileEvents {
     debouncer: Debouncer<RecommendedWatcher, NoCache>,
     watched: BTreeSet<(PathBuf, bool)>,
@@ -43,8 +43,8 @@ impl FileEvents {
         Ok(Self { debouncer: debouncer.map_err(|error| error.to_string())?, watched: BTreeSet::new() })
     }
 
-    /// Watches the folders of files, and whole trees of folders; other folders no longer. Whether there are new ones, in
-    /// which something may have changed unseen; and the folders that cannot be watched, each with the reason.
+    /// Watches the folders of files, and whole trees of folders; other folders no longer. Whether there are new ones,
+    /// in which something may have changed unseen; and the folders that cannot be watched, each with the reason.
     pub(super) fn watch(
         &mut self,
         files: impl IntoIterator<Item = PathBuf>,

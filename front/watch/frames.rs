@@ -9,8 +9,8 @@ use super::{Ready, Watcher};
 
 impl Renderer {
     /// Records a frame of a pipeline that follows its files; whether there was a plan to record. What is ready of the
-    /// watcher is taken over first. Another size, format or usage of the host's textures is planned at once; other options
-    /// are planned on the watcher's thread, and the plan before goes on until then.
+    /// watcher is taken over first. Another size, format or usage of the host's textures is planned at once; other
+    /// options are planned on the watcher's thread, and the plan before goes on until then.
     ///
     /// # Errors
     /// As of [`Renderer::record`], but for what is wrong with files or options: that is [`Watcher::error`].

@@ -1,10 +1,10 @@
 //! [`Watcher`]: a pipeline that follows its files while it is drawn.
 //!
 //! An author changes a file and wants to see it. A thread of the watcher reads the change, plans it and compiles its
-//! shaders beside the running frames; [`Renderer::record_watched`](crate::Renderer::record_watched) takes the result over
-//! between two frames, as [`Executor::set_prepared_plan`](crate::Executor::set_prepared_plan) does: histories, kept maps and
-//! live values that still fit stay. A change that is broken, in whatever way, changes nothing: the last good plan goes on,
-//! and [`Watcher::error`] says why.
+//! shaders beside the running frames; [`Renderer::record_watched`](crate::Renderer::record_watched) takes the result
+//! over between two frames, as [`Executor::set_prepared_plan`](crate::Executor::set_prepared_plan) does: histories,
+//! kept maps and live values that still fit stay. A change that is broken, in whatever way, changes nothing: the last
+//! good plan goes on, and [`Watcher::error`] says why.
 //!
 //! ```no_run
 //! # use umbragraph::{Frame, Library, Options, Renderer, Watcher, wgpu};
@@ -23,8 +23,8 @@
 //! # }
 //! ```
 //!
-//! Limits: the folders of all files that the pipeline reads are watched, with one inotify watch each on Linux. The first
-//! plan is made into pipelines in the frame that begins with it.
+//! Limits: the folders of all files that the pipeline reads are watched, with one inotify watch each on Linux. The
+//! first plan is made into pipelines in the frame that begins with it.
 
 mod files;
 mod frames;
@@ -116,7 +116,7 @@ impl Read {
         Self { pipeline, parameters: parameters.into(), sources }
     }
 
-    /// The same pipeline with these parameter files?
+    /// Whether this is the same pipeline with these parameter files.
     fn is_with(&self, parameters: &[ParameterFile]) -> bool {
         format!("{:?}", self.parameters) == format!("{parameters:?}")
     }
@@ -192,14 +192,14 @@ impl Watcher {
         Ok(watcher)
     }
 
-    /// With parameter files, the last over the first; values of frames' options count over them.
+    /// Sets the parameter files; later files override earlier ones, and the options of frames override all.
     #[must_use]
     pub fn parameters(self, files: impl IntoIterator<Item = impl Into<PathBuf>>) -> Self {
         self.order(Order::Parameters(files.into_iter().map(Into::into).collect()));
         self
     }
 
-    /// With a glTF scene, which [`Watcher::take_scene`] has once it is loaded, and again whenever it changed.
+    /// Sets the glTF scene. [`Watcher::take_scene`] returns it once it is loaded, and again after each change.
     #[cfg(feature = "gltf")]
     #[must_use]
     pub fn scene(self, path: impl Into<PathBuf>) -> Self {
@@ -207,16 +207,16 @@ impl Watcher {
         self
     }
 
-    /// Plans imports as the documents declare them, whatever textures the frames bring: for a host that makes its textures
-    /// after the plan, so that an edit can change their format.
+    /// Plans imports as the documents declare them, whatever textures the frames bring: for a host that makes its
+    /// textures after the plan, so that an edit can change their format.
     #[must_use]
     pub fn declared_imports(mut self) -> Self {
         self.has_declared_imports = true;
         self
     }
 
-    /// With a function that is called, on a thread of the watcher's, when a frame could show something else: for windows
-    /// that draw only then.
+    /// Sets a function that a thread of the watcher calls if a frame could show something else: for windows that draw
+    /// only then.
     #[must_use]
     pub fn wake(self, wake: impl Fn() + Send + 'static) -> Self {
         *self.wake.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(wake));
@@ -255,7 +255,7 @@ impl Watcher {
         self.scene.new.take().map(|scene| *scene)
     }
 
-    /// Takes in what the thread has found by now.
+    /// Receives what the thread has found by now.
     fn receive(&mut self) {
         while let Ok(outcome) = self.outcomes.try_recv() {
             match outcome {

@@ -1,7 +1,7 @@
 //! The scene of a watcher: a glTF file with the buffers and images beside it.
 //!
-//! The files that the document names are noted while it is read, found or not. When the size or time of one changes, the
-//! scene is loaded again.
+//! The files that the document names are noted while it is read, found or not. When the size or time of one changes,
+//! the scene is loaded again.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -40,7 +40,7 @@ pub(super) enum Order {
 /// The inputs that a plan is made for.
 #[derive(Clone)]
 pub(super) struct Inputs {
-    /// With the imports of the frames.
+    /// The options, with the imports of the frames.
     pub(super) options: Options,
     /// Makes pipelines into the cache of the executor; `None` before the first frame.
     pub(super) preparer: Option<PlanPreparer>,
@@ -64,11 +64,12 @@ pub(super) struct Ready {
     pub(super) read: Read,
     pub(super) options: Options,
     pub(super) plan: Arc<Plan>,
-    /// `None` before the first frame, and for geometries that the draw source has not declared yet.
+    /// The prepared plan; `None` before the first frame, and for geometries that the draw source has not declared
+    /// yet.
     pub(super) prepared: Option<PreparedPlan>,
     /// Whether it is of the files as they were at last.
     pub(super) is_current: bool,
-    /// Nothing where only inputs of frames are others.
+    /// The loaded files; `None` if only inputs of frames changed.
     pub(super) reload: Option<Reload>,
 }
 
@@ -99,7 +100,8 @@ impl Worker {
             let mut changed = None;
             let mut is_new = false;
             let mut next = Some(order);
-            // Orders within this time are done together. A window sends one with every frame, so each does not extend it.
+            // Orders within this time are done together. A window sends one with every frame, so each does not extend
+            // it.
             let end = Instant::now() + SETTLE;
             loop {
                 match next.take() {

@@ -11,7 +11,7 @@
 //! Diagnostics are collected, never the first only: see [`diagnostic`]. What a pass can be is open: see [`node`]. This
 //! crate knows nothing of shadows; the node kinds that do are built on its public interface alone.
 //!
-//! This crate is the door to its rooms, crates of their own that see only those before them:
+//! This crate is the facade of the engine's crates, of which each sees only those before it:
 //!
 //! ```text
 //!  text ◀── shaders ◀── pipeline ◀── compiler ◀─┬─ executor
@@ -40,8 +40,8 @@ pub use compose::read_source;
 
 /// The draw contract: how the host's meshes get into a pass.
 ///
-/// A [`HostInterface`](draw::HostInterface) says how the host stores its meshes, without a device; with the feature `gpu`,
-/// a `DrawSource` draws them into a `DrawPass`.
+/// A [`HostInterface`](draw::HostInterface) says how the host stores its meshes, without a device; with the feature
+/// `gpu`, a `DrawSource` draws them into a `DrawPass`.
 pub mod draw {
     #[cfg(feature = "gpu")]
     pub use umbragraph_executor::{DrawPass, DrawSource};

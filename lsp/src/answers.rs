@@ -217,7 +217,7 @@ fn rename(workspace: &mut Workspace, params: RenameParams) -> Result<Option<Work
 /// Edits of several pipelines, each once, by file and place.
 type Renamed = BTreeMap<String, BTreeMap<(usize, usize), Edit>>;
 
-/// The same name in a further pipeline that reads an edited file.
+/// The edits of a rename in a further pipeline that reads an edited file.
 fn further(workspace: &mut Workspace, renamed: &Renamed, done: &BTreeSet<Target>) -> Option<Asked> {
     for (path, edits) in renamed {
         let (path, (&(offset, _), _)) = (PathBuf::from(path), edits.first_key_value()?);

@@ -1,7 +1,7 @@
 //! Generated WGSL: lenses at passes and in templates, the text that they show, and the way back from its lines.
 //!
-//! A lens carries the command [`SHOW`] of the client, with one argument; the server answers its own command [`TEXT`] for that
-//! argument with the text. The text is that of the configuration that values are told of.
+//! A lens carries the command [`SHOW`] of the client, with one argument; the server answers its own command [`TEXT`]
+//! for that argument with the text. The text is that of the configuration that values are told of.
 //!
 //! Limits: templates have lenses for pipelines of which a document is open, [`MOST`] at most.
 
@@ -40,7 +40,7 @@ struct Wanted {
 pub(crate) struct Generated {
     title: String,
     text: String,
-    /// For each line the address and the range of the template's text, where it is the client's.
+    /// The address and the range of the template's text for each line, if the client has that text.
     lines: Vec<Option<Json>>,
 }
 
@@ -164,7 +164,7 @@ fn generated(workspace: &Workspace, wanted: &Wanted, variant: &ProgramVariant) -
 }
 
 impl Workspace {
-    /// A pipeline in the configuration that values are told of; `None` where an error keeps it from being loaded.
+    /// A pipeline in the default configuration; `None` if an error keeps it from being loaded.
     fn pipeline(&mut self, target: &Target) -> Option<Arc<TypedPipeline>> {
         let choice = self.choice(target);
         self.sure(|session| session.plan(target, &choice)).0.report.pipeline

@@ -1,11 +1,12 @@
 //! A language server for pipelines, over one session.
 //!
-//! [`serve`] speaks the Language Server Protocol: it reads requests of an editor from a connection and answers them with what
-//! an [`umbragraph_session::Session`] says of files that are broken, and not saved. All knowledge of the language is in the
-//! session; here is only how the protocol writes it.
+//! [`serve`] speaks the Language Server Protocol: it reads requests of an editor from a connection and answers them
+//! with what an [`umbragraph_session::Session`] says of files that are broken, and not saved. All knowledge of the
+//! language is in the session; here is only how the protocol writes it.
 //!
-//! While an author types, the pipeline of the document is planned, and its diagnostics are published. When nothing comes in
-//! for a moment, it is checked in all configurations, with the proofs of its shaders. The next message ends that check.
+//! While an author types, the pipeline of the document is planned, and its diagnostics are published. When nothing
+//! comes in for a moment, it is checked in all configurations, with the proofs of its shaders. The next message ends
+//! that check.
 
 mod answers;
 mod capabilities;
@@ -30,8 +31,8 @@ pub use server::{Server, Texts};
 const QUIET: Duration = Duration::from_millis(500);
 
 /// Serves one client until it says that it is done. `open` makes the session for the folders of the client's workspace;
-/// documents may name files below these if they are among its roots. `judges` adds to a check what a device would say of
-/// plans. A panic is the answer to one message; the next is answered as usual.
+/// documents may name files below these if they are among its roots. `judges` adds to a check what a device would say
+/// of plans. A panic is the answer to one message; the next is answered as usual.
 ///
 /// # Errors
 /// A client that breaks the protocol, or goes away.
@@ -69,7 +70,7 @@ pub fn serve(
     Ok(())
 }
 
-/// The next message; while there is none, what changed is told of, and then checked. `None` for a client that is gone.
+/// The next message. While there is none, checks what changed and reports it. `None` for a client that is gone.
 fn next(
     server: &mut Server,
     messages: &Receiver<Message>,

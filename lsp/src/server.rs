@@ -59,8 +59,8 @@ fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
 }
 
 impl Server {
-    /// Begins with the parameters of the client's `initialize`; `open` makes the session for the folders in them. Returns
-    /// the answer to that request, too.
+    /// Begins with the parameters of the client's `initialize`; `open` makes the session for the folders in them.
+    /// Returns the answer to that request, too.
     pub fn new(open: impl FnOnce(&[PathBuf]) -> Session, params: &Json) -> (Self, Json) {
         let (encoding, folders) = (encoding(params), folders(params));
         let answer = json!({
@@ -85,7 +85,8 @@ impl Server {
         self.workspace.cancel.clone()
     }
 
-    /// Takes a message. Returns what is to be sent: the answer to a request, and diagnostics that changed meanwhile.
+    /// Handles a message. Returns the messages to send: the answer to a request, and diagnostics that changed
+    /// meanwhile.
     pub fn handle(&mut self, message: Message) -> Vec<Message> {
         match message {
             Message::Request(request) if request.method == Shutdown::METHOD => {
@@ -110,8 +111,8 @@ impl Server {
         std::mem::take(&mut self.out)
     }
 
-    /// Checks one pipeline in all configurations. Returns the diagnostics that changed; `None` once all are checked, or if
-    /// the switch ended the check.
+    /// Checks one pipeline in all configurations. Returns the diagnostics that changed; `None` once all are checked, or
+    /// if the switch ended the check.
     pub fn check(&mut self, judges: Judges<'_>) -> Option<Vec<Message>> {
         match caught(|| self.workspace.check(&mut *judges)) {
             Ok(files) => self.publish(files?),
@@ -246,7 +247,7 @@ impl<F: FnOnce(&[PathBuf]) -> Session> Texts<F> {
         Self { open: Some(open), server: None }
     }
 
-    /// Takes a message. Returns what is to be sent; nothing before `initialize`, and for a text that is no message.
+    /// Handles a message. Returns the messages to send; none before `initialize`, and for a text that is no message.
     pub fn handle(&mut self, text: &str) -> Vec<String> {
         let Ok(message) = serde_json::from_str::<Message>(text) else { return Vec::new() };
         if let (None, Message::Request(request)) = (&self.server, &message)

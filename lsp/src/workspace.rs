@@ -1,7 +1,7 @@
 //! The documents of an editor, the pipelines that they are part of, and what is wrong with them.
 //!
-//! A part of a pipeline, such as a file that others extend, is told of as part of that pipeline: all pipelines below the
-//! folders of the editor are composed once, so that it is known which files they read.
+//! A part of a pipeline, such as a file that others extend, is told of as part of that pipeline: all pipelines below
+//! the folders of the editor are composed once, so that it is known which files they read.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -83,7 +83,7 @@ impl Workspace {
         self.open.get(path).map(String::as_str)
     }
 
-    /// Takes the text of an opened document. Its pipeline is found now: a later text may be broken.
+    /// Registers an opened document. Finds its pipeline now, since a later text may be broken.
     pub(crate) fn open(&mut self, path: &Path, text: String) {
         self.targets.remove(path);
         self.write(path, text);
@@ -200,7 +200,7 @@ impl Workspace {
         Some(target)
     }
 
-    /// The same, and the document itself while it has no whole member yet.
+    /// The pipeline of a file; the document itself while no value in it is complete.
     pub(crate) fn target_of_text(&mut self, path: &Path) -> Option<Target> {
         let target = self.target(path);
         let is_whole = |entry: &Entry| !matches!(entry.value.kind, Kind::Missing);
@@ -218,7 +218,7 @@ impl Workspace {
         }) && !self.planned(target).has_errors()
     }
 
-    /// The configuration that values are told of: that of the command without further arguments.
+    /// The configuration whose values the editor shows: that of the command without further arguments.
     pub(crate) fn choice(&mut self, target: &Target) -> Choice {
         let loaded = self.sure(|session| session.load(target));
         let profiles = loaded.understood().map(|composed| profiles(&composed.document));
@@ -280,7 +280,7 @@ impl Workspace {
         self.found.keys().cloned().collect()
     }
 
-    /// Whether a document is open that is told of as part of a pipeline.
+    /// Whether an open document is part of a pipeline whose diagnostics are published.
     fn is_wanted(&self, target: &Target) -> bool {
         self.targets.iter().any(|(path, known)| known == target && self.open.contains_key(path))
     }
@@ -299,8 +299,8 @@ impl Workspace {
         self.replace(target, Some(diagnostics))
     }
 
-    /// Checks one pipeline in all configurations, if one is left. Returns the files whose diagnostics changed; `None` once
-    /// all are checked, or if it is cancelled.
+    /// Checks one pipeline in all configurations, if one is left. Returns the files whose diagnostics changed; `None`
+    /// once all are checked, or if it is cancelled.
     pub(crate) fn check(&mut self, judges: Judges<'_>) -> Option<BTreeSet<PathBuf>> {
         let target = self.unchecked.first()?.clone();
         let loaded = self.session.load(&target).ok()?;
@@ -336,7 +336,7 @@ impl Workspace {
         files
     }
 
-    /// All that is wrong with a file, each once.
+    /// The diagnostics of a file, each once.
     pub(crate) fn of_file(&self, path: &Path) -> Vec<&Found> {
         let mut all: Vec<&Found> = Vec::new();
         for one in self.found.values().filter_map(|files| files.get(path)).flatten() {

@@ -142,7 +142,7 @@ pub struct StencilSettings {
     pub write_mask: Option<Expr>,
     /// The test and the operations for front faces; without it everything passes and nothing changes.
     pub front: Option<StencilFace>,
-    /// The same for back faces; as for front faces without it.
+    /// The test and the operations for back faces; those of front faces without it.
     pub back: Option<StencilFace>,
 }
 
@@ -163,7 +163,7 @@ pub struct StencilFace {
 umbragraph_pipeline::webgpu_words! {
     /// The operation on the stencil value, by WebGPU's names.
     StencilOperationName = StencilOperation {
-        /// Nothing.
+        /// Keeps the value.
         Keep,
         /// It becomes 0.
         Zero,

@@ -7,8 +7,8 @@
 //! "blend": { "color": { "operation": "subtract", "src_factor": "constant", "dst_factor": "one" }, "constant": [0.5, 0.5, 0.5, 1] }
 //! ```
 //!
-//! Factors of a second source (`src1`) take the fragment stage's second output, `@location(0) @blend_src(1)`. That needs
-//! the feature `dual-source-blending` of WebGPU, and a pass with one attachment.
+//! Factors of a second source (`src1`) take the fragment stage's second output, `@location(0) @blend_src(1)`. That
+//! needs the feature `dual-source-blending` of WebGPU, and a pass with one attachment.
 //!
 //! Limits: one constant for all attachments of a pass.
 
@@ -26,13 +26,13 @@ use crate::attachment::ColorSettings;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Blend {
-    /// They replace it.
+    /// Drawn colors replace those in the attachment.
     Replace,
-    /// By their alpha.
+    /// Blends by the source's alpha.
     Alpha,
-    /// By their alpha, which is multiplied into the color already.
+    /// Blends by the source's alpha, which is already multiplied into its color.
     PremultipliedAlpha,
-    /// They are added.
+    /// Drawn colors are added.
     Add,
     /// They are multiplied.
     Multiply,

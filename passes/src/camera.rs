@@ -2,11 +2,11 @@
 //!
 //! Published, besides one view: [`shape`].
 //!
-//! Jitter: each frame is drawn a part of a pixel aside, by a point of the Halton sequence of the bases 2 and 3 (J. Halton,
-//! 1960), so that the mean of frames has the samples of all of them. It is in every matrix to and from clip space, and
-//! in the view, but not in `half_size`; cascades are fitted to the camera without it, and stay where they are. The
-//! matrices of the frame before have the jitter of this one: what does not move is found at its own pixel again,
-//! and what an effect has to know of jitter is nothing.
+//! Jitter: each frame is drawn a part of a pixel aside, by a point of the Halton sequence of the bases 2 and 3 (J.
+//! Halton, 1960), so that the mean of frames has the samples of all of them. It is in every matrix to and from clip
+//! space, and in the view, but not in `half_size`; cascades are fitted to the camera without it, and stay where they
+//! are. The matrices of the frame before have the jitter of this one: what does not move is found at its own pixel
+//! again, and what an effect has to know of jitter is nothing.
 //!
 //! The index identifies a frame: if it is recorded again, its previous frame stays the same. In the first frame, and
 //! after one without a usable camera, the previous frame is the frame itself.
@@ -34,8 +34,8 @@ pub struct Camera {
     pub to: Ref,
     /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
     pub reverse: Option<Expr>,
-    /// By how many points of the Halton sequence the picture is moved in turn, within a pixel, for effects that gather
-    /// samples over frames; 0 without it, which does not move it.
+    /// The number of points of the Halton sequence by which the picture is jittered within a pixel, for effects that
+    /// accumulate samples over frames; 0, the default, is no jitter.
     pub jitter: Option<Expr>,
 }
 
@@ -131,7 +131,7 @@ struct Frames {
 }
 
 impl Frames {
-    /// Takes in a frame, and returns the one before it.
+    /// Records the lens of a frame, and returns that of the frame before.
     fn advance(&mut self, index: u64, now: Lens) -> Lens {
         if self.last.is_none_or(|(last, _)| last != index) {
             self.before = self.last.map(|(_, last)| last);
@@ -179,7 +179,7 @@ impl CpuNode for RunCamera {
     }
 }
 
-/// By how much the picture is moved in clip space: at most half a pixel to each side.
+/// The jitter of the picture in clip space: at most half a pixel to each side.
 fn jitter(points: u32, index: u64, [width, height]: [u32; 2]) -> DVec2 {
     if points == 0 {
         return DVec2::ZERO;
@@ -237,7 +237,7 @@ impl Lens {
         }
     }
 
-    /// The same with a picture that is moved in clip space.
+    /// Moves the picture in clip space.
     fn moved(self, aside: &DMat4) -> Self {
         let clip_from_view = *aside * self.clip_from_view;
         Self { clip_from_view, view_from_clip: clip_from_view.inverse(), ..self }

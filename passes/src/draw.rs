@@ -27,7 +27,8 @@ const MAX_DETAIL: f64 = 255.0;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Draw {
-    /// The contract under "geometry" that the meshes follow: its name, or after an equals sign an expression that yields it.
+    /// The contract under "geometry" that the meshes follow: its name, or after an equals sign an expression that
+    /// yields it.
     pub geometry: Word<String>,
     /// The filter of the host's meshes: a word that the host knows. The pipelines that come with the module write
     /// "opaque", "transparent" (blended meshes) and "casters". Where maps are kept, they write "static_casters" and
@@ -43,7 +44,7 @@ pub struct Draw {
     pub attachments: Attachments,
     /// The faces that are culled: "back" without it. Meshes that are double-sided are drawn from both sides.
     pub cull: Option<Word<Cull>>,
-    /// In which order opaque meshes are drawn: "state" without it.
+    /// The order of opaque meshes: "state" without it.
     pub order: Option<Word<DrawOrder>>,
     /// The level of detail that the host is told to draw, 0 the finest, which it is without this: a number, or a list
     /// with one for each view, whose last counts for all beyond. Of what has fewer levels the host draws the last.
@@ -53,12 +54,13 @@ pub struct Draw {
     /// With "changed", changed meshes are drawn in every so many frames, each view in its turn: 1 without it. A number,
     /// or a list with one for each view, whose last counts for all beyond. A view that is another is drawn at once.
     pub every: Option<Expr>,
-    /// With "changed", whether a view that moved over its own plane by whole texels, as cascades on the world's grid do,
-    /// keeps what it still shows, and only the strips that came into view are drawn: false without it. The depth of
+    /// With "changed", whether a view that moved over its own plane by whole texels, as cascades on the world's grid
+    /// do, keeps what it still shows, and only the strips that came into view are drawn: false without it. The depth of
     /// the views has to stay as it is ("near_pull": "scene").
     pub scroll: Option<Expr>,
-    /// With "changed": the depth texture, of the same size, over whose texels a view is drawn, instead of "clear" of the
-    /// attachment. The view is drawn again where those have changed, if a pass with "changed" draws them, or else always.
+    /// With "changed": the depth texture, of the same size, over whose texels a view is drawn, instead of "clear" of
+    /// the attachment. The view is drawn again where those have changed, if a pass with "changed" draws them, or else
+    /// always.
     pub base: Option<Ref>,
 }
 
@@ -68,8 +70,8 @@ pub struct Draw {
 pub enum RedrawWhen {
     /// All in every frame.
     Always,
-    /// Those that are not as they were drawn last, or whose meshes have changed as the host says. The texels of each are
-    /// cleared and drawn again; those of the others stay as they are, in a persistent depth texture.
+    /// Those that are not as they were drawn last, or whose meshes have changed as the host says. The texels of each
+    /// are cleared and drawn again; those of the others stay as they are, in a persistent depth texture.
     Changed,
 }
 

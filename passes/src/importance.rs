@@ -14,11 +14,12 @@
 //! of the two axes apart), and is cut off at the picture's edges: a light comes into view and leaves it without a jump,
 //! and one whose sphere is out of view has importance 0, since nothing that it shadows is seen.
 //!
-//! The texels: `full · √(coverage · proximity · min(priority, 1))`, at most `full`. So a light that fills the picture
-//! gets `full`, and the sizes on the screen of all lights' texels are alike. Its strength does not matter here.
+//! The texels: `full · √(coverage · proximity · min(priority, 1))`, at most `full`. So a light that fills the
+//! picture gets `full`, and the sizes on the screen of all lights' texels are alike. Its strength does not matter here.
 //!
-//! The cadence, in which a kept map takes up what casters did: a map that is right with half, a quarter, an eighth of the
-//! texels of one that fills the picture shows a caster's way as much coarser, and waits for two, four, eight frames.
+//! The cadence, in which a kept map takes up what casters did: a map that is right with half, a quarter, an eighth of
+//! the texels of one that fills the picture shows a caster's way as much coarser, and waits for two, four, eight
+//! frames.
 //!
 //! Limits: a light or camera with unusable values has importance 0; a camera's far plane is not looked at, nor is
 //! what hides the light. All results are finite.
@@ -59,7 +60,7 @@ impl Importance {
         (f64::from(full) * self.part()).ceil() as u32
     }
 
-    /// In every how many frames a map takes up what casters did, at most: a power of two.
+    /// The number of frames after which a map is drawn again, at most: a power of two.
     pub fn cadence(&self, most: u32) -> u32 {
         cadence(1.0 / self.part(), most)
     }
@@ -76,7 +77,7 @@ pub fn cadence(ratio: f64, most: u32) -> u32 {
     1 << wanted.max(1).ilog2()
 }
 
-/// A camera, ready to look at many lights.
+/// A camera, prepared for the importance of many lights.
 #[derive(Clone, Copy, Debug)]
 pub struct Eye {
     view: DMat4,
@@ -87,7 +88,7 @@ pub struct Eye {
 }
 
 impl Eye {
-    /// `None` for a camera with unusable values.
+    /// Prepares a camera; `None` for one with unusable values.
     pub fn new(camera: &Camera) -> Option<Self> {
         if camera.check().is_some() {
             return None;

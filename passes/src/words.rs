@@ -11,19 +11,19 @@ pub const CAST_SHADOW: &str = "cast_shadow";
 /// The property of a light whose shadows are refined where things touch, by what the picture shows.
 pub const CONTACT_SHADOW: &str = "contact_shadow";
 
-/// The properties of a light that say how hard its shadows are, in the order of their numbers in `light.shadow`, from 1:
-/// one comparison, a filter of fixed width, one as wide as the penumbra.
+/// The properties of a light that say how hard its shadows are, in the order of their numbers in `light.shadow`, from
+/// 1: one comparison, a filter of fixed width, one as wide as the penumbra.
 pub const HARDNESS: [&str; 3] = ["hard_shadow", "soft_shadow", "pcss_shadow"];
 
 /// The filters of draws.
 pub mod filters {
-    /// Everything.
+    /// All draws.
     pub const ALL: &str = "all";
-    /// Everything that is not blended.
+    /// Draws that are not blended.
     pub const OPAQUE: &str = "opaque";
     /// Draws that are blended over the opaque ones, back to front.
     pub const TRANSPARENT: &str = "transparent";
-    /// Everything that casts shadows.
+    /// Draws that cast shadows.
     pub const CASTERS: &str = "casters";
     /// Casters that stay where they are: the maps of them are kept from frame to frame.
     pub const STATIC_CASTERS: &str = "static_casters";
@@ -41,11 +41,11 @@ pub mod filters {
 /// assert!(sun.has("cast_shadow"));
 /// ```
 pub trait LightProperties: Sized {
-    /// In its light things cast shadows ([`CAST_SHADOW`]).
+    /// Makes the light cast shadows ([`CAST_SHADOW`]).
     #[must_use]
     fn casts_shadow(self) -> Self;
 
-    /// The same, and its shadows are refined where things touch ([`CONTACT_SHADOW`]).
+    /// Makes the light cast shadows that are refined where things touch ([`CONTACT_SHADOW`]).
     #[must_use]
     fn casts_contact_shadow(self) -> Self;
 }

@@ -47,7 +47,8 @@ pub struct Channel {
     pub interpolation: Interpolation,
     /// The times of the keys in seconds, strictly increasing, at least one.
     pub times: Vec<f32>,
-    /// A value for each key (x, y, z and, for rotations, w; weights are x alone); for splines three: tangent in, value, tangent out.
+    /// A value for each key (x, y, z and, for rotations, w; weights are x alone); for splines three: tangent in, value,
+    /// tangent out.
     pub values: Vec<[f32; 4]>,
 }
 

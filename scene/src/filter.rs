@@ -23,7 +23,7 @@ pub fn wants(filter: &str, scene: &Scene, draw: Draw) -> bool {
     wants_draw(filter, draw, scene.material(draw).alpha_mode == AlphaMode::Blend)
 }
 
-/// As [`wants`], where it is known already whether the draw is blended.
+/// Whether a filter lets a draw through, given whether the draw is blended.
 pub(crate) fn wants_draw(filter: &str, draw: Draw, is_blended: bool) -> bool {
     match filter {
         "all" => true,

@@ -1,8 +1,9 @@
 //! glTF 2.0 scenes as a source of draws, lights and cameras.
 //!
-//! A scene file is decoded once into plain data on the CPU ([`Scene`]): triangles with their attributes, materials, decoded images, a node hierarchy with transforms in `f64`, cameras, lights, skins and
-//! animations. Everything that varies over time is computed from that data into a [`Pose`]. A frame's other inputs,
-//! apart from its draws, are a [`FrameInput`](umbragraph_pipeline::frame::FrameInput), made by [`Scene::frame_input`].
+//! A scene file is decoded once into plain data on the CPU ([`Scene`]): triangles with their attributes, materials,
+//! decoded images, a node hierarchy with transforms in `f64`, cameras, lights, skins and animations. Everything that
+//! varies over time is computed from that data into a [`Pose`]. A frame's other inputs, apart from its draws, are a
+//! [`FrameInput`](umbragraph_pipeline::frame::FrameInput), made by [`Scene::frame_input`].
 //!
 //! ```no_run
 //! let scene = umbragraph_scene::load("courtyard.glb".as_ref()).expect("a readable scene");
@@ -21,13 +22,14 @@
 //! counter-clockwise, cameras and lights look along −Z of their own space, texture v points down.
 //!
 //! A file is not trusted. Loading collects all diagnostics of a file as
-//! [`Diagnostics`](umbragraph_pipeline::diagnostic::Diagnostics) (codes UG0700 to UG0799, see [`codes`]), each placed by a
-//! JSON pointer into the document; it never panics, follows no cycle, and stays within the limits of [`load::limits`].
+//! [`Diagnostics`](umbragraph_pipeline::diagnostic::Diagnostics) (codes UG0700 to UG0799, see [`codes`]), each placed
+//! by a JSON pointer into the document; it never panics, follows no cycle, and stays within the limits of
+//! [`load::limits`].
 //!
-//! Not read: texture coordinates beyond the second set; points and lines are left out with a warning. Extensions that are
-//! understood: `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `KHR_materials_ior`, `KHR_materials_specular` (its
-//! factors), `KHR_materials_unlit`, `KHR_mesh_quantization`, `KHR_texture_transform` and `MSFT_lod`; a document that
-//! *requires* another one is rejected.
+//! Not read: texture coordinates beyond the second set; points and lines are left out with a warning. Extensions that
+//! are understood: `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `KHR_materials_ior`,
+//! `KHR_materials_specular` (its factors), `KHR_materials_unlit`, `KHR_mesh_quantization`, `KHR_texture_transform` and
+//! `MSFT_lod`; a document that *requires* another one is rejected.
 
 pub mod animation;
 pub mod codes;

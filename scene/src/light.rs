@@ -15,7 +15,7 @@ use crate::node::NodeId;
 pub struct SceneLight {
     /// The node whose −Z axis is the light's direction.
     pub node: NodeId,
-    /// Everything but the place, which [`SceneLight::placed`] fills in.
+    /// The light without its place, which [`SceneLight::placed`] adds.
     pub light: Light,
 }
 

@@ -96,8 +96,9 @@ impl Material {
 }
 
 impl Default for Material {
-    /// The material of primitives that name none: white, opaque, one-sided, a Lambertian surface. glTF's default is a metal
-    /// of roughness 1, which reflects about as much light about as evenly, and takes a shader several times as long.
+    /// The material of primitives that name none: white, opaque, one-sided, a Lambertian surface. glTF's default is a
+    /// metal of roughness 1, which reflects about as much light about as evenly, and takes a shader several times as
+    /// long.
     fn default() -> Self {
         Self {
             name: String::new(),

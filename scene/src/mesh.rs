@@ -21,7 +21,7 @@ pub struct Mesh {
     pub cast_shadow: bool,
     /// Whether the mesh receives shadows (`extras.receiveShadow`, true where absent).
     pub receive_shadow: bool,
-    /// For each morph target its weight, where a node says none.
+    /// The weight of each morph target, if a node declares none.
     pub weights: Vec<f32>,
 }
 
@@ -57,7 +57,8 @@ pub struct Primitive {
 pub struct VertexDetail {
     /// The texture coordinates of the sets 0 and 1; zero where the file has none.
     pub texcoords: [f32; 4],
-    /// The unit tangent along the first texture coordinate and the sign of the bitangent, 0 for a vertex without tangent.
+    /// The unit tangent along the first texture coordinate and the sign of the bitangent, 0 for a vertex without
+    /// tangent.
     pub tangent: [f32; 4],
     /// Linear colour and alpha, multiplied with the base colour.
     pub color: [f32; 4],
@@ -84,7 +85,7 @@ impl VertexDetail {
     }
 }
 
-/// For each vertex of a primitive, up to four joints and how much each of them moves it.
+/// Up to four joints of each vertex of a primitive, and the weight of each.
 #[derive(Clone, Debug)]
 pub struct JointWeights {
     /// Indices into the joints of the skin with which the mesh is drawn.

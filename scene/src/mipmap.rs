@@ -1,15 +1,15 @@
 //! Mip levels, averaged in linear light.
 //!
-//! Each level halves the one before it (rounding down, at least 1) by a box filter. Numbers, such as those of normal maps,
-//! are averaged channel by channel. Colours are decoded from sRGB before
+//! Each level halves the one before it (rounding down, at least 1) by a box filter. Numbers, such as those of normal
+//! maps, are averaged channel by channel. Colours are decoded from sRGB before
 //! they are averaged and encoded again afterwards: averaging encoded values darkens fine patterns. They are weighted by
 //! alpha, so that the colour of invisible texels does not bleed into the edges of masks. Where a side is odd, its last
 //! texel belongs to the last box, which then is three texels wide: nothing is left out.
 
 use crate::texture::Image;
 
-/// The levels of an image after the first, each half as large as the one before, down to 1 × 1: four bytes for each texel,
-/// colours encoded as sRGB or numbers.
+/// The levels of an image after the first, each half as large as the one before, down to 1 × 1: four bytes for each
+/// texel, colours encoded as sRGB or numbers.
 pub fn levels(image: &Image, is_srgb: bool) -> Vec<(u32, u32, Vec<u8>)> {
     let decode = is_srgb.then(decode_table);
     let mut levels: Vec<(u32, u32, Vec<u8>)> = Vec::new();

@@ -20,11 +20,11 @@ pub enum LocalTransform {
     Matrix(DMat4),
     /// First scaled, then rotated, then moved.
     Parts {
-        /// In metres.
+        /// The translation (unit: metres).
         translation: DVec3,
-        /// Of unit length.
+        /// The rotation, of unit length.
         rotation: DQuat,
-        /// For each axis.
+        /// The scale along each axis.
         scale: DVec3,
     },
 }
@@ -52,13 +52,13 @@ pub struct Node {
     pub name: String,
     /// The node in whose space this one stands; `None` for a root.
     pub parent: Option<NodeId>,
-    /// From this node's space to its parent's, at rest.
+    /// The transform from this node's space to its parent's, at rest.
     pub local: LocalTransform,
     /// The index of the mesh in [`Scene::meshes`](crate::Scene::meshes) that the node shows.
     pub mesh: Option<usize>,
     /// The index of the skin in [`Scene::skins`](crate::Scene::skins) that moves the mesh.
     pub skin: Option<usize>,
-    /// For each morph target of the mesh its weight, where no animation says another.
+    /// The weight of each morph target of the mesh, if no animation sets another.
     pub weights: Vec<f32>,
     /// The meshes that stand for it in coarser levels of detail, from fine to coarse (`MSFT_lod`).
     pub details: Vec<usize>,

@@ -29,7 +29,7 @@ impl Clone for Pose {
         Self { local: self.local.clone(), world: self.world.clone(), weights: self.weights.clone() }
     }
 
-    /// Without allocating, once there was room.
+    /// Copies a pose without allocating, once there was room.
     fn clone_from(&mut self, other: &Self) {
         self.local.clone_from(&other.local);
         self.world.clone_from(&other.world);
@@ -43,7 +43,7 @@ impl Pose {
         self.world.get(node.index()).copied().unwrap_or(DMat4::IDENTITY)
     }
 
-    /// For each morph target of the mesh of a node its weight.
+    /// The weight of each morph target of a node's mesh.
     pub fn weights(&self, node: NodeId) -> &[f32] {
         let at = self.weights.binary_search_by_key(&node, |(node, _)| *node);
         at.ok().and_then(|at| self.weights.get(at)).map_or(&[], |(_, weights)| weights)
@@ -74,8 +74,8 @@ impl Scene {
         pose
     }
 
-    /// As [`Scene::pose`], into a pose of this scene that already exists, without allocating.
-    /// (A pose of another scene is replaced.)
+    /// Computes a pose as [`Scene::pose`] does, into an existing pose of this scene, without allocating. (A pose of
+    /// another scene is replaced.)
     pub fn pose_into(&self, time: f64, pose: &mut Pose) {
         if pose.world.len() != self.nodes.len() {
             *pose = self.rest_pose();
@@ -147,7 +147,7 @@ impl Scene {
     }
 }
 
-/// For each of the first `joints` joints, the box around the positions that it moves.
+/// The box around the positions that a joint moves, for each of the first `joints` joints.
 pub(crate) fn joint_bounds(
     positions: &[[f32; 3]],
     weights: &crate::mesh::JointWeights,

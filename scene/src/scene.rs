@@ -51,7 +51,7 @@ pub struct Scene {
     pub(crate) draws: Vec<Draw>,
     /// The number of draws of the finest level.
     pub(crate) finest: usize,
-    /// For each skinned draw, the bounds of the vertices that each joint moves.
+    /// The bounds of the vertices that each joint moves, for each skinned draw.
     pub(crate) joint_bounds: Vec<Vec<Bounds>>,
 }
 
@@ -160,7 +160,7 @@ impl Scene {
         self.frame_input_of(&self.pose(time), aspect, time)
     }
 
-    /// As [`Scene::frame_input`], for a pose that the caller has already computed.
+    /// The frame input as of [`Scene::frame_input`], for a pose that the caller has computed.
     pub fn frame_input_of(&self, pose: &Pose, aspect: f64, time: f64) -> FrameInput {
         let scene_bounds = self.bounds(pose);
         let camera = match self.cameras.first() {

@@ -11,6 +11,6 @@ pub struct Skin {
     pub name: String,
     /// The nodes that act as joints, at least one.
     pub joints: Vec<NodeId>,
-    /// For each joint, the transform from mesh space into the joint's space at rest.
+    /// The transform from mesh space into the space of each joint at rest.
     pub inverse_bind: Vec<DMat4>,
 }

@@ -1,7 +1,7 @@
 //! Traced visibility as bytes, and what it follows from: for whoever keeps it from run to run.
 //!
-//! Four bytes a pixel, exact: three bits for lit, evaluated and contact; the square of the distance to an edge, which is a
-//! whole number up to 25; and the visible part in 256ths, which is what samples make it.
+//! Four bytes a pixel, exact: three bits for lit, evaluated and contact; the square of the distance to an edge, which
+//! is a whole number up to 25; and the visible part in 256ths, which is what samples make it.
 
 use umbragraph_pipeline::frame::Light;
 

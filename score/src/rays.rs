@@ -171,8 +171,8 @@ impl<'a> Rays<'a> {
         surface.mask.as_ref().is_none_or(|mask| !mask.is_hole(self.scene, triangle, hit))
     }
 
-    /// Visits the hits of a ray up to a distance, in no order. The visitor returns the distance beyond which hits do not
-    /// count, or `None` to stop.
+    /// Visits the hits of a ray up to a distance, in no order. The visitor returns the distance beyond which hits do
+    /// not count, or `None` to stop.
     fn each(
         &self,
         origin: DVec3,

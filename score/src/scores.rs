@@ -192,9 +192,9 @@ pub struct Scores {
     pub hit_in_both: u64,
     /// Pixels that only the picture hits.
     pub hit_in_picture_only: u64,
-    /// By the distance from shadow edges: pixels at least this many pixels away.
+    /// The counts by distance from shadow edges: pixels at least this many pixels away.
     pub bands: BTreeMap<u8, Counts>,
-    /// By the distance from the camera: from this power of two of a metre to the next.
+    /// The counts by distance from the camera: from this power of two of a metre to the next.
     pub distances: BTreeMap<i32, Counts>,
     /// Pixels in a contact shadow, without its edges.
     pub contact: Counts,

@@ -129,7 +129,8 @@ pub(crate) fn surface_of(scene: &Scene, draw: Draw) -> Surface {
 }
 
 impl Mask {
-    /// All that decides where its holes are, besides itself: picture, texture coordinates, and the corners of triangles.
+    /// All that decides where its holes are, besides itself: picture, texture coordinates, and the corners of
+    /// triangles.
     pub(crate) fn parts<'s>(&self, scene: &'s Scene) -> (Option<&'s Image>, &'s [[f32; 2]], &'s [u32]) {
         let primitive = scene.primitive(self.draw);
         let image = self.texture.and_then(|texture| scene.images.get(texture.image));

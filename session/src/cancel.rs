@@ -12,7 +12,7 @@ pub struct Cancel(Arc<AtomicBool>);
 pub struct Cancelled;
 
 impl Cancel {
-    /// Ends the answer that is under way, and those that are asked for until [`Cancel::clear`].
+    /// Cancels the current answer, and further ones until [`Cancel::clear`].
     pub fn set(&self) {
         self.0.store(true, Ordering::Relaxed);
     }

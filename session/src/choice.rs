@@ -26,13 +26,13 @@ impl Target {
         Self { path: path.into(), ..Self::default() }
     }
 
-    /// With extensions.
+    /// Sets the extension files.
     #[must_use]
     pub fn extensions(self, extensions: impl IntoIterator<Item = PathBuf>) -> Self {
         Self { extensions: extensions.into_iter().collect(), ..self }
     }
 
-    /// With a document that is included besides.
+    /// Includes a further document, given as text.
     #[must_use]
     pub fn include(self, name: impl Into<String>, text: impl Into<String>) -> Self {
         Self { included: Some((name.into(), text.into())), ..self }
@@ -59,13 +59,13 @@ impl Choice {
         Self { profile, overrides: Overrides::default(), plan, exposed: BTreeSet::new() }
     }
 
-    /// With values of parameters and features.
+    /// Sets the values of parameters and features.
     #[must_use]
     pub fn overrides(self, overrides: Overrides) -> Self {
         Self { overrides, ..self }
     }
 
-    /// With resources that the host looks at.
+    /// Sets the resources that the host reads between frames.
     #[must_use]
     pub fn exposed(self, exposed: BTreeSet<String>) -> Self {
         Self { exposed, ..self }

@@ -16,7 +16,7 @@ use crate::graph::source::{FileId, Sources};
 /// A document composed of its files.
 #[derive(Debug)]
 pub(crate) struct Composition {
-    /// Nothing where a file is broken or missing.
+    /// The composed document; `None` if a file is broken or missing.
     pub(crate) composed: Option<Arc<Composed>>,
     /// The understood part of the files; nothing where the first of them cannot be read.
     pub(crate) understood: Option<Arc<Composed>>,

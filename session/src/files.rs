@@ -1,9 +1,9 @@
 //! The files of a session: each read once, with unsaved texts over them.
 //!
 //! Each path has a slot: one [`FileId`] for as long as the session lives, so that what stays the same keeps its places.
-//! There are two texts per slot. The *settled* one is what documents and results were made of. The *current* one is what
-//! the file says now. They differ only in comments and layout: a text with other tokens is settled at once, and gives the
-//! file another revision, by which compositions see that they are out of date.
+//! There are two texts per slot. The *settled* one is what documents and results were made of. The *current* one is
+//! what the file says now. They differ only in comments and layout: a text with other tokens is settled at once, and
+//! gives the file another revision, by which compositions see that they are out of date.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -18,8 +18,8 @@ use crate::tokens::{Token, are_alike, moved, tokens};
 
 /// The place where a session's files are: a disk, a program, a page.
 pub trait Storage: Send {
-    /// Reads and registers the text at a path. A path that a document names has to lead below `roots`; one that the host
-    /// names comes without, and may be anywhere.
+    /// Reads and registers the text at a path. A path that a document names has to lead below `roots`; one that the
+    /// host names comes without, and may be anywhere.
     ///
     /// # Errors
     /// A file that is not there, may not be read, or is no text.

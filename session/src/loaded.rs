@@ -122,8 +122,8 @@ impl Loaded {
         self.0.templates.files.iter().chain(&self.0.composition.files).copied()
     }
 
-    /// Takes one configuration to a plan. One that was planned before is taken as it is; where only sizes differ from one
-    /// without diagnostics, the rest of that is taken over.
+    /// Plans one configuration, or returns the plan made before. If only sizes differ from a plan without
+    /// diagnostics, the rest of that plan is reused.
     pub fn plan(&self, choice: &Choice) -> Planned {
         self.plan_with(choice, self.sources(), &mut Done::default())
     }
@@ -185,7 +185,7 @@ impl Loaded {
 }
 
 impl Planned {
-    /// The same with other sizes.
+    /// Replaces sizes in a plan that otherwise stays as it is.
     fn resized(self, options: &PlanOptions, sources: &Sources) -> Self {
         let Self { mut report, mut diagnostics, configuration, .. } = self;
         report.plan = match report.plan_again(options, sources) {

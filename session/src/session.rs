@@ -1,4 +1,4 @@
-//! [`Session`]: files, caches, and the answers to what is asked of a pipeline.
+//! [`Session`]: files, caches, and answers about pipelines.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ use crate::places;
 use crate::survey::{Judges, Survey, Surveyed, survey};
 use crate::templates::{Template, Templates};
 
-/// Files, caches, and the answers to what is asked of a pipeline. See the [crate](crate).
+/// Files, caches, and answers about pipelines. See the [crate](crate).
 pub struct Session {
     pub(crate) files: FileTable,
     registry: Arc<Registry>,
@@ -77,7 +77,8 @@ impl Session {
         self.loads.clear();
     }
 
-    /// Sets the templates: those of folders in which files came or went. Modules of shaders stay if the names are the same.
+    /// Sets the templates: those of folders in which files came or went. Modules of shaders stay if the names are the
+    /// same.
     pub fn set_templates(&mut self, templates: Vec<Template>) {
         self.has_other_list |= self.list != templates;
         self.list = templates;
@@ -94,7 +95,7 @@ impl Session {
         self.files.overlay(path.as_ref(), Some(text.into()), &mut self.done);
     }
 
-    /// Takes the unsaved text of a path away.
+    /// Drops the unsaved text of a path.
     pub fn close(&mut self, path: impl AsRef<Path>) {
         self.files.overlay(path.as_ref(), None, &mut self.done);
     }
@@ -189,8 +190,8 @@ impl Session {
         }
     }
 
-    /// Reads and composes the files of a pipeline, if one of them changed. Comments may have: places in what is loaded are
-    /// in [`Loaded::sources`].
+    /// Reads and composes the files of a pipeline, if one of them changed. Comments may have: places in what is loaded
+    /// are in [`Loaded::sources`].
     ///
     /// # Errors
     /// [`Cancel::set`].
@@ -236,7 +237,7 @@ impl Session {
         self.placed(target, |_, _| Ok(((), Diagnostics::new()))).map(|((), _, diagnostics)| diagnostics)
     }
 
-    /// Takes one configuration of a pipeline to its plan, with all diagnostics, placed in the texts as they are.
+    /// Plans one configuration of a pipeline. Diagnostics are placed in the current texts.
     ///
     /// # Errors
     /// [`Cancel::set`].
@@ -250,8 +251,8 @@ impl Session {
         Ok((planned, diagnostics))
     }
 
-    /// Takes all configurations of a pipeline to their plans and proves their shaders, with all diagnostics, placed in the
-    /// texts as they are; `None` for files that are no document, and without profiles.
+    /// Plans all configurations of a pipeline and proves their shaders. Diagnostics are placed in the current texts.
+    /// `None` for files that are no document, and without profiles.
     ///
     /// # Errors
     /// [`Cancel::set`].
@@ -283,8 +284,8 @@ impl Session {
     /// The reasons for what has a name, as the texts say it now. `place` is where the name is asked for.
     ///
     /// # Errors
-    /// [`Cancel::set`]. Within the answer: a name that nothing has; nothing but the diagnostics of [`Session::plan`] where
-    /// the files are no document.
+    /// [`Cancel::set`]. Within the answer: a name that nothing has; nothing but the diagnostics of [`Session::plan`]
+    /// where the files are no document.
     pub fn why(
         &mut self,
         target: &Target,
@@ -299,8 +300,8 @@ impl Session {
         Ok(why(&subject, name, place).map_err(|diagnostic| Diagnostics::from(*diagnostic)))
     }
 
-    /// Loads, does something with it, and places all diagnostics in the texts as they are. Where one has no place there,
-    /// all is done again with those texts.
+    /// Loads, does something with it, and places all diagnostics in the texts as they are. Where one has no place
+    /// there, all is done again with those texts.
     fn placed<T>(
         &mut self,
         target: &Target,

@@ -47,7 +47,7 @@ impl Survey {
         Self { profiles, overrides, plan, only_one: false, verify: None, threads: 1 }
     }
 
-    /// With values that every configuration has.
+    /// Sets values that every configuration has.
     #[must_use]
     pub fn overrides(self, overrides: Overrides) -> Self {
         Self { overrides, ..self }
@@ -59,19 +59,19 @@ impl Survey {
         Self { only_one, ..self }
     }
 
-    /// With a second algorithm that checks each plan.
+    /// Sets a second algorithm that checks each plan.
     #[must_use]
     pub fn verify(self, verify: Option<Verify>) -> Self {
         Self { verify, ..self }
     }
 
-    /// With a number of threads.
+    /// Sets the number of threads.
     #[must_use]
     pub fn threads(self, threads: usize) -> Self {
         Self { threads, ..self }
     }
 
-    /// The same text for the same survey. The number of threads changes nothing of the answer.
+    /// The cache key of the survey. The number of threads is not part of it, since it does not change the answer.
     pub(crate) fn key(&self) -> String {
         let Self { profiles, overrides, plan, only_one, verify, threads: _ } = self;
         format!("{profiles:?}{}{plan:?}{only_one}{}", written(overrides), verify.is_some())
@@ -95,8 +95,8 @@ pub struct Surveyed {
     pub diagnostics: Diagnostics,
 }
 
-/// Takes a pipeline all the way to a plan in every configuration, for each profile, and proves the shaders; `None` for
-/// files that are no document, and without profiles.
+/// Plans a pipeline in every configuration for each profile, and proves its shaders; `None` for files that are no
+/// document, and without profiles.
 pub(crate) fn survey(
     loaded: &Loaded,
     survey: &Survey,

@@ -11,8 +11,8 @@ use crate::graph::diagnostic::Diagnostics;
 use crate::graph::shader::{AxisValues, ShaderCache, TargetProfile, TemplateSet};
 use crate::graph::source::FileId;
 
-/// A template, or the axes beside one, and where its text is. One that is in no library takes the place of one of its name
-/// that is; otherwise a name that is given twice is a diagnostic.
+/// A template, or the axes beside one, and where its text is. One that is in no library takes the place of one of its
+/// name that is; otherwise a name that is given twice is a diagnostic.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Template {
     /// The name by which templates include one another.
@@ -24,7 +24,7 @@ pub struct Template {
 /// The source of a template's text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TemplateText {
-    /// In a file, below some roots.
+    /// A template in a file, below some roots.
     File {
         /// The path.
         path: PathBuf,
@@ -33,7 +33,7 @@ pub enum TemplateText {
     },
     /// Here.
     Text(Arc<str>),
-    /// In a library, whose bindings give way to those of the others; diagnostics show it below a folder.
+    /// A template of a library. Its bindings give way to those of the others; diagnostics show it below a folder.
     Library {
         /// The folder.
         folder: &'static str,

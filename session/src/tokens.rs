@@ -1,7 +1,7 @@
 //! The tokens of a text, and where each is in another text with the same tokens.
 //!
-//! Comments, spaces and line ends mean nothing to a document. Two texts with the same tokens are the same document, and a
-//! place in one is found in the other by the token that it lies in, or ends with. A place between tokens has no such
+//! Comments, spaces and line ends mean nothing to a document. Two texts with the same tokens are the same document, and
+//! a place in one is found in the other by the token that it lies in, or ends with. A place between tokens has no such
 //! counterpart.
 
 use jsonc_parser::tokens::Token as Scanned;

@@ -242,8 +242,8 @@ pub fn tolerance(gpu: &Gpu) -> Tolerance {
     } else if gpu.name.contains("llvmpipe") {
         Tolerance { per_channel: 2, failed_pixels: 8 }
     } else if gpu.name.contains("SwiftShader") {
-        // Edges of surfaces and shadows are up to 5 % of the pixels of so small a picture (docs/drivers.md has the causes).
-        // The views of texels and blockers are edges everywhere, and not held to this.
+        // Edges of surfaces and shadows are up to 5 % of the pixels of so small a picture (docs/drivers.md has the
+        // causes). The views of texels and blockers are edges everywhere, and not held to this.
         Tolerance { per_channel: 8, failed_pixels: (SIZE[0] * SIZE[1] / 20) as usize }
     } else {
         // Others filter and rasterise a little differently along edges.

@@ -1,4 +1,5 @@
-//! Casters that stay where they are, drawn into maps that outlive frames: the same pictures as without, and fewer draws.
+//! Casters that stay where they are, drawn into maps that outlive frames: the same pictures as without, and fewer
+//! draws.
 
 use std::sync::Arc;
 
@@ -103,8 +104,8 @@ const SMALL_MAPS: Settings<'_> = &[
 
 const HARD: Settings<'_> = &[("light_filter", "\"hard\"")];
 
-/// Plays the same frames with and without a feature that keeps maps; how many views of static casters were drawn, and of
-/// how many.
+/// Plays the same frames with and without a feature that keeps maps; how many views of static casters were drawn, and
+/// of how many.
 fn compare(
     gpu: &Gpu,
     (path, feature): (&str, &str),
@@ -271,7 +272,8 @@ fn draw_a_small_part(gpu: &Gpu, subject: (&str, &[(&'static str, &'static str)])
     }
 }
 
-/// The maps of a walk that scroll, against those that are drawn anew, and the pictures: what rounding moves alone differs.
+/// The maps of a walk that scroll, against those that are drawn anew, and the pictures: what rounding moves alone
+/// differs.
 #[test]
 fn maps_that_scroll_show_the_same_picture_but_for_rounding() {
     let Some(gpu) = gpu::device() else { return };
@@ -289,7 +291,8 @@ fn maps_that_scroll_show_the_same_picture_but_for_rounding() {
     let mut hosts = outcomes.each_ref().map(|outcome| Host::new(&gpu, outcome, &scene));
     hosts.iter_mut().for_each(|host| host.imports.push(("maps", import(&gpu, host.outcome.plan(), "maps"))));
     let (mut differing, mut all) = (0, 0);
-    // All texels, those that are not equal, by more than four units in the last place, and by more than a ten-thousandth.
+    // All texels, those that are not equal, by more than four units in the last place, and by more than a
+    // ten-thousandth.
     let mut texels = [0; 4];
     for at in 0..30 {
         let mut input = scene.frame_input(1.5, 0.5);
@@ -401,8 +404,8 @@ fn maps_of_minor_lights_wait_unless_the_light_moves() {
     assert_eq!(moved, 8, "both in each frame");
 }
 
-/// Random sequences of what can happen: at a cadence of k a picture is that of maps without a cache in each frame in which
-/// the camera has moved or the light, and k frames after casters have moved last.
+/// Random sequences of what can happen: at a cadence of k a picture is that of maps without a cache in each frame in
+/// which the camera has moved or the light, and k frames after casters have moved last.
 #[test]
 fn whatever_comes_no_kept_map_is_older_than_its_cadence() {
     let Some(gpu) = gpu::device() else { return };

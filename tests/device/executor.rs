@@ -422,8 +422,8 @@ fn the_picture_does_not_depend_on_the_run() {
     assert_eq!(render(&gpu, &outcome, &scene).bytes(), render(&gpu, &outcome, &scene).bytes());
 }
 
-/// A buffer of the host's: missing, too small, of another usage and of no import it is an error value, and the next frame
-/// is possible; another one takes its place.
+/// A buffer of the host's: missing, too small, of another usage and of no import it is an error value, and the next
+/// frame is possible; another one takes its place.
 #[test]
 fn a_buffer_of_the_hosts_is_read_by_passes() {
     let Some(gpu) = gpu::device() else { return };

@@ -1,8 +1,9 @@
 //! Devices with less: what a pipeline draws on one it draws on another, or says why not.
 //!
-//! Each system is drawn on a device with all that the adapter has, and on devices of the same adapter that are narrowed: to
-//! WebGPU's defaults, to compatibility mode, to smaller textures, to fewer storage buffers, without an optional feature. The
-//! picture is the same to a level, or a feature of the pipeline is off by itself, or a diagnostic says what is lacking.
+//! Each system is drawn on a device with all that the adapter has, and on devices of the same adapter that are
+//! narrowed: to WebGPU's defaults, to compatibility mode, to smaller textures, to fewer storage buffers, without an
+//! optional feature. The picture is the same to a level, or a feature of the pipeline is off by itself, or a diagnostic
+//! says what is lacking.
 
 use std::sync::Arc;
 

@@ -1,9 +1,9 @@
-//! Shadows of the project's own scenes against rays on the CPU: through the holes of leaves, of a figure that moves, and of
-//! every kind of light with every kind of filter.
+//! Shadows of the project's own scenes against rays on the CPU: through the holes of leaves, of a figure that moves,
+//! and of every kind of light with every kind of filter.
 //!
-//! The oracle (`umbragraph-score`) knows nothing of shadow maps: triangles in the world, skinned by the joints of the pose,
-//! texels of alpha masks, and rays to the lights. It is asked at points that the camera sees on what stands still, away from the edges of shadows,
-//! where no map of finite resolution can be right.
+//! The oracle (`umbragraph-score`) knows nothing of shadow maps: triangles in the world, skinned by the joints of the
+//! pose, texels of alpha masks, and rays to the lights. It is asked at points that the camera sees on what stands
+//! still, away from the edges of shadows, where no map of finite resolution can be right.
 
 use crate::common::gpu::{Host, render_frame, scene};
 use crate::common::{With, check_file, root};
@@ -27,8 +27,8 @@ fn is_lit(rays: &Rays<'_>, triangle: u32, point: DVec3, light: &Light) -> Option
     Some(!rays.is_blocked(triangle, point, to_light, [1e-3, distance]))
 }
 
-/// The unit direction to a light and how far away it is, less the lamp itself; `None` outside of its cone and range, and
-/// close to their ends.
+/// The unit direction to a light and how far away it is, less the lamp itself; `None` outside of its cone and range,
+/// and close to their ends.
 fn incidence(light: &Light, at: DVec3) -> Option<(DVec3, f64)> {
     const LAMP: f64 = 0.03;
     let offset = light.position - at;
@@ -50,8 +50,8 @@ struct Point {
     is_lit: bool,
 }
 
-/// Points that a camera sees on what stands still and faces a light so well, on a grid of pixels, so far away from edges of shadows in
-/// some directions.
+/// Points that a camera sees on what stands still and faces a light so well, on a grid of pixels, so far away from
+/// edges of shadows in some directions.
 fn points_in_view(
     (scene, rays): (&Scene, &Rays<'_>),
     input: &FrameInput,
@@ -170,9 +170,9 @@ fn the_shadow_of_a_skinned_figure_follows_its_joints() {
     assert!(share(agree.count(), moved.len()) > 0.9, "of {} points", moved.len());
 }
 
-/// Holds `pipelines/awsm.json` to the rays for some lights of a scene, one at a time, with every kind of filter. The filter
-/// is no wider than the margin around the points, so that it sees nothing but light there, or nothing but shadow, if not for
-/// what is so thin that it passes between the rays.
+/// Holds `pipelines/awsm.json` to the rays for some lights of a scene, one at a time, with every kind of filter. The
+/// filter is no wider than the margin around the points, so that it sees nothing but light there, or nothing but
+/// shadow, if not for what is so thin that it passes between the rays.
 #[track_caller]
 fn filters_agree_with_rays(name: &str, lights: &[&str]) {
     let Some(gpu) = gpu::device() else { return };

@@ -1,7 +1,9 @@
-//! The reflection of surfaces: the shading library on the device against numbers of 64 bits, and the laws that it keeps.
+//! The reflection of surfaces: the shading library on the device against numbers of 64 bits, and the laws that it
+//! keeps.
 //!
-//! [`Oracle`] has the formulas of the papers: GGX, height-correlated shadowing, Fresnel by Schlick. Its directional albedos
-//! are integrals, those of the library polynomials. Directions and materials are drawn at random, with a fixed seed.
+//! [`Oracle`] has the formulas of the papers: GGX, height-correlated shadowing, Fresnel by Schlick. Its directional
+//! albedos are integrals, those of the library polynomials. Directions and materials are drawn at random, with a fixed
+//! seed.
 
 use crate::common::gpu::{empty_frame, executor, import};
 use crate::common::{With, check_with};
@@ -100,8 +102,8 @@ impl Oracle {
         distribution / (1.0 + lambda(view.z) + lambda(light.z)) / (4.0 * view.z * light.z)
     }
 
-    /// The directional albedo of the lobe as factors of the reflectances at normal and at grazing incidence: an integral
-    /// over visible normals, which `steps` squared samples of equal weight stand for (E. Heitz, 2018).
+    /// The directional albedo of the lobe as factors of the reflectances at normal and at grazing incidence: an
+    /// integral over visible normals, which `steps` squared samples of equal weight stand for (E. Heitz, 2018).
     fn albedo(&self, cosine: f64, steps: u32) -> [f64; 2] {
         let view = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
         let stretched = DVec3::new(self.alpha * view.x, 0.0, view.z).normalize();

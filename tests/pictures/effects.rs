@@ -79,8 +79,8 @@ fn ambient_occlusion_of_a_plane_is_none() {
     }
 }
 
-/// Beside an infinitely long wall of height H, at a distance d, (1 + d / √(d² + H²)) / 2 of the light of the upper half
-/// arrives.
+/// Beside an infinitely long wall of height H, at a distance d, (1 + d / √(d² + H²)) / 2 of the light of the upper
+/// half arrives.
 #[test]
 fn ambient_occlusion_beside_a_wall_follows_its_form() {
     const HEIGHT: f64 = 0.3;

@@ -58,8 +58,8 @@ fn each_addition_to_a_system_takes_at_most_fifty_lines() {
     }
 }
 
-/// With the colors of surfaces in 16 bits and the planes of triangles beside them; a noise of the world would take another
-/// cell where a surface lies between two, so the filter is hard.
+/// With the colors of surfaces in 16 bits and the planes of triangles beside them; a noise of the world would take
+/// another cell where a surface lies between two, so the filter is hard.
 #[test]
 fn a_list_of_lights_shows_the_same_deferred_and_forward() {
     let Some(gpu) = gpu::device() else { return };

@@ -55,8 +55,8 @@ fn lights_of(scene: &Scene) -> Vec<Light> {
     scene.frame_input(1.0, 0.0).lights
 }
 
-/// The scores of a filter on a truth scene, after holding them to the limits. Biases are automatic; ranges come from the
-/// scene's file.
+/// The scores of a filter on a truth scene, after holding them to the limits. Biases are automatic; ranges come from
+/// the scene's file.
 #[track_caller]
 fn scores(name: &str, filter: &str, features: &[(&str, &str)]) -> Option<Scores> {
     let truth = TruthScene::find(name)?;

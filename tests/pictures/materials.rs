@@ -19,8 +19,8 @@ const PATHS: [(&str, &[(&str, &str)]); 6] = [
     ("pipelines/umbra.json", &[("visibility_first", "true")]),
 ];
 
-/// A square of 2 m that faces a camera, in light along the view; `material` may name the textures of `images`, each of two
-/// texels.
+/// A square of 2 m that faces a camera, in light along the view; `material` may name the textures of `images`, each of
+/// two texels.
 fn square(material: &Value, images: &[[[u8; 4]; 2]]) -> Scene {
     changed(material, images, |_| {})
 }

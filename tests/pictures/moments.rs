@@ -1,5 +1,5 @@
-//! Moments of depth against numbers of 64 bits: what is stored of a depth, and how it is blurred. Everything is computed by
-//! the templates, on the device, and read back. How much light moments let through is in
+//! Moments of depth against numbers of 64 bits: what is stored of a depth, and how it is blurred. Everything is
+//! computed by the templates, on the device, and read back. How much light moments let through is in
 //! `shaders-templates/lib/shadow/moments_bound.test.wgsl`.
 
 use crate::common::gpu::{empty_frame, executor, import};
@@ -196,7 +196,8 @@ fn blurred(gpu: &Gpu, [texel, format]: [&str; 2], radius: f64, constant: f64, in
 #[test]
 fn weights_of_a_blur_are_a_gaussian_s_and_sum_to_one() {
     let Some(gpu) = gpu::device() else { return };
-    // The radius of a tile may lie between two texels; the first image has a tile that ends eight texels left of the one.
+    // The radius of a tile may lie between two texels; the first image has a tile that ends eight texels left of the
+    // one.
     for (radius, in_tiles) in [0.0, 1.0, 2.0, 6.0, 8.0, 16.0]
         .map(|r| (r, false))
         .into_iter()

@@ -1,9 +1,9 @@
 //! Penumbrae of `pipelines/awsm.json` against what geometry says, on each kind of light.
 //!
 //! A half plane hangs at some height over a plane, its edge straight below the light. Of a disc of light that moves out
-//! behind an edge, the visible part goes from 0 to 1 over twice the penumbra's half width R, as the part of a disc beside
-//! a chord: of a sun R is the height times the tangent of half its angle, of a lamp of radius r at a distance L it is
-//! r · height / (L − height).
+//! behind an edge, the visible part goes from 0 to 1 over twice the penumbra's half width R, as the part of a disc
+//! beside a chord: of a sun R is the height times the tangent of half its angle, of a lamp of radius r at a distance L
+//! it is r · height / (L − height).
 
 use crate::common::gpu::{Host, import};
 use crate::common::{Outcome, With, check_file, check_with};

@@ -9,7 +9,8 @@ use umbragraph_test_support::gpu;
 
 const SIZE: [u32; 2] = [96, 64];
 
-/// A pipeline that paints a picture of an expression of WGSL over `place` and a live parameter, and uses an effect on it.
+/// A pipeline that paints a picture of an expression of WGSL over `place` and a live parameter, and uses an effect on
+/// it.
 fn painted(expression: &str, effect: &str, with: &Value) -> Outcome {
     let paint = format!(
         "{{% include \"lib/fullscreen.wgsl.jinja\" %}}

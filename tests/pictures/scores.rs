@@ -1,8 +1,9 @@
 //! The shadows of every system on every scene of the project, held against rays.
 //!
 //! Rays are traced here, on the CPU, so that every machine guards the accuracy. Each light that casts shadows is drawn
-//! alone with the system's defaults; one that the system gives no shadows has no row. The recorded scores stand in `tests/scores/`; a test fails where a system has become
-//! worse than its record. `UMBRAGRAPH_BLESS=1` writes the records again.
+//! alone with the system's defaults; one that the system gives no shadows has no row. The recorded scores stand in
+//! `tests/scores/`; a test fails where a system has become worse than its record. `UMBRAGRAPH_BLESS=1` writes the
+//! records again.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,5 @@
-//! The shaders of `pipelines/awsm.json` as Chrome's compiler takes them, where it is installed: `tint`, on the search path.
+//! The shaders of `pipelines/awsm.json` as Chrome's compiler takes them, where it is installed: `tint`, on the search
+//! path.
 //!
 //! Asked are the distinct modules of the pipelines that the table of reference pictures draws. `umbragraph permutations
 //! pipelines/awsm.json --also 'tint --format wgsl -o /dev/null {}'` asks about every variant there is.

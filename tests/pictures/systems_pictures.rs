@@ -125,8 +125,8 @@ fn beyond_the_cascades_and_with_shadows_off_all_is_lit() {
 #[test]
 fn deferred_and_forward_lighting_show_the_same() {
     let Some(gpu) = gpu::device() else { return };
-    // At most one pixel of ten thousand. Depth that is not reversed has fewer digits far away: positions found from it are
-    // centimetres off at 200 m, where edges of shadows then lie in another pixel.
+    // At most one pixel of ten thousand. Depth that is not reversed has fewer digits far away: positions found from it
+    // are centimetres off at 200 m, where edges of shadows then lie in another pixel.
     for (filter, reverse, allowed) in
         [("\"hard\"", "true", 3), ("\"grid5\"", "true", 3), ("\"hard\"", "false", 36)]
     {

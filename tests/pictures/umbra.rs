@@ -1,5 +1,5 @@
-//! The flagship with its defaults: against ray-traced truth, at every scale, in the first frame after a cut, and how many texels
-//! a fit to what is seen gives.
+//! The flagship with its defaults: against ray-traced truth, at every scale, in the first frame after a cut, and how
+//! many texels a fit to what is seen gives.
 
 use crate::common::gpu::{Host, read, scene};
 use crate::common::host::published;
@@ -28,8 +28,8 @@ fn courtyard() -> Scene {
     scene(&root().join("examples/scenes/courtyard.glb"))
 }
 
-/// Masks of truth scenes with the defaults: the intersection over union that hard shadows have to reach, in bands 0 and 2,
-/// and the mean error that soft ones may have.
+/// Masks of truth scenes with the defaults: the intersection over union that hard shadows have to reach, in bands 0 and
+/// 2, and the mean error that soft ones may have.
 #[test]
 fn defaults_agree_with_ray_traced_shadows() {
     const SIZE: [u32; 2] = [512, 512];
@@ -184,8 +184,8 @@ fn the_first_frame_after_a_cut_is_that_of_a_fresh_run() {
     assert!(shadowed > 1, "{shadowed} pictures have shadows");
 }
 
-/// Two hundred walks out of a wall: the camera stands within it, or just before it, and then in front; what it saw there is
-/// none of the range that it sees now.
+/// Two hundred walks out of a wall: the camera stands within it, or just before it, and then in front; what it saw
+/// there is none of the range that it sees now.
 #[test]
 fn a_walk_out_of_a_wall_leaves_no_trace_in_the_next_frame() {
     let Some(gpu) = gpu::device() else { return };

@@ -1,5 +1,6 @@
-//! Visibility that is gathered for each pixel before shading reads it, in `pipelines/awsm.json`: as if the maps were sampled
-//! in the shading, but for the edges of things and what is thinner than three pixels, since surfaces are found from depth.
+//! Visibility that is gathered for each pixel before shading reads it, in `pipelines/awsm.json`: as if the maps were
+//! sampled in the shading, but for the edges of things and what is thinner than three pixels, since surfaces are found
+//! from depth.
 
 use crate::common::gpu::{Host, scene};
 use crate::common::{With, check_file, root};

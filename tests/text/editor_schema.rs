@@ -1,4 +1,5 @@
-//! The committed schema as an editor reads it: every file of the tree conforms as it is written, and broken ones do not.
+//! The committed schema as an editor reads it: every file of the tree conforms as it is written, and broken ones do
+//! not.
 //!
 //! The validator here is the plain one of the specification, every keyword on its own, and shares no code with the
 //! loader's. A keyword that it does not know fails the test instead of passing for satisfied.

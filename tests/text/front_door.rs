@@ -89,8 +89,8 @@ fn documents_of_a_library_share_modules_not_diagnostics() {
     assert!(library.load_text("c.json", &broken).unwrap().plan(&Options::new(16, 16)).is_err());
 }
 
-/// The names that `use umbragraph::…` can be followed by are few, and none of them stands in a module as well, but for
-/// the prelude.
+/// The names that `use umbragraph::…` can be followed by are few, and none of them stands in a module as well, but
+/// for the prelude.
 #[test]
 fn every_type_has_one_path() {
     let text = include_str!("../../lib.rs");

@@ -1,7 +1,7 @@
 //! Mistakes that authors make on the teaching pipelines, each with what has to be said of it.
 //!
-//! Each row has the code, the text that is underlined, and a word of the way out. A finding counts three where all hold,
-//! one less for each of place and way out that does not, and one where another code comes first.
+//! Each row has the code, the text that is underlined, and a word of the way out. A finding counts three where all
+//! hold, one less for each of place and way out that does not, and one where another code comes first.
 
 use crate::common::{Outcome, With, check_with, read};
 use umbragraph::diagnostic::{Place, Severity};

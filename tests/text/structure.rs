@@ -1,11 +1,11 @@
 //! Files of a crate import one another downward, and in no large circles.
 //!
-//! An arrow runs from a file to each file of its crate that it imports or names in a path: the file of the last module in
-//! the path. What a module passes on (`pub use`) is not followed, so names have to be imported from the file that defines
-//! them. A circle is a strongly connected component of files; what is only passed on ties none. Upward arrows are counted
-//! between rooms, the folders and files right under `src/`, each pair of rooms once: in an order of the rooms that a
-//! greedy search makes (Eades, Lin and Smyth, 1993), each arrow to a room further up. A folder with more than two thirds
-//! of its crate's lines is no room, but what stands in it is. Code under `#[cfg(test)]` does not count.
+//! An arrow runs from a file to each file of its crate that it imports or names in a path: the file of the last module
+//! in the path. What a module passes on (`pub use`) is not followed, so names have to be imported from the file that
+//! defines them. A circle is a strongly connected component of files; what is only passed on ties none. Upward arrows
+//! are counted between rooms, the folders and files right under `src/`, each pair of rooms once: in an order of the
+//! rooms that a greedy search makes (Eades, Lin and Smyth, 1993), each arrow to a room further up. A folder with more
+//! than two thirds of its crate's lines is no room, but what stands in it is. Code under `#[cfg(test)]` does not count.
 //!
 //! Limits: names behind `*`, and those that macros write, are not seen.
 

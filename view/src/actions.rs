@@ -1,4 +1,4 @@
-//! Everything that a button or a key does, with its key and its words for the list of keys.
+//! The actions of buttons and keys, each with its key and its words for the list of keys.
 
 use eframe::egui::{self, Key, Modifiers};
 

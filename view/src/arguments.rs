@@ -36,11 +36,12 @@ pub(crate) struct Arguments {
     /// Follows a parameter file, over the values of the preset. Later files win.
     #[arg(long, value_name = "FILE")]
     pub(crate) params: Vec<PathBuf>,
-    /// Moves the camera while the animations play, once in 10 s, until somebody moves it by hand; or begins at the first key
-    /// of a camera path, as `umbragraph render --camera FILE` reads it. The other keys are bookmarks.
+    /// Moves the camera while the animations play, once in 10 s, until somebody moves it by hand; or begins at the
+    /// first key of a camera path, as `umbragraph render --camera FILE` reads it. The other keys are bookmarks.
     #[arg(long, value_name = "orbit|walk|random|FILE", value_parser = CameraArgument::parse)]
     pub(crate) camera: Option<CameraArgument>,
-    /// The texels of the frame per pixel of the window, from 0.1 to 1; without it as many as keep the window responsive.
+    /// The texels of the frame per pixel of the window, from 0.1 to 1; without it as many as keep the window
+    /// responsive.
     #[arg(long, value_name = "NUMBER", value_parser = scale)]
     pub(crate) scale: Option<f32>,
     /// The command that opens a place in an editor, such as 'code -g {file}:{line}'.

@@ -1,7 +1,7 @@
 //! The camera under the hand: around a point, or flying.
 //!
-//! A position, two angles and the distance to the point that it turns around. Both modes share them, so that a change of
-//! mode moves nothing. Up is +Y; a camera of a scene that is tilted stays so until it is moved.
+//! A position, two angles and the distance to the point that it turns around. Both modes share them, so that a change
+//! of mode moves nothing. Up is +Y; a camera of a scene that is tilted stays so until it is moved.
 
 use std::f64::consts::FRAC_PI_2;
 

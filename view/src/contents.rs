@@ -1,5 +1,5 @@
-//! The contents of a texture: its picture, range and histogram, the value under the cursor, before and after each pass. Of
-//! a buffer the fields ([`crate::buffers`]).
+//! The contents of a texture: its picture, range and histogram, the value under the cursor, before and after each pass.
+//! Of a buffer the fields ([`crate::buffers`]).
 
 use eframe::egui::{self, Color32, RichText, TextureHandle, TextureOptions, pos2, vec2};
 use serde_json::{Value, json};
@@ -14,7 +14,7 @@ use crate::histogram;
 use crate::places::Places;
 use crate::texels::{Channel, channels, difference, shown};
 
-/// The part of a version and the one before that is shown.
+/// The version of a texture that is shown: after the pass, before it, or the difference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Side {
     #[default]
@@ -43,7 +43,7 @@ struct Look {
     is_stencil: bool,
     /// The index of the layout that a buffer is read with, among those of its shaders.
     layout: usize,
-    /// The numbers that are black and white; `None` follows the contents.
+    /// The values that are drawn black and white; `None` fits them to the contents.
     range: Option<[f32; 2]>,
 }
 

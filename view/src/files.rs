@@ -1,5 +1,5 @@
-//! Files of the window beside those that [`umbragraph::low_level::files`] writes: texts that are read, and names that are
-//! not taken yet.
+//! Files of the window beside those that [`umbragraph::low_level::files`] writes: texts that are read, and names that
+//! are not taken yet.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
-//! The graph, laid out as the page of `umbragraph graph` lays it out: passes in their order, and below them a lane for each
-//! piece of memory, with a bar from the first to the last pass that uses a resource.
+//! The graph, laid out as the page of `umbragraph graph` lays it out: passes in their order, and below them a lane for
+//! each piece of memory, with a bar from the first to the last pass that uses a resource.
 //!
 //! Culled passes are dashed; a lane of several bars is memory that resources share. Dots are writes, rings are reads.
 

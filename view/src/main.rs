@@ -1,8 +1,8 @@
 //! `umbragraph-view`: a pipeline on a scene in a window, with its parameters, passes and textures.
 //!
 //! The module's own parts do the work: a [`Watcher`](umbragraph::Watcher) follows the files, a renderer records frames,
-//! captures copy textures out of them. The window is eframe's. Its panels are egui's own: no docking crate is out for this
-//! version of egui.
+//! captures copy textures out of them. The window is eframe's. Its panels are egui's own: no docking crate is out for
+//! this version of egui.
 //!
 //! Exit status: 0 after the window is closed, 1 if it cannot be opened, 2 for a command line that cannot be understood.
 

@@ -117,7 +117,7 @@ fn line(ui: &mut egui::Ui, sources: &Sources, span: umbragraph::low_level::sourc
     ui.label(job);
 }
 
-/// Starts the editor at a place; what is to be said of it.
+/// Starts the editor at a place. Returns a notice for the user.
 ///
 /// # Errors
 /// A command that cannot be started, in words.
@@ -134,7 +134,7 @@ pub(crate) fn open_editor(command: &str, place: &str) -> Result<String, String> 
     Ok(format!("opened {place}"))
 }
 
-/// Applies the mend of a diagnostic to its files; what is to be said of it.
+/// Applies the fix of a diagnostic to its files. Returns a notice for the user.
 ///
 /// # Errors
 /// Files that were changed meanwhile or cannot be written, in words.

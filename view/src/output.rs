@@ -45,8 +45,8 @@ impl Picture {
 
 /// A clip that is recorded: pictures, each with its moment.
 ///
-/// While the animations play, the moments are theirs, one step apart, however long a frame takes. While they do not, what
-/// moves is the camera or a value, and the moments are those at which the frames were drawn.
+/// While the animations play, the moments are theirs, one step apart, however long a frame takes. While they do not,
+/// what moves is the camera or a value, and the moments are those at which the frames were drawn.
 pub(crate) struct Clip {
     frames: Vec<Picture>,
     /// The moments of the frames (seconds).

@@ -1,8 +1,8 @@
 //! The panel of values: preset, features, toggles and parameters, each with what a change of it costs.
 //!
-//! A control shows the value that runs. A value that was given in the window is marked, and a click on its mark resets it.
-//! `live` values change the next frame and nothing else; `plan` values make a new plan on the watcher's thread, while the
-//! frame before goes on.
+//! A control shows the value that runs. A value that was given in the window is marked, and a click on its mark resets
+//! it. `live` values change the next frame and nothing else; `plan` values make a new plan on the watcher's thread,
+//! while the frame before goes on.
 
 use eframe::egui::{self, Color32, RichText};
 use serde_json::{Value, json};

@@ -40,7 +40,7 @@ pub(crate) struct Shown {
 pub(crate) struct Stage {
     pub(crate) library: Library,
     watcher: Watcher,
-    /// Whether the watcher has something that frames have not seen.
+    /// Set by the watcher when it has something that no frame has shown.
     news: Arc<AtomicBool>,
     pub(crate) renderer: Renderer,
     pub(crate) shown: Option<Shown>,

@@ -59,8 +59,8 @@ fn device(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
     }
 }
 
-/// The diagnostic for a missing file of the command line. A broken file does not keep the window from opening: the window
-/// shows its diagnostics.
+/// The diagnostic for a missing file of the command line. A broken file does not keep the window from opening: the
+/// window shows its diagnostics.
 fn missing(arguments: &Arguments) -> Option<Diagnostic> {
     let is_bundled = crate::arguments::is_bundled(&arguments.pipeline);
     let files = [

@@ -1,8 +1,8 @@
 //! The camera under pointer and keys, and on a path.
 //!
-//! A drag turns, shift or the middle button pans, the wheel goes nearer, W, A, S, D, Q and E move the camera. Until then it
-//! goes the way that `--camera` names, as far as the time of the animations says. `umbragraph render` keeps such a camera
-//! away from walls; the viewer does not.
+//! A drag turns, shift or the middle button pans, the wheel goes nearer, W, A, S, D, Q and E move the camera. Until
+//! then it goes the way that `--camera` names, as far as the time of the animations says. `umbragraph render` keeps
+//! such a camera away from walls; the viewer does not.
 
 use eframe::egui;
 use umbragraph::glam::{DVec2, DVec3};

@@ -11,7 +11,7 @@ pub(crate) struct Channel {
     pub(crate) min: f32,
     pub(crate) max: f32,
     pub(crate) mean: f64,
-    /// The number of values that are no numbers, or infinite.
+    /// The number of NaN or infinite values.
     pub(crate) not_finite: usize,
     /// The number of finite values in each of equal parts of the range.
     pub(crate) bars: Vec<u32>,

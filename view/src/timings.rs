@@ -37,7 +37,7 @@ pub(crate) struct Percentiles {
 }
 
 impl Percentiles {
-    /// `None` of nothing.
+    /// The statistics of times; `None` if there are none.
     pub(crate) fn of(times: impl Iterator<Item = f64>) -> Option<Self> {
         let mut times: Vec<f64> = times.collect();
         times.sort_unstable_by(f64::total_cmp);

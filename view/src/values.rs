@@ -1,8 +1,8 @@
 //! The values that somebody gave parameters, features and toggles in the window.
 //!
-//! Only changed values are kept here. A reset removes a value; then the pipeline's own value counts again and follows its
-//! file. Live parameters are set in the executor before each frame, all others are options of the plan. Without a plan no
-//! parameter is known to be live.
+//! Only changed values are kept here. A reset removes a value; then the pipeline's own value counts again and follows
+//! its file. Live parameters are set in the executor before each frame, all others are options of the plan. Without a
+//! plan no parameter is known to be live.
 
 use std::collections::BTreeMap;
 

@@ -1,11 +1,12 @@
 //! umbragraph in a browser, through wasm-bindgen.
 //!
 //! Two libraries are made of this crate. Without features there are `Project`, which checks, plans and explains in a
-//! worker, and `Language`, the language server of editors; the feature `gpu` leaves out the latter and adds `Painter`, which draws on WebGPU. Both are classes of JavaScript whose methods take and
-//! give texts, most of them JSON. `cargo xtask web` builds them and the page around them.
+//! worker, and `Language`, the language server of editors; the feature `gpu` leaves out the latter and adds `Painter`,
+//! which draws on WebGPU. Both are classes of JavaScript whose methods take and give texts, most of them JSON.
+//! `cargo xtask web` builds them and the page around them.
 //!
-//! A panic ends a library, since nothing unwinds in a browser: it is printed to the console, and whoever started the worker
-//! starts another.
+//! A panic ends a library, since nothing unwinds in a browser: it is printed to the console, and whoever started the
+//! worker starts another.
 
 // The macros of wasm-bindgen write unsafe code; there is none in this crate.
 #![cfg_attr(target_family = "wasm", allow(unsafe_code))]

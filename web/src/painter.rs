@@ -43,7 +43,7 @@ struct Shown {
 /// The camera's way from where the scene has it, around the middle of the scene.
 #[derive(Clone, Copy)]
 struct View {
-    /// To the side and up, in radians.
+    /// The turn of the camera, to the side and up, in radians.
     turn: [f64; 2],
     /// A multiple of the distance that the scene has it at.
     distance: f64,
@@ -118,8 +118,8 @@ impl Painter {
         Ok(())
     }
 
-    /// Takes a pipeline, with the values of a parameter file. The answer is that of [`Project::plan`] without a plan; where
-    /// it has errors, the pipeline before goes on.
+    /// Takes a pipeline, with the values of a parameter file. The answer is that of [`Project::plan`] without a plan;
+    /// where it has errors, the pipeline before goes on.
     pub fn pipeline(
         &mut self,
         project: &mut Project,
@@ -182,7 +182,8 @@ impl Painter {
         set.map_err(|error| error.to_string())
     }
 
-    /// Moves the camera around the scene: to the side and up, in radians, and how many times as far away as the scene has it.
+    /// Moves the camera around the scene: to the side and up, in radians, and how many times as far away as the scene
+    /// has it.
     pub fn look(&mut self, side: f64, up: f64, distance: f64) {
         self.view = View { turn: [side, up], distance };
     }

@@ -1,5 +1,5 @@
-//! `cargo xtask drivers` and `cargo xtask validate`: the command on every driver of the machine, and under the validation
-//! layers of Vulkan.
+//! `cargo xtask drivers` and `cargo xtask validate`: the command on every driver of the machine, and under the
+//! validation layers of Vulkan.
 //!
 //! Drivers that are missing are installed by the names that Debian and Ubuntu give their packages, where that is
 //! possible; one that cannot be installed is left out of the table. The table is written by the program `drivers` of

@@ -11,7 +11,7 @@ const PAGE: &str = "docs/trust.md";
 /// The time, and the one target, if not all are meant.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Options {
-    /// In minutes; one if absent, none if only the page is written.
+    /// The time limit in minutes: one if absent, none if only the page is written.
     pub(crate) minutes: Option<u32>,
     pub(crate) target: Option<String>,
     /// Whether the counts are written into the page.

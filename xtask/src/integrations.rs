@@ -15,7 +15,7 @@ use crate::{adapter, job, process};
 /// A package, and its files that use the module, whose lines are counted.
 struct Integration {
     name: &'static str,
-    /// From the root of the workspace.
+    /// The folder, as seen from the root of the workspace.
     folder: &'static str,
     sources: &'static [&'static str],
     has_window: bool,

@@ -1,9 +1,9 @@
 //! `cargo xtask integrations ci`: the job that users copy, run as it is written.
 //!
 //! The command is installed as the job installs it, without a graphics driver. The `run:` lines of the workflow that
-//! `umbragraph new` writes, and of the one in the guide, are then run in a clean folder each: on shaders that are fine, a
-//! second time with what the first has kept, with a template that is broken, and with an axis that has grown beyond the
-//! lock. What a step prints for GitHub is looked at, as is its exit status.
+//! `umbragraph new` writes, and of the one in the guide, are then run in a clean folder each: on shaders that are fine,
+//! a second time with what the first has kept, with a template that is broken, and with an axis that has grown beyond
+//! the lock. What a step prints for GitHub is looked at, as is its exit status.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,8 +1,8 @@
 //! `cargo xtask mutants`: faults planted on purpose, and whether a test finds them.
 //!
-//! In the templates of `shaders-templates/` the project's own harness plants them (`tests/random/mutants/`), which renders the
-//! table of reference pictures with planted text and builds nothing again. In Rust, `cargo-mutants` does, over the node
-//! kinds, scenes, and the engine's plan and executor.
+//! In the templates of `shaders-templates/` the project's own harness plants them (`tests/random/mutants/`), which
+//! renders the table of reference pictures with planted text and builds nothing again. In Rust, `cargo-mutants` does,
+//! over the node kinds, scenes, and the engine's plan and executor.
 
 use crate::{process, toolchain};
 
@@ -13,7 +13,7 @@ const FILES: &[&str] = &["passes/src/**", "scene/src/**", "graph/compiler/src/**
 /// number, a picture or a diagnostic. Building and running all tests would take several minutes for each fault.
 const PACKAGES: &str = "umbragraph,umbragraph-compiler,umbragraph-executor,umbragraph-passes,umbragraph-scene,umbragraph-tools,umbragraph-verify";
 const TESTS: &str = "kind(lib) or test(/^(broken|caching|checker|device_limits|engine|executing|executor|golden|graph|graph_orders|lights|moment_shadows|nebula|own_scenes|penumbrae|webgpu_rules)::/) or binary(scenes)";
-/// Without a driver.
+/// Features of a build that needs no graphics driver.
 const FEATURES: &[&str] = &["--features", "umbragraph/noop"];
 
 /// The kind and number of the faults.

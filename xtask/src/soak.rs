@@ -2,8 +2,8 @@
 //!
 //! It runs the tests of every file that gets its cases or seeds from the shared helper
 //! (`tests/support/src/property.rs`), so that a new property needs no line here. Each round prints its own seed. Rounds
-//! repeat until the time is over or a test fails. The viewer's window comes last: 200 random edits of its files, and random
-//! input for half an hour, or for the given time if that is shorter.
+//! repeat until the time is over or a test fails. The viewer's window comes last: 200 random edits of its files, and
+//! random input for half an hour, or for the given time if that is shorter.
 
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -33,7 +33,8 @@ impl Step {
     }
 }
 
-/// Tests that a second driver of Vulkan runs: a driver that misbehaves, narrowed devices, and reference pictures of two systems.
+/// Tests that a second driver of Vulkan runs: a driver that misbehaves, narrowed devices, and reference pictures of two
+/// systems.
 const ON_SECOND_DRIVER: &str = "misbehaving narrowed::nebula golden::nebula golden::mantis::courtyard";
 
 /// All steps, the quickest verdicts first; `second` is the manifest of a second driver of Vulkan.
@@ -59,7 +60,8 @@ pub(crate) fn steps(nextest: bool, wasm: bool, second: Option<&'static str>) -> 
     });
     let steps = vec![
         Step::cargo("formatting", "fmt --all --check").needs(Rustfmt),
-        // The packages of their own build with `--locked` only where their lock file knows the crates of this workspace.
+        // The packages of their own build with `--locked` only where their lock file knows the crates of this
+        // workspace.
         Step::cargo("lock of egui", "update --workspace --locked --manifest-path examples/egui/Cargo.toml"),
         Step::cargo("lock of bevy", "update --workspace --locked --manifest-path examples/bevy/Cargo.toml"),
         Step::cargo("lock of peers", "update --workspace --locked --manifest-path benches/peers/Cargo.toml"),

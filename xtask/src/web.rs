@@ -1,7 +1,7 @@
 //! `cargo xtask web`: the module in a browser.
 //!
-//! The library is built twice for browsers, without and with what draws, and made a module of JavaScript each time; then
-//! node puts the page around them. `--test` drives a browser, `--serve` opens the page to this machine.
+//! The library is built twice for browsers, without and with what draws, and made a module of JavaScript each time;
+//! then node puts the page around them. `--test` drives a browser, `--serve` opens the page to this machine.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! The same frame by hand: the textures, pipelines and bind groups of a plan, made once, and each frame the calls of wgpu
-//! that draw it, one after the other.
+//! The frame recorded by hand: textures, pipelines and bind groups of a plan are made once, and each frame issues the
+//! calls of wgpu that draw it.
 //!
 //! Limits: passes that draw the host's meshes or cover their attachments, uniform and storage blocks, no toggles, no
 //! histories, no resources that share memory: what `awsm` has without options.

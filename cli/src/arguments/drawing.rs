@@ -31,10 +31,12 @@ pub(crate) struct RenderArguments {
     /// The glTF scene (.gltf or .glb).
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: PathBuf,
-    /// An equirectangular picture, .hdr or .exr, as light and background: switches the pipeline's feature "environment" on.
+    /// An equirectangular picture, .hdr or .exr, as light and background: switches the pipeline's feature "environment"
+    /// on.
     #[arg(long, value_name = "FILE")]
     pub(crate) environment: Option<PathBuf>,
-    /// The picture to write: a .png, or an .exr with the numbers of the target; for several frames a .png with # in place of the number, an .apng or a .gif.
+    /// The picture to write: a .png, or an .exr with the numbers of the target; for several frames a .png with # in
+    /// place of the number, an .apng or a .gif.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// Renders so many frames, in which what earlier ones left lives on; the scene's animations play.
@@ -42,15 +44,15 @@ pub(crate) struct RenderArguments {
     pub(crate) frames: Option<u32>,
     #[command(flatten)]
     pub(crate) film: Film,
-    /// Writes what a texture holds after the last frame (with @PASS the version that the pass wrote, with a mip level, a
-    /// layer and a face those alone) to a .png, or as numbers to an .exr.
+    /// Writes what a texture holds after the last frame (with @PASS the version that the pass wrote, with a mip level,
+    /// a layer and a face those alone) to a .png, or as numbers to an .exr.
     #[arg(long, value_name = "RESOURCE[@PASS][:MIP,LAYER,FACE]=FILE", value_parser = CaptureArgument::parse)]
     pub(crate) capture: Vec<CaptureArgument>,
     /// Writes what every texture holds after the last frame to a folder.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) capture_all: Option<PathBuf>,
-    /// Writes a page of the run into a folder, to be attached to a bug report: frame, graph, what every pass reads and writes,
-    /// times, memory, diagnostics, parameters.
+    /// Writes a page of the run into a folder, to be attached to a bug report: frame, graph, what every pass reads and
+    /// writes, times, memory, diagnostics, parameters.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) report: Option<PathBuf>,
     /// Prints how long the processor and the GPU work on each pass: the mean of all frames but the first.
@@ -62,8 +64,8 @@ pub(crate) struct RenderArguments {
     /// Compresses PNG files less, in a fraction of the time.
     #[arg(long)]
     pub(crate) fast: bool,
-    /// Switches a toggle; without a value it is switched on. With @FRAME from that frame on, counted from 0. Toggles change
-    /// nothing about the plan.
+    /// Switches a toggle; without a value it is switched on. With @FRAME from that frame on, counted from 0. Toggles
+    /// change nothing about the plan.
     #[arg(long = "toggle", value_name = "NAME[=on|off][@FRAME]", value_parser = ToggleArgument::parse)]
     pub(crate) toggles: Vec<ToggleArgument>,
     #[command(flatten)]

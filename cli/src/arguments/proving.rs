@@ -20,7 +20,8 @@ pub(crate) struct PermutationsArguments {
     #[arg(long = "profile", value_name = "NAME")]
     pub(crate) profiles: Vec<String>,
     /// Everything that the templates of the pipelines, or all templates, can express. What is dead in a folder of
-    /// `--templates` is reported always, and with this also in other templates, unless further ones share and may need it.
+    /// `--templates` is reported always, and with this also in other templates, unless further ones share and may need
+    /// it.
     #[arg(long, conflicts_with_all = ["set", "feature", "preset", "params"])]
     pub(crate) all: bool,
     /// One configuration: the pipeline's defaults; implied by anything that gives settings their values.
@@ -49,8 +50,8 @@ pub(crate) struct PermutationsArguments {
     /// A line for each pass as well, one for what was proven now, and notes.
     #[arg(long)]
     pub(crate) verbose: bool,
-    /// The third of eight parts of the work, for several machines. The parts are the same on each, of about equal cost, and
-    /// together the whole.
+    /// The third of eight parts of the work, for several machines. The parts are the same on each, of about equal cost,
+    /// and together the whole.
     #[arg(long, value_name = "K/N", value_parser = Shard::parse, conflicts_with_all = ["all", "axes", "config", "set", "feature", "preset", "params"])]
     pub(crate) shard: Option<Shard>,
     /// Joins the JSON reports of all shards, which are given instead of pipelines, into one.

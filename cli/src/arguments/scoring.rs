@@ -11,8 +11,8 @@ use crate::tune::space::Over;
 /// From where and when a scene is scored.
 #[derive(Args)]
 pub(crate) struct Shots {
-    /// Scores so many frames, which are drawn one after the other; the scene's animations play. Of several, `score` says
-    /// how many points that two in a row see have another shadow term, though rays say the same.
+    /// Scores so many frames, which are drawn one after the other; the scene's animations play. Of several, `score`
+    /// says how many points that two in a row see have another shadow term, though rays say the same.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) frames: u32,
     #[command(flatten)]
@@ -33,7 +33,8 @@ pub(crate) struct TuneArguments {
     /// The glTF scenes (.gltf or .glb); all count alike.
     #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
     pub(crate) scene: Vec<PathBuf>,
-    /// The parameters whose values are searched, within their ranges or narrower ones: numbers, lists of them, booleans.
+    /// The parameters whose values are searched, within their ranges or narrower ones: numbers, lists of them,
+    /// booleans.
     #[arg(long, value_name = "NAME[=MIN..MAX]", required = true, value_delimiter = ',', value_parser = Over::parse)]
     pub(crate) over: Vec<Over>,
     /// The parameter file that is written: the values of the command line, and over them those that were found.

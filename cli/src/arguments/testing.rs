@@ -9,8 +9,8 @@ use super::{DiagnosticsFormat, Files};
 
 #[derive(Args)]
 pub(crate) struct TestArguments {
-    /// Files of tests (NAME.test.wgsl), templates with one beside them, folders, or pipelines: of these the tests in the
-    /// folder of --templates whose templates their passes use.
+    /// Files of tests (NAME.test.wgsl), templates with one beside them, folders, or pipelines: of these the tests in
+    /// the folder of --templates whose templates their passes use.
     #[arg(required = true, value_name = "FILE")]
     pub(crate) paths: Vec<PathBuf>,
     /// Only tests whose names contain this.

@@ -57,8 +57,8 @@ impl<'p> LockFile<'p> {
         Self { path }
     }
 
-    /// The name of a pipeline in the lock: its path as seen from the folder of the lock, so that no machine's folders are
-    /// in it.
+    /// The name of a pipeline in the lock: its path as seen from the folder of the lock, so that no machine's folders
+    /// are in it.
     pub(crate) fn name_of(&self, pipeline: &Path) -> String {
         let slashed = |path: &Path| path.display().to_string().replace('\\', "/");
         let plain = |path: &Path| Some(normalize(&std::path::absolute(path).ok()?));

@@ -1,8 +1,8 @@
 //! `permutations.lock`: the shaders that pipelines reach, as a text to commit.
 //!
 //! A change of a pipeline or a template can multiply what is compiled and shipped, and nobody sees it in review. The
-//! lock holds, for each pass and profile, the values of the axes, the counts, and a hash of all texts; its difference in
-//! a pull request says what the change adds ([`difference`] in words). `--locked` holds a run to it.
+//! lock holds, for each pass and profile, the values of the axes, the counts, and a hash of all texts; its difference
+//! in a pull request says what the change adds ([`difference`] in words). `--locked` holds a run to it.
 //!
 //! Only figures that follow from documents and templates are in it: not what had to be proven, which depends on the
 //! cache, and not the number of configurations, which is a lower bound. There is no sum over pipelines or passes, so

@@ -1,8 +1,8 @@
 //! The text of a lock.
 //!
 //! One value of interest a line, sections sorted by the names of their passes, an empty line between sections: what two
-//! branches change in different passes merges by itself. Axes with one value share lines, since most axes of a pass have
-//! only one. A lock whose lines make no sense is a diagnostic at the first of them.
+//! branches change in different passes merges by itself. Axes with one value share lines, since most axes of a pass
+//! have only one. A lock whose lines make no sense is a diagnostic at the first of them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;

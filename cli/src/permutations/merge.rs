@@ -1,7 +1,7 @@
 //! `umbragraph permutations --merge`: the JSON reports of shards as one.
 //!
-//! A template for a profile is whole in one shard, so what is reached adds up. A diagnostic that several shards report is
-//! one. Its place is looked up in the file again, so that every format shows it as the shard did.
+//! A template for a profile is whole in one shard, so what is reached adds up. A diagnostic that several shards report
+//! is one. Its place is looked up in the file again, so that every format shows it as the shard did.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

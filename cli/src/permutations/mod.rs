@@ -141,8 +141,8 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
     is_fine && is_written
 }
 
-/// The hash of all that the outcome of a run follows from but its shard: this version, the texts of files (whatever folder
-/// they lie in), and the options that choose what is proven.
+/// The hash of all that the outcome of a run follows from but its shard: this version, the texts of files (whatever
+/// folder they lie in), and the options that choose what is proven.
 fn fingerprint(arguments: &PermutationsArguments, session: &Session) -> String {
     let PermutationsArguments { profiles, all, config, settings, exhaustive, also, .. } = arguments;
     let mut hash = blake3::Hasher::new();
@@ -165,7 +165,8 @@ fn lock_path(arguments: &PermutationsArguments) -> &Path {
     arguments.lock.as_deref().unwrap_or(Path::new(DEFAULT))
 }
 
-/// Writes the lock where that is asked; whether nothing keeps it from that. Without a lock it is not known what is reached.
+/// Writes the lock where that is asked; whether nothing keeps it from that. Without a lock it is not known what is
+/// reached.
 fn write_if_whole(arguments: &PermutationsArguments, session: &Session, lock: Option<&Lock>) -> bool {
     match lock {
         _ if !arguments.update => true,

@@ -6,8 +6,8 @@
 //! first; a template too large for one shard is shared by its profiles. A template for a profile is whole in one shard,
 //! so the reports of shards add up.
 //!
-//! Everything follows from the documents: each shard finds the same shares. Costs are estimates, from the passes and the
-//! configurations of six pipelines. Template text that is dead in templates of different shards is not reported.
+//! Everything follows from the documents: each shard finds the same shares. Costs are estimates, from the passes and
+//! the configurations of six pipelines. Template text that is dead in templates of different shards is not reported.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,7 +17,7 @@ use umbragraph::low_level::pipeline::{AxisProduct, ReachedProgram};
 /// One of several equal parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Shard {
-    /// From 1.
+    /// The number of the shard, from 1.
     pub(crate) index: u32,
     pub(crate) of: u32,
 }

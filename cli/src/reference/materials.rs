@@ -1,6 +1,7 @@
 //! The contract of materials: what a template that lights surfaces may read, and what a host brings for it.
 //!
-//! The members come from the structs of the templates, each with the comment above it, so the page follows the contract.
+//! The members come from the structs of the templates, each with the comment above it, so the page follows the
+//! contract.
 
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::low_level::source::Sources;

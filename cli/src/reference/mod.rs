@@ -1,8 +1,8 @@
 //! `umbragraph reference`: what can be written, from the things themselves.
 //!
-//! Everything in it comes from what the checker goes by: the schema of pipelines, the shapes that node kinds publish, the
-//! table of functions, the axes and bindings of templates, the codes of diagnostics. So a page cannot say what is not so.
-//! Pages are Markdown; the command prints an entry, and writes all of them as files.
+//! Everything in it comes from what the checker goes by: the schema of pipelines, the shapes that node kinds publish,
+//! the table of functions, the axes and bindings of templates, the codes of diagnostics. So a page cannot say what is
+//! not so. Pages are Markdown; the command prints an entry, and writes all of them as files.
 
 mod functions;
 mod markdown;

@@ -6,7 +6,7 @@ pub(super) struct Entry {
     pub(super) name: String,
     /// A description in one line.
     pub(super) summary: String,
-    /// All that there is to say, as Markdown.
+    /// The whole page, as Markdown.
     pub(super) text: String,
 }
 

@@ -117,8 +117,8 @@ fn first_sentence(text: &str) -> &str {
     end.map_or(text, |(at, _)| &text[..=at])
 }
 
-/// The structs and functions that a template gives to those that include it, each with the comment above it. What a block
-/// is made of is said at its binding, and what exists in several variants once.
+/// The structs and functions that a template gives to those that include it, each with the comment above it. What a
+/// block is made of is said at its binding, and what exists in several variants once.
 pub(super) fn declarations(text: &str, included: bool) -> Vec<[String; 2]> {
     let mut rows: Vec<[String; 2]> = Vec::new();
     let (mut comment, mut entry_point) = (Vec::new(), false);

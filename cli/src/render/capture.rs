@@ -24,7 +24,7 @@ pub(crate) struct CaptureArgument {
 const FACES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];
 
 impl CaptureArgument {
-    /// `RESOURCE[@PASS][:MIP[,LAYER][,FACE]]=FILE`
+    /// Parses `RESOURCE[@PASS][:MIP[,LAYER][,FACE]]=FILE`, the value of `--capture`.
     ///
     /// # Errors
     /// A sentence for the command line.
@@ -66,7 +66,7 @@ pub(super) struct CaptureFile {
     pub(super) capture: Capture,
     layer: Option<u32>,
     content: Content,
-    /// `None` for pictures on the page of the run.
+    /// The file to write; `None` for pictures on the page of the run.
     file: Option<PathBuf>,
     format: Format,
 }

@@ -1,8 +1,8 @@
 //! `--environment`: an equirectangular picture as the imported texture "environment" of a pipeline.
 //!
-//! The picture is brought to the texture's size on the CPU: each texel is the mean of those that it covers. What is not a
-//! number becomes 0, and what 16 bits do not hold their greatest number. A pipeline with a toggle "environment_changed"
-//! reads the texture in the first frame only.
+//! The picture is brought to the texture's size on the CPU: each texel is the mean of those that it covers. What is not
+//! a number becomes 0, and what 16 bits do not hold their greatest number. A pipeline with a toggle
+//! "environment_changed" reads the texture in the first frame only.
 
 use std::path::Path;
 
@@ -34,7 +34,8 @@ impl Environment {
     /// The picture of a plan that has a texture for one.
     ///
     /// # Errors
-    /// A file that cannot be read or is no .hdr or .exr, a plan without a texture for it, or one with a texture and no file.
+    /// A file that cannot be read or is no .hdr or .exr, a plan without a texture for it, or one with a texture and no
+    /// file.
     pub(super) fn of(path: Option<&Path>, plan: &Plan) -> Result<Option<Self>, Diagnostic> {
         let resource = plan.resources.get(IMPORT).filter(|one| one.lifetime == Lifetime::Imported);
         let fits = resource.and_then(|one| one.format) == Some(wgpu::TextureFormat::Rgba16Float);

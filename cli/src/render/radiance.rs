@@ -1,7 +1,8 @@
 //! Radiance pictures (.hdr): a text header, and rows of RGBE texels, run-length encoded or not.
 //!
-//! The format is that of G. Ward, "Real pixels", Graphics Gems II, 1991, and of the file `color.c` of Radiance. Pictures are
-//! read whose rows go from top to bottom and from left to right (`-Y HEIGHT +X WIDTH`), in RGB; nearly all are so.
+//! The format is that of G. Ward, "Real pixels", Graphics Gems II, 1991, and of the file `color.c` of Radiance.
+//! Pictures are read whose rows go from top to bottom and from left to right (`-Y HEIGHT +X WIDTH`), in RGB; nearly all
+//! are so.
 
 /// A picture of linear colors, row by row from the top.
 #[derive(Debug, PartialEq)]

@@ -1,11 +1,11 @@
 //! `--report`: one page of a run, to be attached to a bug report.
 //!
-//! The page needs no network and no other file: frame, diagnostics, parameters and features, times, memory, every pass with
-//! what it reads and writes, and the page of the graph in a frame of its own. Pictures of textures are captures, made
-//! smaller; the graph is that of the pipeline without the copies that make them.
+//! The page needs no network and no other file: frame, diagnostics, parameters and features, times, memory, every pass
+//! with what it reads and writes, and the page of the graph in a frame of its own. Pictures of textures are captures,
+//! made smaller; the graph is that of the pipeline without the copies that make them.
 //!
-//! Limits: textures of several samples, volumes and buffers have no picture; the page is written only after a run without
-//! errors.
+//! Limits: textures of several samples, volumes and buffers have no picture; the page is written only after a run
+//! without errors.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;

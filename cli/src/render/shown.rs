@@ -1,9 +1,9 @@
 //! Pictures of any format of colors: as numbers, or as 8 bits a channel for a screen.
 //!
-//! A PNG holds colors of a screen. Formats with `-srgb` and of floats hold linear colors, which get the transfer function
-//! of sRGB; other formats hold encoded colors and are written as they are. Colors of floats have no end: up to 0.8 they
-//! stay as they are, and brighter ones come closer and closer to 1, with their hue, as in Khronos' PBR neutral tone
-//! mapper. An EXR has the numbers themselves.
+//! A PNG holds colors of a screen. Formats with `-srgb` and of floats hold linear colors, which get the transfer
+//! function of sRGB; other formats hold encoded colors and are written as they are. Colors of floats have no end: up to
+//! 0.8 they stay as they are, and brighter ones come closer and closer to 1, with their hue, as in Khronos' PBR neutral
+//! tone mapper. An EXR has the numbers themselves.
 
 use umbragraph::diagnostic::{Diagnostic, Place, Severity, codes};
 use umbragraph::executor::{Texels, read_back, read_bytes};
@@ -28,7 +28,7 @@ impl Drawing<'_> {
         }
     }
 
-    /// The same of any format: a picture of a screen as it is, others converted.
+    /// The frame as screen colors: targets in screen formats as they are, others converted.
     pub(crate) fn shown(&self) -> Result<Vec<u8>, Diagnostic> {
         match self.target().map(wgpu::Texture::format).filter(|format| !is_of_screen(*format)) {
             Some(format) => Ok(bytes(&self.texels()?, format)),

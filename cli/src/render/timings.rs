@@ -1,9 +1,9 @@
 //! `--timings` and `--trace`: how long the processor and the GPU work on each pass.
 //!
-//! The table has the mean of all frames but the first, in which objects are made, unless there is only one. The trace is
-//! of all frames, in the form that Perfetto and Chrome read (JSON, complete events in microseconds): one row for the
-//! processor, one for the GPU. Their clocks are not the same: the GPU's row of a frame begins where the processor's record
-//! of it ends.
+//! The table has the mean of all frames but the first, in which objects are made, unless there is only one. The trace
+//! is of all frames, in the form that Perfetto and Chrome read (JSON, complete events in microseconds): one row for the
+//! processor, one for the GPU. Their clocks are not the same: the GPU's row of a frame begins where the processor's
+//! record of it ends.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -50,7 +50,7 @@ impl Timings {
         }
     }
 
-    /// Takes in the frame that was recorded between two moments, and is submitted.
+    /// Adds the frame that was recorded between two moments, and is submitted.
     pub(super) fn frame(&mut self, executor: &mut Executor, [start, end]: [Instant; 2], index: u64) {
         let mut of_frame: BTreeMap<String, [Duration; 2]> = BTreeMap::new();
         let start = start.duration_since(self.began);

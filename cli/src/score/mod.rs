@@ -1,8 +1,8 @@
 //! `umbragraph score`: the shadows of a pipeline against ray-traced ones.
 //!
-//! Every light that casts shadows is rendered alone, as the pipeline's shadow term, and the same pixels are asked of rays
-//! (`umbragraph-score`). Scores add up: "together" are the pixels of all lights and frames. Of frames in a row each light's
-//! are held against each other as well: what changes though rays say the same.
+//! Every light that casts shadows is rendered alone, as the pipeline's shadow term, and the same pixels are asked of
+//! rays (`umbragraph-score`). Scores add up: "together" are the pixels of all lights and frames. Of frames in a row
+//! each light's are held against each other as well: what changes though rays say the same.
 //!
 //! Rays are traced once for a scene, a pose, a camera and a light: later runs find their answers in the cache.
 //!
@@ -43,7 +43,7 @@ struct Scored {
     triangles: usize,
     /// The memory of the triangles and of the tree of boxes around them, in bytes.
     bytes: usize,
-    /// In the order of the scene; names may be there twice.
+    /// The lights in the order of the scene; names may repeat.
     lights: Vec<(String, Scores)>,
     /// The scores of each frame that shows something.
     frames: Vec<(u32, Scores)>,

@@ -14,7 +14,7 @@ use crate::render::Drawing;
 /// The ray-traced truth of a frame: camera rays, and rays to each light that casts shadows.
 pub(crate) struct View<'r> {
     truth: Truth<'r>,
-    /// `None` for one that a frame cannot use.
+    /// The lights with their truth; `None` for a light that a frame cannot use.
     lights: Vec<(Light, Option<LightTruth>)>,
 }
 
@@ -107,7 +107,7 @@ impl<'r> View<'r> {
         Seen::new(&self.truth, answer.traced, Rendered::new(&answer.pixels))
     }
 
-    /// A picture of the pixels in which an answer differs from the truth.
+    /// A picture that marks the pixels in which an answer differs from the truth.
     pub(crate) fn difference(&self, answer: &Answer<'_>) -> Vec<u8> {
         difference::picture(&self.truth, answer.traced, Rendered::new(&answer.pixels))
     }

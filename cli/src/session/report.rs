@@ -16,8 +16,8 @@ impl Session {
         self.diagnostics.merge();
     }
 
-    /// Drops notes, unless all is wanted or something is wrong: a survey notes values that nobody has chosen, and whoever
-    /// chooses them is told so.
+    /// Drops notes, unless `all` is set or there are errors or warnings. A survey notes values that nobody has
+    /// chosen; a user who chooses them gets the note then.
     pub(crate) fn quiet(&mut self, all: bool) {
         if !all && !self.diagnostics.has_errors() {
             let diagnostics = std::mem::take(&mut self.diagnostics).into_iter();

@@ -2,7 +2,8 @@
 //!
 //! A driver may hang in what it compiles as well as in what it runs, so that all of it is done on a thread of its own.
 //!
-//! Limits: a pass that does not end within the time limit leaves the device and the thread behind; nothing further runs.
+//! Limits: a pass that does not end within the time limit leaves the device and the thread behind; nothing further
+//! runs.
 
 use std::collections::BTreeMap;
 use std::sync::mpsc::RecvTimeoutError;
@@ -56,7 +57,7 @@ pub(super) fn run(
     })
 }
 
-/// The same, for as long as it takes.
+/// Dispatches the tests and waits without a time limit.
 ///
 /// # Errors
 /// An error of the device.

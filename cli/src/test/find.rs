@@ -1,7 +1,8 @@
 //! Files of tests, and the templates that they become.
 //!
-//! A file of tests ends in `.test.wgsl`, so that no set of templates takes it up: what a pipeline ships does not change by
-//! it. Here it is a template under the name of its path, and inherits the axes of the templates that it names in quotes.
+//! A file of tests ends in `.test.wgsl`, so that no set of templates takes it up: what a pipeline ships does not change
+//! by it. Here it is a template under the name of its path, and inherits the axes of the templates that it names in
+//! quotes.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

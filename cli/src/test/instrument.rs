@@ -1,4 +1,4 @@
-//! From a text with tests to one that a device runs.
+//! Turns a text with tests into one that a device runs.
 //!
 //! Three texts follow from one another, each by edits that keep the places of the template:
 //!
@@ -111,8 +111,8 @@ fn without_attributes(scan: &Scan) -> Vec<TextEdit> {
     scan.attributes.iter().map(gone).collect()
 }
 
-/// An assert with other text around its arguments: `start`, then for each argument what `begin` says, a `);` after it, and
-/// `end` in place of the rest.
+/// An assert with other text around its arguments: `start`, then for each argument what `begin` says, a `);` after it,
+/// and `end` in place of the rest.
 fn rewritten(assert: &Assert, start: &str, begin: impl Fn(usize) -> String, end: &str) -> Vec<TextEdit> {
     let mut edits = Vec::new();
     let (mut done, mut before) = (assert.whole.start, start.to_owned());
@@ -128,8 +128,8 @@ fn rewritten(assert: &Assert, start: &str, begin: impl Fn(usize) -> String, end:
 
 /// The code that runs rows, at the end of the text.
 ///
-/// A test is called at one place, with the values of a row in variables: drivers compile each call for itself. Only a call
-/// that comes back notes that its row has passed.
+/// A test is called at one place, with the values of a row in variables: drivers compile each call for itself. Only a
+/// call that comes back notes that its row has passed.
 fn entry_point(text: &str, scan: &Scan, rows: &[Row]) -> Vec<TextEdit> {
     let whole = text.len();
     let mut edits = vec![inserted(whole, runner(), whole..whole)];

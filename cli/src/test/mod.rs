@@ -2,7 +2,8 @@
 //!
 //! A file of tests (`find`) is a template. Each of its variants is a text in which tests, their tables and asserts are
 //! found (`scan`) and rewritten to WGSL (`instrument`, `types`); naga proves it, and one compute pass runs all rows
-//! (`variant`, `device`). A failed row becomes a diagnostic at its assert (`outcome`), one for all variants that show it.
+//! (`variant`, `device`). A failed row becomes a diagnostic at its assert (`outcome`), one for all variants that show
+//! it.
 //!
 //! Limits: tests have no bindings, and no derivatives, since they run in a compute stage. An override with more than 16
 //! values is tried at its ends and its default; of more than 64 combinations of overrides each is tried by itself.

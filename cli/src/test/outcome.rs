@@ -1,4 +1,4 @@
-//! From the results of rows to diagnostics at the asserts that failed.
+//! Turns the results of rows into diagnostics at the asserts that failed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;

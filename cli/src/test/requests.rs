@@ -1,7 +1,7 @@
 //! The values of axes that the tests of a file run with.
 //!
-//! A file that was named runs with all that its templates can express. For a pipeline, the axes that it shares with a pass
-//! have the values that the pipeline reaches there, on the first profile that it claims.
+//! A file that was named runs with all that its templates can express. For a pipeline, the axes that it shares with a
+//! pass have the values that the pipeline reaches there, on the first profile that it claims.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -9,8 +9,9 @@
 //! }
 //! ```
 //!
-//! Asserts are statements: `expect(condition)`, `expect_equal(found, wanted)` and `expect_near(found, wanted, tolerance)`,
-//! each with a message as a further argument where one likes. They may stand in any function that a test calls.
+//! Asserts are statements: `expect(condition)`, `expect_equal(found, wanted)` and
+//! `expect_near(found, wanted, tolerance)`, each with a message as a further argument where one likes. They may stand
+//! in any function that a test calls.
 
 use std::ops::Range;
 

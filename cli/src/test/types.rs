@@ -41,7 +41,7 @@ impl Shape {
         self.named(self.scalar())
     }
 
-    /// As many components of another scalar type.
+    /// The type with the same number of components of another scalar type.
     pub(super) fn named(self, scalar: &str) -> String {
         match self.components {
             1 => scalar.to_owned(),

@@ -8,11 +8,11 @@
 //! when as many sets of values were tried as the budget allows. Values that the pipeline rejects lose against all
 //! others. The same seed finds the same values on the same adapter.
 //!
-//! A parameter that changes no pixel at the start, whatever its value, is left out until half of the budget is spent, and
-//! tried again around the best then; one that changes none there either is a finding.
+//! A parameter that changes no pixel at the start, whatever its value, is left out until half of the budget is spent,
+//! and tried again around the best then; one that changes none there either is a finding.
 //!
-//! Limits: the loss has steps, since pixels are counted, and many local minima; a larger budget, or narrower ranges, find
-//! better values. Enumerations and features are not searched: they have no order.
+//! Limits: the loss has steps, since pixels are counted, and many local minima; a larger budget, or narrower ranges,
+//! find better values. Enumerations and features are not searched: they have no order.
 
 mod file;
 pub(crate) mod space;
@@ -227,7 +227,7 @@ impl Search<'_> {
         loss
     }
 
-    /// Takes in those parameters that change a pixel around some values.
+    /// Adds those parameters that change a pixel around some values.
     fn take_in(&mut self, around: &Tried, progress: &mut Progress) {
         self.has_looked = true;
         for one in std::mem::take(&mut self.left_out) {

@@ -52,7 +52,7 @@ const DECADES: f64 = 1e4;
 enum Scale {
     Linear,
     Logarithmic,
-    /// From 0 on.
+    /// Ranges that begin at 0.
     Warped,
 }
 

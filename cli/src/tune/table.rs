@@ -1,6 +1,7 @@
 //! The result of a search: scores before and after, and which values are worth their cost.
 //!
-//! A set of values is *worth its cost* (Pareto) where no other one that was tried scores as well for fewer texels and taps.
+//! A set of values is *worth its cost* (Pareto) where no other one that was tried scores as well for fewer texels and
+//! taps.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -29,7 +30,7 @@ pub(super) struct Found {
     pub(super) names: Vec<String>,
     pub(super) before: Tried,
     pub(super) after: Tried,
-    /// From the cheapest to the dearest.
+    /// The values worth their cost, from the cheapest to the dearest.
     pareto: Vec<Tried>,
 }
 

@@ -1,8 +1,8 @@
 //! One set of values, scored on all scenes and camera positions.
 //!
-//! Rays are traced once; after that a trial draws. Values of live parameters are set, and nothing is planned; a structural
-//! one makes another plan, for all scenes. Every trial begins without history, so that its score depends on its values
-//! alone.
+//! Rays are traced once; after that a trial draws. Values of live parameters are set, and nothing is planned; a
+//! structural one makes another plan, for all scenes. Every trial begins without history, so that its score depends on
+//! its values alone.
 
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
@@ -58,7 +58,7 @@ pub(crate) struct Cost {
 /// A pipeline on its scenes.
 pub(crate) struct Trials<'a> {
     pub(crate) arguments: &'a TuneArguments,
-    /// As the command line says, with the shadow term as the picture.
+    /// The choices of the command line, with the shadow term as the picture.
     pub(crate) choices: Choices,
     pub(crate) graphics: &'a Graphics,
     pub(crate) session: &'a mut Session,

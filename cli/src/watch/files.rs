@@ -20,7 +20,7 @@ impl Stamps {
         Self(paths.into_iter().map(|path| (path.to_owned(), stamps(path))).collect())
     }
 
-    /// The same for these alone; what was known of them before stays.
+    /// Adds stamps of further paths; known stamps stay.
     pub(super) fn with(mut self, paths: impl IntoIterator<Item = PathBuf>) -> Self {
         for path in paths {
             self.0.entry(path).or_insert_with_key(|path| stamps(path));

@@ -1,7 +1,8 @@
 //! `umbragraph watch`: checks pipelines whenever one of their files changes.
 //!
 //! Files are compared by size and time of change ten times a second, which sees whatever an editor does, on network
-//! mounts as well. After a change only files whose diagnostics differ are printed, each with all that is to be said of it:
+//! mounts as well. After a change only files whose diagnostics differ are printed, each with all that is to be said of
+//! it:
 //!
 //! ```text
 //! watch: pipelines/frame.json
@@ -9,8 +10,8 @@
 //! checked: 1 error, 0 warnings in 0.21 s
 //! ```
 //!
-//! The first line is the beginning and the last one the end of a background task of Visual Studio Code; the lines between
-//! them are for its problem matcher, which `umbragraph new` writes.
+//! The first line is the beginning and the last one the end of a background task of Visual Studio Code; the lines
+//! between them are for its problem matcher, which `umbragraph new` writes.
 
 mod files;
 #[cfg(feature = "gpu")]

@@ -1,4 +1,5 @@
-//! `umbragraph render --environment`: a picture as background and light, kept from frame to frame, or what is wrong with it.
+//! `umbragraph render --environment`: a picture as background and light, kept from frame to frame, or what is wrong
+//! with it.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

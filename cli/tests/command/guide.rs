@@ -1,7 +1,7 @@
 //! The guide, typed into an empty folder: files are written, commands are run, chapter after chapter.
 //!
-//! A block with `file=NAME` behind its language is a file; in a block of `sh` each line is a command, which succeeds, or
-//! fails where `!` stands in front. Rust is compiled by the tests of documentation of `lib.rs`.
+//! A block with `file=NAME` behind its language is a file; in a block of `sh` each line is a command, which succeeds,
+//! or fails where `!` stands in front. Rust is compiled by the tests of documentation of `lib.rs`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

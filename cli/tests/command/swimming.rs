@@ -1,7 +1,7 @@
 //! Shadows lie still while the camera moves: `umbragraph score --frames` over the courtyard.
 //!
-//! Two hundred frames of a walk, and as many of a turn, in parts of four; ordinary tests take one part of each, which one
-//! the seed says. Texels are wider than pixels here, so that a step of a texel shows.
+//! Two hundred frames of a walk, and as many of a turn, in parts of four; ordinary tests take one part of each, which
+//! one the seed says. Texels are wider than pixels here, so that a step of a texel shows.
 
 use std::path::PathBuf;
 use std::process::Command;

@@ -1,4 +1,5 @@
-//! `umbragraph view`: the viewer is found beside the command or on PATH, gets the arguments, and is missed with a way out.
+//! `umbragraph view`: the viewer is found beside the command or on PATH, gets the arguments, and is missed with a way
+//! out.
 
 use std::path::Path;
 use std::process::{Command, Output};

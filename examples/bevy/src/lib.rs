@@ -1,9 +1,9 @@
 //! Pipelines of umbragraph in Bevy: a plugin that draws Bevy's meshes into what a camera of Bevy's sees, in Bevy's own
 //! textures and encoder, between its opaque and its transparent pass.
 //!
-//! A pipeline is an asset, and changes when its file does. A camera with a [`Graph`] draws one; an entity with a mesh and
-//! a [`Tint`] is drawn by it, and every [`DirectionalLight`] lights it. [`extract`] brings these into the render world,
-//! [`meshes`] is the draw contract.
+//! A pipeline is an asset, and changes when its file does. A camera with a [`Graph`] draws one; an entity with a mesh
+//! and a [`Tint`] is drawn by it, and every [`DirectionalLight`] lights it. [`extract`] brings these into the render
+//! world, [`meshes`] is the draw contract.
 //!
 //! Limits: cameras without multisampling; meshes with positions, normals and one set of texture coordinates.
 

@@ -1,5 +1,5 @@
-//! A control for each live parameter of a plan, as its declaration says: sliders within its range, a box to be checked, a
-//! list of words.
+//! A control for each live parameter of a plan, as its declaration says: sliders within its range, a box to be checked,
+//! a list of words.
 
 use std::ops::RangeInclusive;
 

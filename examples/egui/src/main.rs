@@ -1,7 +1,7 @@
 //! A window with the live frame of a pipeline, and a slider for each of its live parameters.
 //!
-//! `cargo run [-- PIPELINE.json [SCENE.glb]]`; with `--photograph FOLDER` the window moves a slider by itself and leaves a
-//! picture of before and one of after ([`drive`]).
+//! `cargo run [-- PIPELINE.json [SCENE.glb]]`; with `--photograph FOLDER` the window moves a slider by itself and
+//! leaves a picture of before and one of after ([`drive`]).
 
 mod app;
 mod controls;

@@ -25,7 +25,7 @@ use umbragraph_pipeline::work::{
 #[derive(Debug)]
 pub struct Assembly {
     pipeline: TypedPipeline,
-    /// For each pass what it does, and what it uses besides.
+    /// The work of each pass, and its further accesses.
     works: Vec<(Work, Vec<Access>)>,
     sources: Sources,
     place: Span,
@@ -134,7 +134,7 @@ impl Assembly {
         self.resource(name, ResourceKind::Buffer(Box::new(declaration)))
     }
 
-    /// A texture of which so many earlier frames can be read, opaque black before there are any.
+    /// A texture of which `frames` earlier frames can be read, opaque black before there are any.
     pub fn history(&mut self, name: &str, frames: u32) -> ResourceHandle {
         self.history_with(name, frames, |_| {})
     }

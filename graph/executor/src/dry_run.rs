@@ -5,8 +5,8 @@
 //! profile, gives a plan to an executor on it, and records a frame with every light kind, textures in place of the
 //! host's, and no meshes. What wgpu rejects there, it rejects on every device of the profile.
 //!
-//! Limits: nothing is drawn, and the draws of meshes are the host's own, so neither is validated; of runtime toggles the
-//! state that the pipeline gives is recorded. Formats that a driver may lack are not known to be missing.
+//! Limits: nothing is drawn, and the draws of meshes are the host's own, so neither is validated; of runtime toggles
+//! the state that the pipeline gives is recorded. Formats that a driver may lack are not known to be missing.
 
 use std::error::Error;
 use std::sync::Arc;

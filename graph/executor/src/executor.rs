@@ -52,8 +52,8 @@ impl Executor {
     /// In a browser errors of the device arrive late; a record reports them then.
     ///
     /// # Errors
-    /// A host whose interface does not fit the shaders, a device that lacks what the plan needs or is lost, errors of the
-    /// device.
+    /// A host whose interface does not fit the shaders, a device that lacks what the plan needs or is lost, errors of
+    /// the device.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -65,8 +65,8 @@ impl Executor {
         Self::with(preparation, queue, plan, source)
     }
 
-    /// The same with the shader modules, layouts and pipelines of another executor, on its device. What one of them makes
-    /// from here on serves both.
+    /// Instantiates a plan with the shader modules, layouts and pipelines of another executor, on its device. Objects
+    /// that either makes later serve both.
     ///
     /// # Errors
     /// As of [`Executor::new`].
@@ -115,8 +115,8 @@ impl Executor {
         self.replace_plan(plan, None)
     }
 
-    /// As [`Executor::set_plan`], with another draw source, or one that stores geometries that earlier plans did not
-    /// draw.
+    /// Replaces the plan as [`Executor::set_plan`] does, with another draw source, or one that stores further
+    /// geometries.
     ///
     /// # Errors
     /// As of [`Executor::new`]. The executor then keeps the previous plan.
@@ -206,8 +206,9 @@ impl Executor {
         Err(self.error(diagnostic.into()))
     }
 
-    /// Gives a texture, a part of one ([`Import`](crate::Import)), or a buffer for an import, until another is given: a frame need not
-    /// name it. Plans to come that import it have it too; handles are good for plans with the same imports.
+    /// Gives a texture, a part of one ([`Import`](crate::Import)), or a buffer for an import, until another is given: a
+    /// frame need not name it. Plans to come that import it have it too; handles are good for plans with the same
+    /// imports.
     ///
     /// # Errors
     /// A handle of another plan; a texture or buffer other than the plan was made for. What was given before stays.
@@ -262,8 +263,9 @@ impl Executor {
         self.instantiated.cpu_passes.unread_lights(frame)
     }
 
-    /// The sizes that CPU passes want other than the plan has them, for [`umbragraph_compiler::PlanOptions::data_sizes`];
-    /// `None` if they are content. A frame is right without them too, only not as good.
+    /// The sizes that CPU passes want other than the plan has them, for
+    /// [`umbragraph_compiler::PlanOptions::data_sizes`]; `None` if they are content. A frame is right without them too,
+    /// only not as good.
     pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {
         self.instantiated.cpu_passes.wanted_sizes()
     }
@@ -280,8 +282,8 @@ impl Executor {
         self.instantiated.kept.iter_mut().for_each(redraw::Kept::forget);
     }
 
-    /// Reads a texture of the plan back, as [`read_back`] does, once what was submitted before has run. The texture is one
-    /// that the host may look at: `"exposed": true`, or `Options::expose`.
+    /// Reads a texture of the plan back, as [`read_back`] does, once what was submitted before has run. The texture is
+    /// one that the host may look at: `"exposed": true`, or `Options::expose`.
     ///
     /// # Errors
     /// A name of no texture of the plan, or of one that is the host's own or not exposed; as of [`read_back`].
@@ -392,12 +394,12 @@ impl Executor {
 
     /// Records a frame into an encoder. Several records in one submission do not disturb one another.
     ///
-    /// Each record is a frame of its own to histories: what one writes to `color`, the next one reads as `color@-1`, also
-    /// within one submission. Encoders have to be submitted in the order of their records.
+    /// Each record is a frame of its own to histories: what one writes to `color`, the next one reads as `color@-1`,
+    /// also within one submission. Encoders have to be submitted in the order of their records.
     ///
     /// # Errors
-    /// Live parameters that do not go together; imports that are missing or not as planned; toggles that the pipeline does
-    /// not have; a draw source that is missing, or stores meshes otherwise than the plan was instantiated for;
+    /// Live parameters that do not go together; imports that are missing or not as planned; toggles that the pipeline
+    /// does not have; a draw source that is missing, or stores meshes otherwise than the plan was instantiated for;
     /// blackboard data that a CPU pass did not declare; textures of another device; errors of the device. Nothing is
     /// recorded then, and the next frame is possible. Draws of the host that fail or panic are an error, too; what else
     /// is in the frame is recorded.

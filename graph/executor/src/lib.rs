@@ -3,8 +3,8 @@
 //! It is middleware, not a framework: the host owns device, queue, encoder and surface, submits and presents. An
 //! [`Executor`] creates textures, pipelines and bind groups when it is made or given another plan; recording a frame
 //! then runs the CPU passes, packs their data into one buffer, and records the passes in the plan's order. In a steady
-//! frame nothing is created on the device and nothing allocated but by wgpu itself: three full-screen passes with blocks
-//! make 33 allocations, as do the same calls by hand (`cargo test --test device allocations`).
+//! frame nothing is created on the device and nothing allocated but by wgpu itself: three full-screen passes with
+//! blocks make 33 allocations, as do the same calls by hand (`cargo test --test device allocations`).
 //!
 //! - `instantiate`: everything that a plan needs, taken over from the plan before where it can be (`reuse`, `cache`);
 //!   `creation` counts it and catches the device's errors, `requirements` says beforehand what a device lacks;

@@ -6,9 +6,9 @@
 //! come from the shader's own reflection. So there is no struct that has to be kept alike on two sides.
 //!
 //! A node can also publish *sizes*: numbers such as the side of an atlas, which the sizes of resources can name
-//! (`"size": ["=placement.side", "=placement.side"]`). A plan is made for one value of each, at first the initial one. A
-//! node that wants another says so ([`BlackboardData::want_size`]); the executor tells the host, which plans again when
-//! it likes (`PlanOptions::data_sizes`). Until then the node has to do with what was planned
+//! (`"size": ["=placement.side", "=placement.side"]`). A plan is made for one value of each, at first the initial one.
+//! A node that wants another says so ([`BlackboardData::want_size`]); the executor tells the host, which plans again
+//! when it likes (`PlanOptions::data_sizes`). Until then the node has to do with what was planned
 //! ([`BlackboardData::planned_size`]).
 //!
 //! Values are kept as 32-bit words without padding, columns of matrices one after the other; the padding of a block
@@ -132,7 +132,7 @@ pub struct DataShape {
 }
 
 impl DataShape {
-    /// Nothing published yet.
+    /// Data with no published value.
     pub fn new() -> Self {
         Self::default()
     }
@@ -209,9 +209,9 @@ impl View {
     }
 
     umbragraph_text::setters! {
-        /// With depth from 1 (near) to 0 (far), where `reverse`.
+        /// Sets whether depth runs from 1 (near) to 0 (far).
         reverse: bool,
-        /// A view of another layer.
+        /// Sets the layer of the view.
         layer: u32,
         /// A view of a rectangle of texels, or of the whole attachment.
         viewport: Option<[u32; 4]>,
@@ -248,9 +248,9 @@ pub struct BlackboardData {
     offsets: Vec<usize>,
     words: Vec<u32>,
     views: Vec<View>,
-    /// In every how many frames changed draws of each view are drawn, where a pass keeps them.
+    /// The number of frames between draws of each view's changed meshes, for passes that keep views.
     cadences: Vec<u32>,
-    /// For each size what was planned, and what is wanted.
+    /// The planned and the wanted value of each size.
     sizes: Vec<(u32, u32)>,
     rejected: Option<String>,
     notices: Diagnostics,
@@ -302,7 +302,7 @@ impl BlackboardData {
         self.read_lights.clear();
     }
 
-    /// Says that a light of the frame, by its position, has a part in the picture: lights that no node reads are told.
+    /// Marks a light of the frame, by its position, as used: lights that no node reads are reported.
     pub fn read_light(&mut self, position: usize) {
         self.read_lights.push(position as u32);
     }
@@ -312,7 +312,7 @@ impl BlackboardData {
         &self.read_lights
     }
 
-    /// For each view in every how many frames a pass that keeps it takes up what draws did, at least.
+    /// The maximum number of frames after which a pass that keeps a view draws its changed meshes, for each view.
     pub fn cadences(&self) -> &[u32] {
         &self.cadences
     }
@@ -322,7 +322,7 @@ impl BlackboardData {
         self.push_view_every(view, 1);
     }
 
-    /// Adds a view that changed draws may wait for, up to so many frames, where a pass keeps it.
+    /// Adds a view whose changed draws may wait for up to `cadence` frames in a pass that keeps it.
     pub fn push_view_every(&mut self, view: View, cadence: u32) {
         if self.views.len() < self.shape.max_views as usize {
             self.views.push(view);

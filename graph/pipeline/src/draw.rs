@@ -7,9 +7,9 @@
 //! draws, choosing properties, material and object by number.
 //!
 //! Conventions: bind group 2 is the material, one bind group for each of the host's materials; bind group 3 is the
-//! object, one bind group in all, whose blocks are moved by a dynamic offset of a fixed stride for each object, and whose
-//! arrays stay in place: shaders index them by instance. A host that has bind groups of its own for one of the two says
-//! their layout, and binds them itself. Front faces are counter-clockwise.
+//! object, one bind group in all, whose blocks are moved by a dynamic offset of a fixed stride for each object, and
+//! whose arrays stay in place: shaders index them by instance. A host that has bind groups of its own for one of the
+//! two says their layout, and binds them itself. Front faces are counter-clockwise.
 //!
 //! Meshes whose vertices are stored otherwise than most have a property, and their sets of properties have vertex
 //! buffers of their own. What is in vertex buffers can change from instance to instance, too.
@@ -59,12 +59,12 @@ pub struct HostInterface {
     /// The layout of bind group 2, where the host has bind groups of its own for it. Bindings are then found by their
     /// numbers, and `material` need only name blocks whose members are to be compared.
     pub material_layout: Option<Vec<BindGroupLayoutEntry>>,
-    /// The same for bind group 3.
+    /// The layout of bind group 3, as `material_layout` for group 2.
     pub object_layout: Option<Vec<BindGroupLayoutEntry>>,
 }
 
-/// The filters of draws that a host knows. A pipeline draws casters, opaque and blended meshes in passes of their own, and a
-/// host that took no notice of it would draw all of them in each: so it has to say which it tells apart.
+/// The filters of draws that a host knows. A pipeline draws casters, opaque and blended meshes in passes of their own,
+/// and a host that took no notice of it would draw all of them in each: so it has to say which it tells apart.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum HostFilters {
     /// None is stated, which is an error where a pipeline draws meshes of the host.
@@ -86,28 +86,28 @@ impl HostInterface {
         Self { property_sets: vec![PropertySet::default()], ..Self::default() }
     }
 
-    /// With another vertex buffer, in the next slot.
+    /// Adds a vertex buffer, in the next slot.
     #[must_use]
     pub fn vertices(mut self, buffer: HostVertexBuffer) -> Self {
         self.vertex_buffers.push(buffer);
         self
     }
 
-    /// With another binding of bind group 2.
+    /// Adds a binding of bind group 2.
     #[must_use]
     pub fn material(mut self, slot: HostResource) -> Self {
         self.material.push(slot);
         self
     }
 
-    /// With another binding of bind group 3.
+    /// Adds a binding of bind group 3.
     #[must_use]
     pub fn object(mut self, slot: HostResource) -> Self {
         self.object.push(slot);
         self
     }
 
-    /// With properties of meshes, and the sets of them that occur.
+    /// Sets the properties of meshes, and the sets of them that occur.
     #[must_use]
     pub fn properties<'n>(
         mut self,
@@ -119,7 +119,7 @@ impl HostInterface {
         self
     }
 
-    /// With vertex buffers of their own for the meshes of a set of properties.
+    /// Sets the vertex buffers of meshes that have a set of properties.
     #[must_use]
     pub fn vertices_of(
         mut self,
@@ -130,28 +130,29 @@ impl HostInterface {
         self
     }
 
-    /// With the words that passes may write under `mesh_filter`: those that the host tells apart in `DrawPass::filter`.
+    /// Sets the words that passes may write under `mesh_filter`: those that the host tells apart in
+    /// `DrawPass::filter`.
     #[must_use]
     pub fn filters(mut self, filters: &[&str]) -> Self {
         self.filters = HostFilters::Words(filters.iter().map(|filter| (*filter).to_owned()).collect());
         self
     }
 
-    /// With every word under `mesh_filter`: the host draws the same for all, or finds out what a word means by itself.
+    /// Allows every word under `mesh_filter`: the host draws the same for all, or interprets words itself.
     #[must_use]
     pub fn any_filter(mut self) -> Self {
         self.filters = HostFilters::Any;
         self
     }
 
-    /// With bind groups of the host's own for materials.
+    /// Sets the layout of the host's own bind groups for materials.
     #[must_use]
     pub fn material_layout(mut self, entries: impl Into<Vec<BindGroupLayoutEntry>>) -> Self {
         self.material_layout = Some(entries.into());
         self
     }
 
-    /// With bind groups of the host's own for objects.
+    /// Sets the layout of the host's own bind groups for objects.
     #[must_use]
     pub fn object_layout(mut self, entries: impl Into<Vec<BindGroupLayoutEntry>>) -> Self {
         self.object_layout = Some(entries.into());
@@ -243,7 +244,7 @@ impl HostVertexBuffer {
         Self { stride, step: VertexStepMode::Vertex, attributes }
     }
 
-    /// With an element for each instance instead.
+    /// Advances per instance instead of per vertex.
     #[must_use]
     pub fn per_instance(self) -> Self {
         Self { step: VertexStepMode::Instance, ..self }

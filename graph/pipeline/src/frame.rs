@@ -37,16 +37,16 @@ impl Camera {
         Self { position: position.into(), rotation, projection, aspect }
     }
 
-    /// At another position.
+    /// Sets the position, in world metres.
     #[must_use]
     pub fn position(self, position: impl Into<DVec3>) -> Self {
         Self { position: position.into(), ..self }
     }
 
     umbragraph_text::setters! {
-        /// With another rotation, of unit length.
+        /// Sets the rotation, of unit length.
         rotation: DQuat,
-        /// With another projection.
+        /// Sets the projection.
         projection: Projection,
     }
 
@@ -62,8 +62,8 @@ impl Camera {
         Self { position, rotation, projection, aspect }
     }
 
-    /// The camera of an engine that has its matrices, column by column: view space (−Z forward, +Y up) to the world, and view
-    /// to clip space with depth 0..1 or 1..0, of any projection. Scale in the first is left out.
+    /// The camera of an engine that has its matrices, column by column: view space (−Z forward, +Y up) to the world,
+    /// and view to clip space with depth 0..1 or 1..0, of any projection. Scale in the first is left out.
     pub fn from_matrices<T: Into<f64> + Copy>(
         world_from_view: [[T; 4]; 4],
         clip_from_view: [[T; 4]; 4],
@@ -82,7 +82,7 @@ impl Camera {
         }
     }
 
-    /// The same with a picture that is moved in this frame, in clip space: two pixels are a whole width over its half.
+    /// Moves the picture of this frame in clip space: 2 is its whole width or height.
     #[must_use]
     pub fn jittered(self, by: [f64; 2]) -> Self {
         let clip_from_view = self.clip(false);
@@ -189,22 +189,22 @@ impl Light {
     }
 
     umbragraph_text::setters! { into
-        /// At a position, in world metres.
+        /// Sets the position, in world metres.
         position: DVec3,
-        /// Along a unit direction.
+        /// Sets the direction in which the light shines, of unit length.
         direction: DVec3,
-        /// With a linear colour.
+        /// Sets the linear color.
         color: Vec3,
     }
 
     umbragraph_text::setters! {
-        /// With an intensity in lux (directional) or candela.
+        /// Sets the intensity in lux (directional) or candela.
         intensity: f32,
-        /// Without effect beyond a distance, in metres.
+        /// Sets the distance beyond which the light has no effect, in metres.
         range: f32,
     }
 
-    /// With one more word that is true of it.
+    /// Adds a property, a word that passes can ask for.
     #[must_use]
     pub fn property(mut self, property: impl Into<Cow<'static, str>>) -> Self {
         self.properties.push(property.into());
@@ -212,11 +212,11 @@ impl Light {
     }
 
     umbragraph_text::setters! {
-        /// With the angle under which a directional light is seen, in radians.
+        /// Sets the angle under which a directional light is seen, in radians.
         angular_diameter: f32,
-        /// With the radius of a point or spot light's source, in metres.
+        /// Sets the radius of the source of a point light or spot, in metres.
         radius: f32,
-        /// With the host's own weight of its importance.
+        /// Sets the host's own weight of the light's importance.
         priority: f32,
     }
 
@@ -232,7 +232,7 @@ impl Light {
         Self::new(name, LightKind::Directional).direction(direction).color(color).intensity(intensity)
     }
 
-    /// The same for a point light, with an intensity in candela.
+    /// A point light at a position, with an intensity in candela.
     pub fn point(
         name: impl Into<Cow<'static, str>>,
         position: [f64; 3],
@@ -372,15 +372,15 @@ impl FrameInput {
     }
 
     umbragraph_text::setters! {
-        /// Seen by another camera.
+        /// Sets the camera.
         camera: Camera,
-        /// With lights, in place of those that it has.
+        /// Replaces the lights.
         lights: Vec<Light>,
-        /// With the box around everything that is drawn.
+        /// Sets the box around everything that is drawn.
         scene_bounds: Bounds,
     }
 
-    /// With the box around what one more draw filter lets through.
+    /// Adds the box around what a draw filter lets through.
     #[must_use]
     pub fn filter_bounds(mut self, filter: impl Into<Cow<'static, str>>, bounds: Bounds) -> Self {
         self.filter_bounds.push((filter.into(), bounds));
@@ -388,9 +388,9 @@ impl FrameInput {
     }
 
     umbragraph_text::setters! {
-        /// At a time, in seconds.
+        /// Sets the time in seconds.
         time: f64,
-        /// With a number among the frames.
+        /// Sets the number of the frame.
         index: u64,
     }
 

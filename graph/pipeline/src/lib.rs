@@ -1,8 +1,9 @@
-//! The pipeline room of umbragraph: what node kinds are written against.
+//! Typed pipelines, and the interface that node kinds are written against.
 //!
-//! A [`pipeline::TypedPipeline`] is one typed configuration of a document, made by [`pipeline::load`]; its passes are declared
-//! by node kinds ([`node`]), each with its [`work`]. [`data`], [`frame`] and [`draw`] are what host and passes exchange at
-//! each frame. The rooms below are re-exported: this crate is all that a crate of node kinds needs.
+//! [`pipeline::load`] makes a [`pipeline::TypedPipeline`] of a document: one configuration, with a value for each
+//! parameter and feature. Its passes are declared by node kinds ([`node`]), each with its [`work`]: data that a device
+//! is not needed for. Host and passes exchange [`data`], [`frame`] and [`draw`] in each frame. The crates below are
+//! re-exported: a crate of node kinds needs this one alone.
 
 pub use glam;
 pub use umbragraph_shaders as shader;

@@ -99,8 +99,8 @@ pub trait Node: DeserializeOwned + JsonSchema + 'static {
     }
 }
 
-/// A node kind without its type; [`Registry::register`] makes it of any [`Node`], and [`Registry::register_kind`] takes one
-/// that has values of its own.
+/// A node kind without its type; [`Registry::register`] makes it of any [`Node`], and [`Registry::register_kind`] takes
+/// one that has values of its own.
 pub trait NodeKind: Send + Sync {
     /// The key that names the kind in a pass.
     fn name(&self) -> &'static str;
@@ -175,8 +175,8 @@ impl Registry {
         self
     }
 
-    /// Adds a kind that is an object, with values of its own: a channel to the host, or a name that is known at run time. One
-    /// of the same name is replaced.
+    /// Adds a kind that is an object, with values of its own: a channel to the host, or a name that is known at run
+    /// time. One of the same name is replaced.
     pub fn register_kind(&mut self, kind: impl NodeKind + 'static) -> &mut Self {
         self.kinds.insert(kind.name(), Arc::new(kind));
         self.schema = OnceLock::new();
@@ -189,8 +189,8 @@ impl Registry {
     }
 
     /// States how the host stores what pipelines draw under a geometry contract of this name: what it uploads is then
-    /// compared with every shader that reads it whenever a pipeline is loaded, without a device, and an executor counts on
-    /// it. A pipeline whose geometry has another name is none of this host's.
+    /// compared with every shader that reads it whenever a pipeline is loaded, without a device, and an executor counts
+    /// on it. A pipeline whose geometry has another name is none of this host's.
     pub fn host(&mut self, geometry: impl Into<String>, interface: HostInterface) -> &mut Self {
         self.hosts.insert(geometry.into(), interface);
         self

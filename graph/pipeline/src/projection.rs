@@ -1,12 +1,12 @@
 //! The projection of a camera: by its angles and planes, or as the matrix that an engine has.
 //!
-//! A matrix may be off-centre or sheared, with a far plane at infinity, and with depth from 0 to 1 or from 1 to 0, which is
-//! found by comparing two depths. With rows X, Y, Z, W over view space (x, y, z = −d, 1), the plane of depth t lies at
-//! d = (t·W₄ − Z₄) / (t·W₃ − Z₃); depth the other way around is W − Z in place of Z. The corners of the picture at a
-//! distance solve X = ±W, Y = ±W for x and y.
+//! A matrix may be off-centre or sheared, with a far plane at infinity, and with depth from 0 to 1 or from 1 to 0,
+//! which is found by comparing two depths. With rows X, Y, Z, W over view space (x, y, z = −d, 1), the plane of depth
+//! t lies at d = (t·W₄ − Z₄) / (t·W₃ − Z₃); depth the other way around is W − Z in place of Z. The
+//! corners of the picture at a distance solve X = ±W, Y = ±W for x and y.
 //!
-//! Limits: W is −z (perspective) or 1 (parallel), up to a factor; where the near plane is oblique, its distance is that on
-//! the view axis.
+//! Limits: W is −z (perspective) or 1 (parallel), up to a factor; where the near plane is oblique, its distance is
+//! that on the view axis.
 
 use glam::{DMat2, DMat4, DVec2, DVec4};
 
@@ -33,9 +33,10 @@ pub enum Projection {
     },
     /// Any other, as a matrix.
     Matrix {
-        /// View space to clip space, depth 0..1 or 1..0, without jitter. A pipeline that wants the other way turns it around.
+        /// View space to clip space, depth 0..1 or 1..0, without jitter. A pipeline that wants the other way turns it
+        /// around.
         clip_from_view: DMat4,
-        /// By how much the picture of this frame is moved, in clip space, for effects that gather samples over frames.
+        /// The offset of this frame's picture in clip space, for effects that accumulate samples over frames.
         jitter: DVec2,
     },
 }
@@ -63,7 +64,7 @@ impl Projection {
         }
     }
 
-    /// By how much the host moves the picture of this frame, in clip space.
+    /// The offset of this frame's picture in clip space, as the host sets it.
     pub fn jitter(self) -> DVec2 {
         match self {
             Projection::Matrix { jitter, .. } => jitter,

@@ -1,14 +1,49 @@
-//! Shaders: WGSL generated from templates, with every variant proven.
+//! Shaders: WGSL generated from templates, with every variant proven by naga.
 //!
 //! ```text
 //! templates + axes ──render──▶ WGSL + map ──parse, validate──▶ module ──reflect──▶ ShaderModule
 //! ```
 //!
-//! - A [`TemplateSet`] holds templates (`NAME.wgsl.jinja`) and the axes declared beside them (`NAME.axes.json`).
-//! - [`compile`] makes one variant: values for the axes in, a [`ShaderModule`] out, or diagnostics placed in the
-//!   templates.
-//! - A [`TargetProfile`] says what a target guarantees.
-//! - [`Reflection`] is the one source of what host and shader agree on: bindings, memory layouts, entry points.
+//! # Rules
+//!
+//! - A **template** is a minijinja text, `NAME.wgsl.jinja`. It includes others by name; a [`TemplateSet`] holds them
+//!   all.
+//! - An **axis** is a named choice of a template, declared in `NAME.axes.json`. It is a *template* axis, a variable
+//!   that changes the text, or an *override* axis, a pipeline-overridable constant of one text ([`AxisMode`]).
+//! - A **constraint** excludes combinations of axis values, such as PCSS without a search.
+//! - A **variant** is a template with a value for each axis. Variants that render to the same text share a module.
+//! - A **target profile** says what a target guarantees: limits, features, and the language that naga has to write for
+//!   it (GLSL, HLSL, MSL, SPIR-V or WGSL). A variant is valid for a profile, not by itself ([`TargetProfile`]).
+//! - A **proof** is what naga and our rules accept: [`compile`] proves one variant, [`permutations::check`] all
+//!   variants that pipelines can reach.
+//! - A **reflection** is the one source of what host and shader agree on: bindings, memory layouts, entry points
+//!   ([`Reflection`]).
+//! - A **diagnostic** stands in the template, not in the generated text: a [`TextMap`] leads back.
+//!
+//! # Example
+//!
+//! A fragment shader with one axis, whose tinted variant is compiled for WebGPU:
+//!
+//! ```
+//! use umbragraph_shaders::{AxisValue, AxisValues, TargetProfile, TemplateSet, compile};
+//! use umbragraph_text::diagnostic::Diagnostics;
+//! use umbragraph_text::source::Sources;
+//!
+//! let template = "@fragment fn main() -> @location(0) vec4<f32> {\n\
+//!     return vec4<f32>({{ '0.2' if tinted else '1.0' }}, 1.0, 1.0, 1.0);\n}\n";
+//! let axes = r#"{ "axes": { "tinted": { "type": "bool", "default": false } } }"#;
+//!
+//! let (mut set, mut sources, mut diagnostics) = (TemplateSet::new(), Sources::new(), Diagnostics::new());
+//! set.add(&mut sources, "fill.wgsl.jinja", template, &mut diagnostics);
+//! set.add(&mut sources, "fill.axes.json", axes, &mut diagnostics);
+//! set.check(&mut diagnostics);
+//! assert!(diagnostics.is_empty());
+//!
+//! let values = AxisValues::from([("tinted".to_owned(), AxisValue::Bool(true))]);
+//! let module = compile(&set, "fill.wgsl.jinja", &values, &TargetProfile::webgpu()).unwrap();
+//! assert!(module.wgsl.contains("vec4<f32>(0.2, 1.0, 1.0, 1.0)"));
+//! assert_eq!(module.reflection.entry_points[0].name, "main");
+//! ```
 //!
 //! Folders, the lowest first: `targets`, `written` (the text), `reflection`, `rules`, `module` (text to a validated
 //! module), `axes`, `jinja` (the template language), `rendering`, `variant`, `permutations`.

@@ -6,8 +6,8 @@ use std::ops::Deref;
 use crate::diagnostic::{Diagnostic, Diagnostics, render};
 use crate::source::Sources;
 
-/// Why there is no result: every diagnostic, and the texts in which they stand. Shown, each has its code, its lines and a way
-/// out; as data they are [`Error::diagnostics`].
+/// Why there is no result: every diagnostic, and the texts in which they stand. Shown, each has its code, its lines and
+/// a way out; as data they are [`Error::diagnostics`].
 #[derive(Clone)]
 pub struct Error(Box<Found>);
 

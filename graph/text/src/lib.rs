@@ -1,8 +1,18 @@
-//! The text room of umbragraph: what is known of a pipeline before anything is made of it.
+//! Texts of pipelines: JSON documents with places, and the language that they are written in.
 //!
-//! Registered texts ([`source`]), what is wrong with them ([`diagnostic`], [`Error`]), JSON with places ([`document`]) and changes of
-//! it ([`edit`]), several files as one ([`compose`]), expressions ([`expression`]), and the types that documents are decoded into ([`language`]).
-//! Nothing here knows of shaders, passes at work, or devices.
+//! ```text
+//! files ──read──▶ Sources ──parse──▶ Document ──compose──▶ one Document ──decode──▶ declarations
+//! ```
+//!
+//! - [`source`]: registered texts, and places in them;
+//! - [`diagnostic`], [`Error`]: errors and warnings with a code, a place and a way out;
+//! - [`document`]: JSON in which each value keeps its place; [`edit`]: changes of its text that keep comments and
+//!   layout;
+//! - [`compose`]: several files as one document (`extends`, `include`, `use`);
+//! - [`expression`]: strings that begin with `=` or `&`;
+//! - [`language`]: the types that documents are decoded into.
+//!
+//! Nothing here knows of shaders, node kinds or devices.
 
 pub mod compose;
 pub mod diagnostic;

@@ -75,7 +75,7 @@ pub struct LineColumn {
     pub column: u32,
 }
 
-/// One registered text.
+/// A registered text, with its name and the starts of its lines.
 #[derive(Debug)]
 pub struct SourceFile {
     name: String,
@@ -133,7 +133,7 @@ pub struct Sources {
 }
 
 impl Sources {
-    /// No texts yet.
+    /// An empty set of texts.
     pub fn new() -> Self {
         Self::default()
     }
@@ -144,7 +144,8 @@ impl Sources {
         FileId(self.files.len() as u32 - 1)
     }
 
-    /// Exchanges the text of a registered file. Spans into the text before mean nothing then; clones made before keep it.
+    /// Exchanges the text of a registered file. Spans into the text before mean nothing then; clones made before keep
+    /// it.
     pub fn replace(&mut self, file: FileId, text: impl Into<Arc<str>>) {
         if let Some(known) = self.files.get_mut(file.0 as usize) {
             *known = Arc::new(SourceFile::new(known.name.clone(), text.into()));

@@ -1,9 +1,10 @@
 //! Captures: the contents of textures at a point of the frame, for somebody to look at.
 //!
 //! A capture is an ordinary copy at the end of the document, into an imported texture of the host. The compiler orders
-//! it behind the pass whose version it names and before the next writer, keeps the contents until then, and lets nothing
-//! that shares the memory come between; no part of the executor knows of captures. [`document`] writes the text of such
-//! copies, to be included in the pipeline ([`Composed::include`](umbragraph_pipeline::compose::Composed::include)).
+//! it behind the pass whose version it names and before the next writer, keeps the contents until then, and lets
+//! nothing that shares the memory come between; no part of the executor knows of captures. [`document`] writes the text
+//! of such copies, to be included in the pipeline
+//! ([`Composed::include`](umbragraph_pipeline::compose::Composed::include)).
 //!
 //! Limits: a texture of several samples or a volume cannot be captured; one mip level each, all of its layers.
 
@@ -33,8 +34,8 @@ pub struct CaptureDocument {
     /// The imported texture that each capture is copied to, in the order of the captures. It has the captured format,
     /// the size of the captured mip level and all layers.
     pub imports: Vec<String>,
-    /// The pass that overwrites what each capture shows, in the plan without captures: a later version of the resource, or
-    /// another one in the same memory.
+    /// The pass that overwrites what each capture shows, in the plan without captures: a later version of the resource,
+    /// or another one in the same memory.
     pub overwritten: Vec<Option<String>>,
 }
 

@@ -55,7 +55,7 @@ pub struct CheckOptions<'a> {
     pub plan: &'a PlanOptions,
 }
 
-/// Takes a registered text, which stands alone, all the way to a plan. Every diagnostic goes to `diagnostics`.
+/// Plans a registered text that refers to no other file. Adds to `diagnostics`.
 pub fn check(
     file: FileId,
     options: &CheckOptions<'_>,
@@ -74,7 +74,7 @@ pub fn check(
     }
 }
 
-/// Takes a document, perhaps composed of several files, all the way to a plan. Every diagnostic goes to `diagnostics`.
+/// Plans a document, which may be composed of several files. Adds to `diagnostics`.
 pub fn check_document(
     document: &Document,
     options: &CheckOptions<'_>,
@@ -85,8 +85,8 @@ pub fn check_document(
     check_sharing(document, options, sources, diagnostics, (&shaders, None))
 }
 
-/// The same, with the shader modules that earlier checks with the same templates and profile have made, and what
-/// [`pipeline::check_schema`] says of the document, where that is known.
+/// Plans a document with the shader modules of earlier checks that had the same templates and profile. `schema` is
+/// what [`pipeline::check_schema`] reports of the document, if known.
 pub fn check_sharing(
     document: &Document,
     options: &CheckOptions<'_>,
@@ -103,7 +103,7 @@ pub fn check_sharing(
     checked
 }
 
-/// Takes a pipeline to a plan, without what the device of the options lacks.
+/// Plans a pipeline, without checks of what the device of the options lacks.
 pub(crate) fn compiled(
     mut pipeline: TypedPipeline,
     options: &PlanOptions,

@@ -1,10 +1,10 @@
-//! The tools of umbragraph: what looks at pipelines and plans, and makes neither.
+//! Tools that check, report and explain pipelines and plans.
 //!
-//! - [`check`], [`check_document`]: the whole way from a text to a plan in one call;
+//! - [`check`], [`check_document`]: from a text to a plan in one call;
 //! - [`Configurations`], [`check_configurations`], [`reach`]: the configurations of a pipeline, chosen, checked
 //!   and proven;
-//! - [`report`] and [`why`]: a plan shown, and the reasons for it;
-//! - [`capture`]: textures of a frame for somebody to look at.
+//! - [`report`] and [`why`]: a plan as text, SVG or data, and the reasons for it;
+//! - [`capture`]: textures of a frame, copied for a person to look at.
 
 pub mod capture;
 mod check;

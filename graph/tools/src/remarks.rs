@@ -1,9 +1,10 @@
 //! Remarks on parts of a pipeline that a plan of it does not use: no defect, but worth a line.
 //!
-//! Culled passes, with the reason; dispatches of fewer invocations than a texture that they write has texels; entry points of the shaders that no pass runs; parameters that nothing of the plan
-//! follows from. The last are found by their uses, as unused settings are (`unused`), but in what the plan keeps: its
-//! passes, resources and what these name in turn, and the conditions of all passes. So one that only a setting of another scheme
-//! reads is named; one that is only multiplied by zero is not.
+//! Culled passes, with the reason; dispatches of fewer invocations than a texture that they write has texels; entry
+//! points of the shaders that no pass runs; parameters that nothing of the plan follows from. The last are found by
+//! their uses, as unused settings are (`unused`), but in what the plan keeps: its passes, resources and what these name
+//! in turn, and the conditions of all passes. So one that only a setting of another scheme reads is named; one that is
+//! only multiplied by zero is not.
 
 use std::collections::BTreeSet;
 

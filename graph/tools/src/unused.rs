@@ -1,7 +1,7 @@
 //! Parameters, features, derived values and shared settings that nothing uses.
 //!
-//! A setting is used if the model of the document knows a use of it, or if a template that some pass names has an axis of
-//! its name. What presets give values is not used for that.
+//! A setting is used if the model of the document knows a use of it, or if a template that some pass names has an axis
+//! of its name. What presets give values is not used for that.
 //!
 //! A host may read settings in its own code, which is not known here: so the diagnostic is a note.
 

@@ -44,7 +44,7 @@ enum Content {
     Dropped(PassHandle),
 }
 
-/// Edges between passes that the document gives, by which writers can be ordered.
+/// Edges between passes that follow from the document alone, by which writers can be ordered.
 struct Explained {
     next: HashMap<PassHandle, Vec<PassHandle>>,
 }
@@ -165,8 +165,8 @@ pub(crate) fn check(plan: &Plan, schedule: &Schedule, violations: &mut Violation
 /// Toggles, each with whether it is on.
 type State = Vec<(usize, bool)>;
 
-/// The states of the toggles on which the accesses of a resource depend: one without toggles if there are none. Whether
-/// they are all of them.
+/// The toggle states to try for the accesses of a resource, and whether they are all that exist. One state without
+/// toggles if the accesses depend on none.
 fn states(uses: &Uses<'_>) -> (Vec<State>, bool) {
     let (events, regions) = (&uses.events, uses.regions.count());
     let conditions = events.iter().flat_map(|event| uses.conditions(event));
@@ -467,8 +467,8 @@ impl Player<'_, '_> {
     }
 }
 
-/// Whether a resource has one writer that does not load, or two with opposite toggles: it runs first, unless "after" puts
-/// it behind another.
+/// Whether a resource has one writer that does not load, or two with opposite toggles: it runs first, unless "after"
+/// puts it behind another.
 fn has_single_first(uses: &Uses<'_>, after: &Explained) -> bool {
     let Uses { plan, schedule, events, .. } = uses;
     let writers = |is_first: fn(Usage) -> bool| {

@@ -31,7 +31,7 @@ struct Memory<'a> {
     spare: &'a BTreeSet<Physical>,
     /// The transient resources that a toggle can leave unwritten.
     conditional: HashSet<ResourceHandle>,
-    /// By place the resources that stand there, from the first to the last pass that uses them.
+    /// The resources that share each physical resource, from the first to the last pass that uses them.
     aliases: BTreeMap<Physical, Vec<(usize, usize, &'a str)>>,
     violations: &'a mut Violations,
 }
@@ -219,7 +219,7 @@ impl Memory<'_> {
         }
     }
 
-    /// In each class as many physical resources as are alive at once; the bytes that cannot be less.
+    /// Checks that each class has as many physical resources as are alive at once. Returns the minimum of bytes.
     fn check_minimal(&mut self) -> u64 {
         let plan = self.plan;
         // Classes by what wgpu would be told at creation.

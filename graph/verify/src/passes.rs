@@ -11,7 +11,7 @@ use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::{Access, History, Pass, SubresourceRange, TypedPipeline};
 use umbragraph_pipeline::work::{Dispatch, PassHandle, ResourceHandle, Work};
 
-/// Up to so many writers of subresource ranges, or with toggles, a plan has to say for certain who reads them.
+/// The number of writers of ranges, or with toggles, up to which a plan has to know exactly who reads them.
 const TOLD_APART: usize = 64;
 
 /// The schedule, unless a planned pass is not one of the pipeline's.
@@ -211,8 +211,7 @@ fn says(plan: &Plan, reason: KeepReason, words: &Kept) -> bool {
     }
 }
 
-/// Whether a resource has so many writers of subresource ranges, or with toggles, that a plan need not tell them all
-/// apart.
+/// Whether a resource has so many writers of ranges, or with toggles, that a plan may treat them coarsely.
 fn has_many_writers(plan: &Plan, resource: ResourceHandle) -> bool {
     let writes = |pass: &&Pass| {
         let written = |one: &Access| one.resource == resource && one.usage.writes();

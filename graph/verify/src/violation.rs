@@ -29,7 +29,7 @@ pub enum ViolationKind {
     WrongVersion,
     /// A pass reads before the newest version is made.
     ReadTooEarly,
-    /// Nothing in the document orders two writers as the plan does.
+    /// Two writers whose order in the plan follows from nothing in the document.
     WritersUnordered,
     /// A pass needs contents that an earlier pass did not store.
     ContentsDropped,

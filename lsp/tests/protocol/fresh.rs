@@ -100,8 +100,8 @@ fn answers_after_edits_are_those_of_a_fresh_session(remainder: usize, of: usize)
                 all.retain(|line| !line.starts_with("0:0 0:0"));
                 let (mut expected, _) = fresh(&path, &now);
                 expected.retain(|line| !line.starts_with("0:0 0:0"));
-                // Of a format that does not exist, a part alone says that the word is not known; as a part of a whole it
-                // is no format.
+                // Of a format that does not exist, a part alone says that the word is not known; as a part of a whole
+                // it is no format.
                 let alone = |line: &String| {
                     line.replace("\"UG0322\"", "\"UG0107\"")
                         .replace("is not a texture format", "is not known here")

@@ -4,9 +4,10 @@
 //!    and finds slots in every pool. A light that does not fit is evicted; a less important one that needs less may
 //!    still fit.
 //! 2. All start at the size wanted. While that is too much, the lights are halved one after the other, the least
-//!    important first, none below its smallest size; when all have been halved it begins again from the least important.
-//! 3. Halving a large tile can free more than was needed. From the most important on, whoever has been halved is doubled
-//!    again as long as there is room.
+//!    important first, none below its smallest size; when all have been halved it begins again from the least
+//!    important.
+//! 3. Halving a large tile can free more than was needed. From the most important on, whoever has been halved is
+//!    doubled again as long as there is room.
 //!
 //! Areas count smallest tiles.
 

@@ -12,8 +12,8 @@
 //! 3. `decide`: from the settled numbers alone, most important light first, who is let in and at which size. Square
 //!    tiles whose sides are powers of two fill a square without a gap whenever their areas add up to no more than
 //!    its area (largest first), so that this needs no geometry, and neither history nor the order of the lights;
-//! 4. [`quadtree`]: the tiles themselves; lights whose size stays keep theirs. Where free space is enough but scattered,
-//!    the blocks with the least in them are cleared by moving their (smaller) tiles elsewhere;
+//! 4. [`quadtree`]: the tiles themselves; lights whose size stays keep theirs. Where free space is enough but
+//!    scattered, the blocks with the least in them are cleared by moving their (smaller) tiles elsewhere;
 //! 5. [`slots`]: runs of slots for descriptors, views, cubes, layers and spots, kept likewise;
 //! 6. `follow`: the sizes that would be enough for all, up at once and down after some calm frames.
 //!

@@ -35,7 +35,7 @@ pub struct Settings {
     pub max_side: u32,
     /// The maximum number of slots of each pool that are wanted.
     pub max_pools: PoolCounts,
-    /// By what part an importance or a size has to change before it counts.
+    /// The relative change of an importance or a size that counts.
     pub tolerance: f32,
     /// The frames for which less has to be needed before less is wanted.
     pub patience: u32,
@@ -60,7 +60,7 @@ impl Default for Settings {
 pub struct Capacity {
     /// The texels on the atlas's side; counts as the power of two that is not above.
     pub side: u32,
-    /// The slots of each pool; more than [`MAX_SLOTS`] count as so many.
+    /// The slots of each pool, at most [`MAX_SLOTS`].
     pub pools: PoolCounts,
 }
 
@@ -94,7 +94,7 @@ pub struct Placement {
 struct Scratch {
     order: Vec<(u32, Key, u32)>,
     candidates: Vec<Candidate>,
-    /// For each class of size the tiles that have to be found: entry, and position among its tiles.
+    /// The tiles to be found, for each size class: entry, and position among its tiles.
     pending: Vec<Vec<(u32, u8)>>,
     /// Tiles that could be moved: the block that they stand in, their own number, entry, position.
     movable: Vec<(usize, usize, u32, u8)>,
@@ -123,7 +123,7 @@ struct Entry {
 }
 
 impl Placement {
-    /// Nothing placed yet. Settings beyond the limits are brought within them.
+    /// An empty placement. Settings beyond the limits are clamped.
     pub fn new(settings: Settings) -> Self {
         let power = |value: u32, low: u32, high: u32| value.clamp(low, high).next_power_of_two().min(high);
         let min_tile = power(settings.min_tile, MIN_TILE, MAX_TILE);
@@ -193,8 +193,8 @@ impl Placement {
         (0..self.asked.len()).filter_map(|at| self.grant(at))
     }
 
-    /// The capacity that would be enough for all requests, within the limits of the settings. It rises at once and falls
-    /// after some frames.
+    /// The capacity that would be enough for all requests, within the limits of the settings. It rises at once and
+    /// falls after some frames.
     pub fn wanted(&self) -> &Capacity {
         &self.wanted
     }

@@ -22,9 +22,9 @@ pub struct TileAllocator {
     max_side: u32,
     /// The texels on the atlas's side.
     pub(super) side: u32,
-    /// For each size, from the smallest: the free squares.
+    /// The free squares of each size, from the smallest.
     free: Vec<Bits>,
-    /// For each size, from the smallest: the allocated tiles.
+    /// The allocated tiles of each size, from the smallest.
     used: Vec<Bits>,
     /// The number of texels in allocated tiles.
     pub(super) used_area: u64,
@@ -119,12 +119,12 @@ impl TileAllocator {
         true
     }
 
-    /// The position of a size among the sizes.
+    /// The index of a size, from the smallest.
     fn class(&self, size: u32) -> usize {
         (size / self.min).max(1).trailing_zeros() as usize
     }
 
-    /// Takes a tile of at least so many texels a side, or `None` where there is no free square of the size.
+    /// Allocates a tile with at least `size` texels a side; `None` if no square of the size is free.
     #[must_use]
     pub fn allocate(&mut self, size: u32) -> Option<Tile> {
         let size = size.max(self.min).checked_next_power_of_two()?;

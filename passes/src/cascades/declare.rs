@@ -1,4 +1,4 @@
-//! From the settings of a `cascades` pass to a [`Configuration`], with every diagnostic at its place.
+//! Builds a [`Configuration`] from the settings of a `cascades` pass, with every diagnostic at its place.
 
 use glam::{DVec3, UVec2};
 use umbragraph_pipeline::diagnostic::list_of;

@@ -29,13 +29,13 @@ const MAX_WORLD: f64 = 1e9;
 /// The distance of the near plane towards the light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum NearPull {
-    /// To the casters' bounds.
+    /// The near plane lies at the casters' bounds.
     #[default]
     Casters,
-    /// So many metres beyond the slice.
+    /// The near plane lies so many metres beyond the slice.
     Metres(f64),
-    /// To the bounds of the scene, wherever the slice lies, and the far plane to their other end: depth stays as it is
-    /// while the camera moves.
+    /// Near and far plane lie at the scene's bounds, wherever the slice is: depth stays the same while the camera
+    /// moves.
     Scene,
 }
 

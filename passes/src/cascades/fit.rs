@@ -29,8 +29,8 @@ use super::splits::Slice;
 pub enum FitShape {
     /// The box around the slice: the most texels for each metre, but sizes change as the camera turns.
     Tight,
-    /// The same, with sides that lie along the view, in steps of 15 degrees: the most texels for views that are longer than
-    /// wide.
+    /// The same, with sides that lie along the view, in steps of 15 degrees: the most texels for views that are longer
+    /// than wide.
     Aligned,
     /// The box around a sphere: sizes stay as the camera turns.
     #[default]

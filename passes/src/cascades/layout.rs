@@ -93,7 +93,7 @@ impl Layout {
         (!whole).then_some([origin.x, origin.y, resolution, resolution])
     }
 
-    /// From a cascade's uv to the map's: scale in x and y, offset in z and w.
+    /// The transform from a cascade's uv to the map's: scale in x and y, offset in z and w.
     pub fn scale_offset(&self, at: usize) -> DVec4 {
         let (map, tile) = (self.map.as_dvec2(), &self.tiles[at]);
         let (scale, offset) = (f64::from(tile.resolution) / map, tile.origin.as_dvec2() / map);

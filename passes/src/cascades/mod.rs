@@ -22,8 +22,8 @@
 //! Everything is `f64` up to the rounding of the final matrices to 32 bits. That moves a cascade of 2048 texels by less
 //! than 1/100 texel as long as it is at least 1/100 as wide as it is far from the world's origin.
 //!
-//! Limits: at most [`MAX_CASCADES`] cascades for a light; the visible depth range is known on the GPU alone, where templates
-//! fit cascades to it (`shaders-templates/fit_cascades.wgsl.jinja`, with the split scheme "whole" here).
+//! Limits: at most [`MAX_CASCADES`] cascades for a light; the visible depth range is known on the GPU alone, where
+//! templates fit cascades to it (`shaders-templates/fit_cascades.wgsl.jinja`, with the split scheme "whole" here).
 //!
 //! Sources: Zhang et al., "Parallel-Split Shadow Maps" (2006) for the practical split; Valient, "Stable Rendering of
 //! Cascaded Shadow Maps", ShaderX6 (2008) for the sphere and the snap.

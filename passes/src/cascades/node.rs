@@ -75,8 +75,8 @@ pub struct Cascades {
     pub near_pull: Option<Expr>,
     /// The distance of the far plane behind the slice, in metres; 0 without it.
     pub far_extension: Option<Expr>,
-    /// Whether cascades are narrowed to the bounds of the scene, which gives the far ones more texels; false without it.
-    /// Texels stay in place while the bounds do not change much.
+    /// Whether cascades are narrowed to the bounds of the scene, which gives the far ones more texels; false without
+    /// it. Texels stay in place while the bounds do not change much.
     pub clip_to_scene: Option<Expr>,
     /// With a placement: the filter that shaders use, so that cascades in which its bounds bite can be reported.
     pub shadow_filter: Option<FilterSettings>,

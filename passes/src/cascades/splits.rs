@@ -26,7 +26,7 @@ use super::MAX_CASCADES;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SplitScheme {
-    /// As they are listed.
+    /// The far distances as they are listed.
     #[default]
     Explicit,
     /// Equal ranges.
@@ -44,10 +44,11 @@ pub enum SplitScheme {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BlendOf {
-    /// Of the cascade's far distance.
+    /// A fraction of the cascade's far distance.
     #[default]
     Far,
-    /// Of the cascade's range: its far distance less that of the cascade before (for the first: less the near distance).
+    /// A fraction of the cascade's range: its far distance less that of the cascade before (for the first: less the
+    /// near distance).
     Range,
 }
 
@@ -63,14 +64,14 @@ pub struct Blend {
 /// The far distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Splits {
-    /// As they are listed.
+    /// The far distances as they are listed.
     Explicit {
         /// Metres, strictly increasing; the first `count` count.
         far: [f64; MAX_CASCADES],
         /// The number of cascades.
         count: usize,
     },
-    /// By the practical formula.
+    /// Far distances by the practical formula.
     Formula {
         /// The weight of the logarithmic part: 0 is the uniform scheme, 1 the logarithmic.
         lambda: f64,
@@ -81,7 +82,7 @@ pub enum Splits {
         /// The number of cascades.
         count: usize,
     },
-    /// Each the whole range of the camera.
+    /// Every cascade has the whole range of the camera.
     Whole {
         /// The number of cascades.
         count: usize,

@@ -1,8 +1,8 @@
 //! The node kind `cube_shadows`: six views and a descriptor for each point light that has a cube.
 //!
-//! The views are those of [`crate::views::cube`], which mirror what they show: fronts become backs, so casters are drawn
-//! without culling. Face f of slot s is layer 6·s + f of the array. A shader finds the depth of a point from the distance
-//! along the axis of its face alone ([`depth_coefficients`]).
+//! The views are those of [`crate::views::cube`], which mirror what they show: fronts become backs, so casters are
+//! drawn without culling. Face f of slot s is layer 6·s + f of the array. A shader finds the depth of a point from the
+//! distance along the axis of its face alone ([`depth_coefficients`]).
 //!
 //! Limits: a light that has no views leaves a descriptor that shadows nothing.
 
@@ -20,7 +20,8 @@ use super::placement::{self, Backing, Entry};
 use crate::views::cube::{CubeViews, Face};
 use crate::views::depth_coefficients;
 
-/// The texels on each side of a face that lie beyond its 90°, so that the four texels around a place at its edge are there.
+/// The texels on each side of a face that lie beyond its 90°, so that the four texels around a place at its edge are
+/// there.
 const BORDER: f64 = 1.0;
 
 /// Publishes six views and a descriptor for each point light that has a cube.

@@ -115,7 +115,7 @@ pub(crate) struct ShadowOutput<'a> {
     pub(crate) filter: Option<Filter>,
     /// The size of lights without one.
     pub(crate) light_size: f64,
-    /// In every how many frames the light's maps take up what casters did; and the longest that any does.
+    /// The number of frames after which the light's maps are drawn again; and the largest of all lights.
     pub(crate) cadence: u32,
     pub(crate) longest: u32,
     data: &'a mut BlackboardData,

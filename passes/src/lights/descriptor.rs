@@ -13,9 +13,9 @@ use umbragraph_pipeline::frame::{Light, LightKind};
 /// One shadow map, as shaders see it; see the module.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Descriptor {
-    /// From the world to the light's axes: x, y and z.
+    /// The transform from the world to the light's axes: rows x, y and z.
     pub axes: [DVec4; 3],
-    /// To texels.
+    /// Scale and offset from light space to texels.
     pub texels: DVec4,
     /// The texels that belong to the map.
     pub bounds: DVec4,
@@ -30,8 +30,8 @@ pub struct Descriptor {
 /// The largest angle under which a directional light is taken to be seen, in radians.
 pub const MAX_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
 
-/// The members by name, with their types, and what they are: for a layer of an array (orthographic), a tile of an atlas or
-/// a cube (perspective).
+/// The members by name, with their types, and what they are: for a layer of an array (orthographic), a tile of an atlas
+/// or a cube (perspective).
 pub const VALUES: [(&str, ValueType, &str); 8] = [
     (
         "map.axis_x",

@@ -34,8 +34,8 @@ pub struct FilterSettings {
     pub min: Expr,
     /// The maximum half width, in texels of the map.
     pub max: Expr,
-    /// Whether the filter is as wide as the penumbra of what blocks the light, instead of having one width; false without
-    /// it.
+    /// Whether the filter is as wide as the penumbra of what blocks the light, instead of having one width; false
+    /// without it.
     pub penumbra: Option<Expr>,
 }
 
@@ -51,11 +51,11 @@ pub(crate) struct Filter {
 /// A place where a bound changes the width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Where {
-    /// In a cascade: half the width there.
+    /// In a cascade, by its index, with half the width there.
     Cascade(usize, f64),
     /// Up to a distance from the light.
     Within(f64),
-    /// From a distance on.
+    /// Beyond a distance from the light.
     Beyond(f64),
 }
 
@@ -113,7 +113,8 @@ impl Filter {
     }
 }
 
-/// The distances between which a light at a position, whose view reaches from a near to a far plane, can have receivers.
+/// The distances between which a light at a position, whose view reaches from a near to a far plane, can have
+/// receivers.
 pub(crate) fn receivers(position: DVec3, near: f64, far: f64, scene: &Bounds) -> (f64, f64) {
     if scene.is_empty() {
         return (near, near);

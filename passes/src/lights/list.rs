@@ -4,8 +4,8 @@
 //!
 //! Shaders declare `light` and `map` as arrays of structs with these members.
 //!
-//! The cone of a spot: the light is multiplied with the square of `clamp(cosine · scale + offset, 0, 1)`, cosine between
-//! axis and ray, as the glTF extension KHR_lights_punctual gives it.
+//! The cone of a spot: the light is multiplied with the square of `clamp(cosine · scale + offset, 0, 1)`, cosine
+//! between axis and ray, as the glTF extension KHR_lights_punctual gives it.
 //!
 //! Limits: lights beyond the capacity are left out, the least important first, and reported by name. Unusable lights
 //! (see [`Light::check`]) are left out.
@@ -103,8 +103,8 @@ impl Node for LightList {
     }
 }
 
-/// The data of a list with so many lights and descriptors, in metres: directional lights first, then spots, then point
-/// lights.
+/// The data layout of a list for `lights` lights and `descriptors` descriptors, in metres: directional lights first,
+/// then spots, then point lights.
 pub fn shape(lights: u32, descriptors: u32) -> DataShape {
     let number = ValueType::U32;
     let vectors = ValueType::VEC4.array(lights);
@@ -156,7 +156,7 @@ struct RunLightList {
 struct State {
     /// The usable lights, as positions in the frame.
     order: Vec<u32>,
-    /// For each light of the frame its first descriptor and their number.
+    /// The first descriptor of each light of the frame, and the number of its descriptors.
     shadows: Vec<(u32, u32)>,
     /// The lights that ask for a slot, with their importance, the most important first.
     asking: Vec<(f32, u32)>,

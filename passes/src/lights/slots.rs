@@ -37,7 +37,7 @@ pub struct SlotSettings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SlotsOf {
-    /// All that cast shadows.
+    /// Lights that cast shadows.
     Shadows,
     /// Those with contact shadows.
     ContactShadows,

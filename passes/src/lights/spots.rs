@@ -84,8 +84,8 @@ impl DescribeShadows for Tiles {
     }
 }
 
-/// The texels on each side of a tile that the cone leaves free: as many as the widest filter reaches, but not more than an
-/// eighth of the tile; taps beyond it find the tile's edge.
+/// The texels on each side of a tile that the cone leaves free: as many as the widest filter reaches, but not more than
+/// an eighth of the tile; taps beyond it find the tile's edge.
 fn border(filter: Option<Filter>, side: u32) -> f64 {
     (filter.map_or(0.0, Filter::reach) + 1.0).min(f64::from(side) / 8.0)
 }

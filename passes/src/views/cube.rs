@@ -7,12 +7,12 @@
 //!
 //! These are WebGPU's, so that a cube texture's own lookup finds what was drawn. Seen from inside, a face is then a
 //! *mirror image* (+Y up on the face +X puts +Z to the left of the picture), which no rotation gives. So each view is a
-//! rotation as any other, and its projection swaps left and right: **front faces come out clockwise**, and whoever culls
-//! has to cull the other side for these views.
+//! rotation as any other, and its projection swaps left and right: **front faces come out clockwise**, and whoever
+//! culls has to cull the other side for these views.
 //!
 //! A direction belongs to the face of its largest component; of equal ones to X before Y before Z. Neighbouring faces
-//! meet at 90°, so that there is neither a gap nor an overlap; a view can be made wider by some texels, for faces in an
-//! array or an atlas whose filters cannot step over to the next face ([`CubeViews::of`]).
+//! meet at 90°, so that there is neither a gap nor an overlap; a view can be made wider by some texels, for faces in
+//! an array or an atlas whose filters cannot step over to the next face ([`CubeViews::of`]).
 
 use glam::{DMat3, DMat4, DVec3};
 use umbragraph_pipeline::data::View;
@@ -98,8 +98,8 @@ impl CubeViews {
         Self::of(light.position, range::of(light), border, reverse)
     }
 
-    /// The views from a position to a range in metres. `border` is the part of each picture's width, 0 to 0.4, that lies
-    /// outside the face on each side (border texels / all texels).
+    /// The views from a position to a range in metres. `border` is the part of each picture's width, 0 to 0.4, that
+    /// lies outside the face on each side (border texels / all texels).
     pub fn of(position: DVec3, range: f64, border: f64, reverse: bool) -> Option<Self> {
         if !is_place(position) {
             return None;
@@ -138,8 +138,8 @@ mod tests {
     use super::*;
     use crate::views::depth;
 
-    /// The face that a direction leads to, where on it (0..1, v down), and the direction's length along the face's axis,
-    /// by which [`depth`] knows the stored depth. `None` for a direction that is zero or not finite.
+    /// The face that a direction leads to, where on it (0..1, v down), and the direction's length along the face's
+    /// axis, by which [`depth`] knows the stored depth. `None` for a direction that is zero or not finite.
     fn lookup(direction: DVec3) -> Option<(Face, DVec2, f64)> {
         let size = direction.abs();
         let major = size.max_element();

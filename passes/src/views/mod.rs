@@ -3,7 +3,8 @@
 //! [`spot`] is one view along a cone, [`cube`] six around a point, [`range`] how far they look. Right-handed world in
 //! metres, clip depth 0 at the near plane and 1 at the far plane (the other way round where `reverse`), texture v down.
 //! Both store the same depth: with d the distance along the view's axis, `near` [`NEAR`] and `far` the light's range,
-//! `far / (far − near) · (1 − near / d)`, or in reverse `near / (far − near) · (far / d − 1)`; see [`depth_coefficients`].
+//! `far / (far − near) · (1 − near / d)`, or in reverse `near / (far − near) · (far / d − 1)`; see
+//! [`depth_coefficients`].
 //!
 //! Everything is computed in `f64`, and all results are finite in 32 bits for any light. Lights with an unusable
 //! position ([`MAX_COORDINATE`]) have no views.

@@ -4,8 +4,8 @@
 //! find something. Its upper side is the world's Y axis, or Z for a light that shines along Y.
 //!
 //! Limits: the cone's half angle is clamped to [`MIN_ANGLE`]..[`MAX_ANGLE`] (margin included): a cone of 0° is
-//! seen with the smallest, and of one that opens to 180° the outermost part lies outside the picture; what lies outside
-//! casts no shadow. [`SpotView::clamped`] tells. No direction counts as −Z.
+//! seen with the smallest, and of one that opens to 180° the outermost part lies outside the picture; what lies
+//! outside casts no shadow. [`SpotView::clamped`] tells. No direction counts as −Z.
 
 use glam::{DMat3, DMat4, DVec3};
 use umbragraph_pipeline::data::View;

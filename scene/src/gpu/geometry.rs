@@ -2,7 +2,8 @@
 //!
 //! All primitives share one buffer for each stream. A static primitive is stored once, however often it is placed;
 //! each draw that joints or morph targets move has a range of its own, which is written when the pose changes
-//! ([`super::skinning`]). Those of skinned draws come first, so that a storage binding of them is no larger than they are.
+//! ([`super::skinning`]). Those of skinned draws come first, so that a storage binding of them is no larger than they
+//! are.
 
 use glam::{DMat3, DMat4};
 use std::collections::BTreeMap;
@@ -36,7 +37,7 @@ pub(super) struct Geometry {
     /// The other attributes, of the first vertices up to the last that has some.
     details: wgpu::Buffer,
     indices: wgpu::Buffer,
-    /// By mesh, primitive, and the number of the draw where its vertices are its own.
+    /// The parts by mesh and primitive, and by draw if its vertices are its own.
     parts: BTreeMap<(usize, usize, Option<usize>), Part>,
     /// The number of vertices of skinned draws.
     pub(super) skinned_vertices: u32,

@@ -20,7 +20,7 @@ const ANISOTROPY: u16 = 8;
 pub(super) struct Materials {
     blocks: wgpu::Buffer,
     details: wgpu::Buffer,
-    /// For each material, the indices of the image and the sampler of each of [`MAPS`].
+    /// The indices of image and sampler of each of [`MAPS`], for each material.
     textures: Vec<[(usize, usize); MAPS.len()]>,
     images: Vec<wgpu::TextureView>,
     samplers: Vec<wgpu::Sampler>,

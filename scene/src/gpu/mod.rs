@@ -1,7 +1,7 @@
 //! A scene on the device, drawn through the engine's draw contract.
 //!
-//! [`SceneResources`] uploads a scene once: one buffer for each vertex stream and one for indices, one uniform block for
-//! each material and each draw, textures with mip levels. Each frame, [`SceneResources::update`] writes what a pose
+//! [`SceneResources`] uploads a scene once: one buffer for each vertex stream and one for indices, one uniform block
+//! for each material and each draw, textures with mip levels. Each frame, [`SceneResources::update`] writes what a pose
 //! changes, and the executor asks for the draws of each view, which are culled against it.
 //!
 //! Draws are sorted once by properties, material and mesh, so that a view changes as little state as possible;

@@ -54,7 +54,7 @@ impl Objects {
     }
 }
 
-/// From the space of a draw's vertices to the world. Skinned vertices are in the world already.
+/// The matrix from the space of a draw's vertices to the world. Skinned vertices are in the world already.
 pub(super) fn world_from_object(draw: Draw, pose: &Pose) -> DMat4 {
     if draw.skin.is_some() { DMat4::IDENTITY } else { pose.world(draw.node) }
 }

@@ -62,7 +62,7 @@ impl Component for u32 {
 /// The accessors of a document and the bytes that they look into.
 pub(super) struct Accessors<'a> {
     pub(super) root: &'a Root,
-    /// `None` for a buffer that was found to be missing or too short.
+    /// The buffers; `None` for one that is missing or too short.
     pub(super) buffers: &'a [Option<Vec<u8>>],
 }
 

@@ -7,7 +7,7 @@ use super::report::Report;
 use super::resource::{Resolver, resolve_of};
 use crate::codes;
 
-/// For each buffer its bytes, cut to its declared length; `None` after a diagnostic.
+/// The bytes of each buffer, cut to its declared length; `None` after a diagnostic.
 pub(super) fn read(
     root: &Root,
     binary: Option<&[u8]>,

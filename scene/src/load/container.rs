@@ -1,4 +1,4 @@
-//! From bytes to the parsed document and its binary chunk.
+//! Parses bytes into the document and its binary chunk.
 //!
 //! A file that begins with `glTF` is a binary glTF (GLB, glTF 2.0 specification, chapter 4): a header and chunks, all
 //! lengths little-endian. Anything else has to be the JSON itself. Chunks of unknown types are skipped, as the

@@ -41,7 +41,7 @@ impl<'a> Extension<'a> {
         numbers
     }
 
-    /// The same, of numbers that are not negative.
+    /// Reads a list of numbers that are not negative.
     pub(super) fn positive<const N: usize>(&self, property: &str, report: &mut Report) -> Option<[f32; N]> {
         let numbers = self.numbers::<N>(property, report)?;
         if numbers.iter().any(|number| *number < 0.0) {

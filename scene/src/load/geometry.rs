@@ -226,8 +226,8 @@ impl Reader<'_> {
         }
     }
 
-    /// The colours of vertices with alpha, which some files leave out; `Some(None)` where there are none, `None` after a
-    /// diagnostic.
+    /// The colours of vertices with alpha, which some files leave out; `Some(None)` where there are none, `None` after
+    /// a diagnostic.
     fn colors(&self, report: &mut Report) -> Option<Option<Vec<[f32; 4]>>> {
         let semantic = Semantic::Colors(0);
         let accessor = self.json.attributes.get(&Checked::Valid(semantic.clone()));

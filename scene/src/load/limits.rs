@@ -22,7 +22,8 @@ pub const BYTES_PER_OBJECT: usize = 20;
 pub const FREE_DECODED_BYTES: u64 = 64 << 20;
 /// The additional decoded bytes for each byte that is read: primitives share vertices, and zeros need no bytes.
 pub const DECODED_PER_BYTE: u64 = 1 << 6;
-/// The same for each byte of an image, which may have one color; bytes that several images share count once.
+/// The additional decoded bytes for each byte of an image, which may have one color; bytes that several images share
+/// count once.
 pub const DECODED_PER_IMAGE_BYTE: u64 = 1 << 12;
 
 /// The maximum number of bytes that buffers, vertices, indices, key frames and texels may take together once they are

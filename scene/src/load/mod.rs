@@ -57,7 +57,7 @@ pub fn load(path: &Path) -> Result<Scene, Diagnostics> {
     load_below(path, Roots::of(path))
 }
 
-/// The same, with the buffers and images that lie below other folders.
+/// Loads a `.glb` or `.gltf` file, with the buffers and images below other folders.
 ///
 /// # Errors
 /// All diagnostics of the file, at least one of them an error.

@@ -15,7 +15,7 @@ pub(super) fn targets(mesh: &JsonMesh) -> usize {
     mesh.primitives.iter().filter_map(|primitive| primitive.targets.as_ref()).map(Vec::len).max().unwrap_or(0)
 }
 
-/// Finds out whether weights are those of so many targets.
+/// Checks that there is a weight for each target.
 pub(super) fn check_weights(
     weights: &[f32],
     targets: usize,

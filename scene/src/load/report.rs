@@ -51,7 +51,7 @@ impl Report {
         self.errors.push(Diagnostic::in_file(code, &*self.file, at, message).help(help));
     }
 
-    /// An error behind which there is nothing to go on with.
+    /// Reports an error after which loading cannot continue.
     pub(super) fn reject<T>(
         &mut self,
         code: Code,
@@ -94,7 +94,7 @@ impl Report {
         self.allowed_bytes = self.allowed_bytes.saturating_add(allowed);
     }
 
-    /// Takes `bytes` from the budget; says so and returns `false` where that is more than is left.
+    /// Charges `bytes` to the budget. Reports and returns `false` if too few are left.
     pub(super) fn charge(&mut self, bytes: u64, at: &str) -> bool {
         let total = self.decoded_bytes.saturating_add(bytes);
         let max = self.allowed_bytes.min(MAX_DECODED_BYTES);

@@ -125,7 +125,7 @@ fn resolve(uri: &str, resolver: &dyn Resolver) -> Result<Vec<u8>, ResolveError> 
     resolver.read(&path)
 }
 
-/// The same of an object such as "image 3" at a place in the document; `None` after a diagnostic.
+/// Resolves the URI of an object, such as "image 3", at a place in the document; `None` after a diagnostic.
 pub(super) fn resolve_of(
     uri: &str,
     resolver: &dyn Resolver,

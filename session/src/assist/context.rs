@@ -1,4 +1,4 @@
-//! All that is known around a cursor: the document of its file, the composed document, the model, the plan, the schema.
+//! The context of a cursor: document of its file, composed document, model, plan, schema.
 
 use std::sync::Arc;
 

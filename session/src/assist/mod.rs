@@ -1,11 +1,11 @@
 //! Answers for editors: what can stand at a place, what stands there, where it is declared and used.
 //!
-//! Each answer is about a [`Cursor`]: a byte of a file of a pipeline. Files may be broken, and need not be saved. Keys come
-//! from the schema of the file's kind, names from the [model](crate::graph::model) of what is understood of the pipeline,
-//! bindings and axes from the shaders of the pass at hand.
+//! Each answer is about a [`Cursor`]: a byte of a file of a pipeline. Files may be broken, and need not be saved. Keys
+//! come from the schema of the file's kind, names from the [model](crate::graph::model) of what is understood of the
+//! pipeline, bindings and axes from the shaders of the pass at hand.
 //!
-//! Limits: values that another file replaces are in no composed document, so names in them lead nowhere. Paths of files are
-//! not proposed, since a [`Storage`](crate::Storage) lists none.
+//! Limits: values that another file replaces are in no composed document, so names in them lead nowhere. Paths of files
+//! are not proposed, since a [`Storage`](crate::Storage) lists none.
 
 mod changes;
 mod context;
@@ -43,7 +43,7 @@ pub use values::Computed;
 pub struct Cursor<'a> {
     /// The pipeline.
     pub target: &'a Target,
-    /// The configuration that values are told of.
+    /// The configuration whose values are shown.
     pub choice: &'a Choice,
     /// The file.
     pub path: &'a Path,

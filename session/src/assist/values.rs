@@ -1,8 +1,8 @@
 //! The values of the expressions of a file, for one configuration.
 //!
-//! An expression has one value if it names parameters, features and derived values of the pipeline alone. One that names an
-//! input of a subgraph, or the round of a loop, has a value for each use, and is left out. So are files of subgraphs, and
-//! the subgraphs of other files.
+//! An expression has one value if it names parameters, features and derived values of the pipeline alone. One that
+//! names an input of a subgraph, or the round of a loop, has a value for each use, and is left out. So are files of
+//! subgraphs, and the subgraphs of other files.
 
 use super::context::Context;
 use crate::graph::document::{Entry, Value};

@@ -1,7 +1,7 @@
 //! The cases of reference pictures: pipelines, scenes and settings.
 //!
-//! Maps are small and cascades end within the scene, so that seams, borders and filters are some pixels wide in pictures
-//! that are cheap to render and to keep.
+//! Maps are small and cascades end within the scene, so that seams, borders and filters are some pixels wide in
+//! pictures that are cheap to render and to keep.
 
 use glam::dcamera::rh::proj::directx;
 use glam::{DMat4, DVec2, DVec3, Vec3};

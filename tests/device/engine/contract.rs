@@ -24,8 +24,8 @@ fn picture(gpu: &Gpu, instanced: bool, options: &Options) -> Picture {
     crate::common::gpu::read(gpu, &target)
 }
 
-/// Arrays by instance, an indirect draw, a second vertex layout, bind groups of the engine's own: the same picture, of lit
-/// surfaces, of shadows alone, and through the passes of a subgraph that keeps maps.
+/// Arrays by instance, an indirect draw, a second vertex layout, bind groups of the engine's own: the same picture, of
+/// lit surfaces, of shadows alone, and through the passes of a subgraph that keeps maps.
 #[test]
 fn an_engine_s_draws_match_plain_draws_in_awsm_cascades() {
     let Some(gpu) = gpu::device() else { return };

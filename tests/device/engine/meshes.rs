@@ -1,5 +1,6 @@
-//! One set of boxes and pyramids, stored in two ways: a block for each object and one vertex layout, or as engines do it,
-//! an array of objects by instance, a vertex layout for each kind of mesh, materials in bind groups of the engine's own.
+//! One set of boxes and pyramids, stored in two ways: a block for each object and one vertex layout, or as engines do
+//! it, an array of objects by instance, a vertex layout for each kind of mesh, materials in bind groups of the engine's
+//! own.
 
 use std::sync::{Arc, OnceLock};
 

@@ -1,5 +1,5 @@
-//! A driver that misbehaves: a device that is lost in the middle of a frame, a shader or a pipeline that it rejects. Each is
-//! an error value that names the pass, and an executor made anew draws the next frame.
+//! A driver that misbehaves: a device that is lost in the middle of a frame, a shader or a pipeline that it rejects.
+//! Each is an error value that names the pass, and an executor made anew draws the next frame.
 //!
 //! The tests run on whatever driver there is; `cargo xtask test` runs them on a second one where it is installed.
 

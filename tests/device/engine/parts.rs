@@ -105,8 +105,8 @@ fn what_is_copied_is_a_whole_texture() {
     assert!(executor.give(drawn, &texture).is_err(), "of 16 by 16 texels");
 }
 
-/// A target in an sRGB format encodes by itself, so the template for the display does not; a pass that says otherwise is
-/// right.
+/// A target in an sRGB format encodes by itself, so the template for the display does not; a pass that says otherwise
+/// is right.
 #[test]
 fn a_target_is_encoded_once_whatever_its_format() {
     let Some(gpu) = gpu::device() else { return };

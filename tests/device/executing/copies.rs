@@ -10,8 +10,8 @@ use crate::executing::views::frame;
 
 const BLACK: [u8; 4] = [0; 4];
 
-/// The layers of the picture after a frame with passes that copy into it, and squares in the left half if there are any.
-/// The layers that are named are black before.
+/// The layers of the picture after a frame with passes that copy into it, and squares in the left half if there are
+/// any. The layers that are named are black before.
 fn pictures(layers: u32, blank: &[u32], resources: &str, passes: &str) -> Option<Vec<Vec<[u8; 4]>>> {
     let gpu = gpu::device()?;
     let resources = format!("{}, {resources}", target(layers));

@@ -1,4 +1,5 @@
-//! Chains of passthroughs: whatever the toggles of their links, the first that is there is seen, and the checker agrees.
+//! Chains of passthroughs: whatever the toggles of their links, the first that is there is seen, and the checker
+//! agrees.
 
 use umbragraph::Frame;
 use umbragraph::low_level::compiler::PlanOptions;

@@ -4,8 +4,8 @@
 //! textures, copies of textures and buffers, clears and updates of buffers, of subresource ranges (mips, layers, bytes)
 //! of transient, persistent and history resources, some with toggles. Every two accesses of one subresource range, one
 //! of which writes, are ordered by the text: by `after`, by the name of a version, or since a plain name is the newest.
-//! The keys are shuffled. What is left is copied to layers of the picture, in several frames with the toggles switched at
-//! random.
+//! The keys are shuffled. What is left is copied to layers of the picture, in several frames with the toggles switched
+//! at random.
 //!
 //! The simulation keeps for each mip of each layer what the left and the right half hold, and for each quarter of a
 //! buffer one number. No plan may be rejected or accused by the checker, and each picture has to be equal.

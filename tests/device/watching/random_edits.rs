@@ -1,5 +1,5 @@
-//! Random edits of every file while frames run: no crash, the last good frame while the files are broken, and the picture
-//! of a fresh start once they are mended.
+//! Random edits of every file while frames run: no crash, the last good frame while the files are broken, and the
+//! picture of a fresh start once they are mended.
 
 use super::stage::{FILES, Stage, WAYS, texts};
 use umbragraph_test_support::edits::edited;

@@ -1,7 +1,7 @@
 //! Inputs for all targets in turn, until the time is over.
 //!
-//! The target that is furthest from its aim is next. A worker that ends without having tried all of its inputs has failed at
-//! the one at hand; the next begins behind it.
+//! The target that is furthest from its aim is next. A worker that ends without having tried all of its inputs has
+//! failed at the one at hand; the next begins behind it.
 
 use std::io::Read;
 use std::path::PathBuf;

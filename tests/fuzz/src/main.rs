@@ -1,10 +1,10 @@
 //! `umbragraph-fuzz`: random inputs for all that umbragraph reads, counted target by target.
 //!
-//! A [target](targets::TARGETS) is a function of random choices, or a test of the workspace that makes its cases itself. The
-//! inputs of a target are numbered, and a number gives the same input again, so a run goes on where the last one ended.
-//! Functions are tried in a process of their own (`worker`), which tells what ends in a panic, takes longer than a second, or
-//! ends the process: its memory is limited to a gibibyte. A change of the files that a target is about starts its count
-//! again, and leaves the other counts as they are.
+//! A [target](targets::TARGETS) is a function of random choices, or a test of the workspace that makes its cases
+//! itself. The inputs of a target are numbered, and a number gives the same input again, so a run goes on where the
+//! last one ended. Functions are tried in a process of their own (`worker`), which tells what ends in a panic, takes
+//! longer than a second, or ends the process: its memory is limited to a gibibyte. A change of the files that a target
+//! is about starts its count again, and leaves the other counts as they are.
 //!
 //! | command | what it does |
 //! |---|---|

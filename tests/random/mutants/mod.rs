@@ -1,9 +1,9 @@
 //! Faults planted in the project's templates, one at a time, and the reference pictures that have to show them.
 //!
-//! A fault is found if a picture of the table lies outside of its tolerance, or if it leaves no valid shader. Only pictures
-//! whose shaders contain the faulty text are drawn, first those that are cheap and showed faults of the same template
-//! before, until one differs. Faults that no picture can show are listed in `survivors.txt` with the reason and are not
-//! drawn; an entry that fits no fault any more is an error.
+//! A fault is found if a picture of the table lies outside of its tolerance, or if it leaves no valid shader. Only
+//! pictures whose shaders contain the faulty text are drawn, first those that are cheap and showed faults of the same
+//! template before, until one differs. Faults that no picture can show are listed in `survivors.txt` with the reason
+//! and are not drawn; an entry that fits no fault any more is an error.
 
 mod rules;
 

@@ -1,10 +1,10 @@
 //! Places of a template at which a fault can be planted, and the text with the fault.
 //!
-//! Only WGSL is changed: not tags and expressions of the template language, comments, attributes, or declarations (of types,
-//! and of overrides, whose values are pipelines' own).
+//! Only WGSL is changed: not tags and expressions of the template language, comments, attributes, or declarations (of
+//! types, and of overrides, whose values are pipelines' own).
 //! Faults are single: an operator, a comparison, a sign, a component, a number, or a call whose operands are
-//! swapped or which is left out. Guards against zero (numbers below a thousandth) are left alone, since no picture shows
-//! them.
+//! swapped or which is left out. Guards against zero (numbers below a thousandth) are left alone, since no picture
+//! shows them.
 
 use std::ops::Range;
 

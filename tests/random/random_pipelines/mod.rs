@@ -2,8 +2,8 @@
 //!
 //! A grammar draws textures, buffers and passes whose shaders bind and write them; most choices fit together, some do
 //! not. What wgpu rejects `check` has to reject. What `check` rejects and wgpu's backend without a driver takes is
-//! counted by code, and each such code has a reason in `STRICTER`. Some of what passes is drawn where there is a device:
-//! without an error of the device, and with the texels that a CPU says ([`simulation`]).
+//! counted by code, and each such code has a reason in `STRICTER`. Some of what passes is drawn where there is a
+//! device: without an error of the device, and with the texels that a CPU says ([`simulation`]).
 
 mod grammar;
 mod simulation;

@@ -1,8 +1,8 @@
 //! The number of cases that a property is tried on, and their seed.
 //!
-//! Ordinarily both are fixed, so that nobody's test fails by chance. `cargo xtask soak` sets other seeds and more cases,
-//! and prints what repeats them. A failure that it finds is kept as a test of its own, by name: seeds of generators that
-//! change later would keep nothing.
+//! Ordinarily both are fixed, so that nobody's test fails by chance. `cargo xtask soak` sets other seeds and more
+//! cases, and prints what repeats them. A failure that it finds is kept as a test of its own, by name: seeds of
+//! generators that change later would keep nothing.
 
 use proptest::test_runner::{Config, RngSeed};
 

@@ -1,5 +1,5 @@
-//! Random numbers for tests that make their cases themselves: SplitMix64 (Steele, Lea and Flood 2014), the same on every
-//! machine.
+//! Random numbers for tests that make their cases themselves: SplitMix64 (Steele, Lea and Flood 2014), the same on
+//! every machine.
 
 /// A sequence of random numbers, by its seed.
 #[derive(Clone, Debug)]

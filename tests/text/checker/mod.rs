@@ -20,7 +20,8 @@ use umbragraph_verify::{Violation, ViolationKind, verify};
 const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
 
 /// A plan with one of everything: a merged pair of draws, a chain that aliases, an old version that is read, updates
-/// ordered by `after`, a persistent state, a history of two frames that its writer reads back, buffers, a side effect that stays in its pass, and a dead pass.
+/// ordered by `after`, a persistent state, a history of two frames that its writer reads back, buffers, a side effect
+/// that stays in its pass, and a dead pass.
 fn right() -> Plan {
     let mut assembly = Assembly::new("everything");
     let [a, b, c, e, f, g, v, w, x] =

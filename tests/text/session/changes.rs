@@ -1,5 +1,5 @@
-//! Changes of a graph as edits of its texts: exact where one example shows them, and on the documents of `pipelines/` at
-//! random, where comments stay, texts parse, and the inverse gives every text back.
+//! Changes of a graph as edits of its texts: exact where one example shows them, and on the documents of `pipelines/`
+//! at random, where comments stay, texts parse, and the inverse gives every text back.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! Random edits of every document of `pipelines/`, half of them broken: a session that lives through all of them answers
-//! each as a fresh start does.
+//! Random edits of every document of `pipelines/`, half of them broken: a session that lives through all of them
+//! answers each as a fresh start does.
 //!
 //! The fresh side shares nothing with the session but the crates below it: files are composed, loaded and planned anew,
 //! with shader modules of its own that no document can change.

@@ -1,8 +1,8 @@
 //! Random edits of a document and a template under the running window, half of them broken.
 //!
 //! While a file is broken the window shows the last good frame, bit for bit. Once it is mended the window shows what a
-//! fresh start shows. Each good edit has a number of its own in the document, and each broken one a word, so that the test
-//! knows which edit the window has seen. `UMBRAGRAPH_VIEW_EDITS` is the number of edits.
+//! fresh start shows. Each good edit has a number of its own in the document, and each broken one a word, so that the
+//! test knows which edit the window has seen. `UMBRAGRAPH_VIEW_EDITS` is the number of edits.
 
 use std::path::Path;
 

@@ -1,8 +1,8 @@
 //! A file dropped on the window, as a file manager drops it: the protocol XDND, version 5
 //! (<https://www.freedesktop.org/wiki/Specifications/XDND/>).
 //!
-//! The test program is the source. It owns the selection, announces itself to the window, hands out the file's name when
-//! the window asks for it, and lets go.
+//! The test program is the source. It owns the selection, announces itself to the window, hands out the file's name
+//! when the window asks for it, and lets go.
 
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -39,7 +39,7 @@ pub(crate) fn passthrough_names(pipeline: &TypedPipeline, pass: &Pass) -> BTreeM
         .collect()
 }
 
-/// For each resource whether some subresource range of it is first written by a pass that can be off.
+/// Whether a pass that can be off is the first to write some subresource range, for each resource.
 pub(crate) fn conditional(
     pipeline: &TypedPipeline,
     graph: &Graph,

@@ -5,14 +5,15 @@
 //! diagnostic. It would hold what another resource left in the same memory.
 //!
 //! The same holds for what is written only with some toggle switched one way, for layers of earlier frames that are not
-//! written in each frame in which others of the history are, which would be from some frame longer ago, and for the bytes that a copy leaves between rows of
-//! texels and behind them, where something reads them.
+//! written in each frame in which others of the history are, which would be from some frame longer ago, and for the
+//! bytes that a copy leaves between rows of texels and behind them, where something reads them.
 //!
 //! Persistent resources and earlier frames of histories hold what they held: there, what no pass writes in any frame is
 //! a warning.
 //!
 //! A pass that also writes (an attachment that is loaded, storage that is read and written, a copy to a box) reads all
-//! that it does not say to discard. A read with more writers than are [told apart](crate::regions::visible) has no diagnostic.
+//! that it does not say to discard. A read with more writers than are [told apart](crate::regions::visible) has no
+//! diagnostic.
 //!
 //! Cost: for each such read linear in the writes that it finds, and sorting them.
 
@@ -253,7 +254,7 @@ impl Wanted {
     }
 }
 
-/// By mip and aspect what nothing writes.
+/// The runs of layers that nothing writes, by mip level and aspect.
 fn gaps(wanted: &Wanted, left: &Left) -> Vec<(u64, u64, Runs)> {
     let mips = wanted.mips.0..wanted.mips.1;
     let each = || mips.clone().flat_map(|mip| wanted.aspects.iter().map(move |aspect| (mip, *aspect)));

@@ -16,9 +16,9 @@
 //! # }
 //! ```
 //!
-//! A pass goes on in the plan that replaces another, with its state, its data and its notices, if there a pass of the same
-//! name has an equal node (of one type, with equal settings) and publishes data of the same shape. Any other pass begins
-//! again, and gives its notices again.
+//! A pass goes on in the plan that replaces another, with its state, its data and its notices, if there a pass of the
+//! same name has an equal node (of one type, with equal settings) and publishes data of the same shape. Any other pass
+//! begins again, and gives its notices again.
 //!
 //! In a frame without diagnostics nothing is allocated but by the nodes.
 
@@ -39,9 +39,9 @@ const FEW_INPUTS: usize = 8;
 /// The CPU passes of a plan, with their state and data.
 pub struct CpuPasses {
     plan: Arc<Plan>,
-    /// By the position of the pass in the plan.
+    /// The state of each CPU pass, by its position in the plan.
     runs: Vec<Option<Box<dyn CpuRun>>>,
-    /// By resource.
+    /// The published data, by resource.
     data: Vec<Option<BlackboardData>>,
     switches: Switches,
 }
@@ -61,13 +61,13 @@ impl CpuPasses {
         Self { runs, data, switches: Switches::new(&plan), plan }
     }
 
-    /// Replaces the plan. Passes that are the same there go on.
+    /// Replaces the plan. Passes that are equal in both keep their state.
     pub fn set_plan(&mut self, plan: Arc<Plan>) {
         let before = std::mem::replace(self, Self::new(plan));
         self.go_on_from(before);
     }
 
-    /// Takes over the passes that are the same.
+    /// Takes over the state of passes that are equal in both plans.
     pub fn go_on_from(&mut self, mut before: Self) {
         let (plan, old) = (&self.plan, &before.plan);
         for (run, planned) in self.runs.iter_mut().zip(&plan.passes) {
@@ -162,8 +162,8 @@ impl CpuPasses {
         self.data.iter().flatten().flat_map(|data| data.notices().iter())
     }
 
-    /// The lights of a frame that no pass has read in it: they have no part in the picture. Lights with unusable values are
-    /// none of them.
+    /// The lights of a frame that no pass has read in it: they have no part in the picture. Lights with unusable values
+    /// are none of them.
     pub fn unread_lights<'f>(&self, frame: &'f FrameInput) -> Vec<&'f str> {
         let is_read =
             |at: usize| self.data.iter().flatten().any(|data| data.read_lights().contains(&(at as u32)));

@@ -1,8 +1,9 @@
 //! Live parameters: their values in a frame, and what follows from them.
 //!
 //! A plan keeps, for each live setting, its expression with everything folded that no live parameter changes
-//! ([`PlannedSetting`]). When a parameter has changed, these are evaluated again, in the order of the passes, and held to
-//! what loading and planning hold them to. If one is rejected, all parameters have the values again that they had before.
+//! ([`PlannedSetting`]). When a parameter has changed, these are evaluated again, in the order of the passes, and held
+//! to what loading and planning hold them to. If one is rejected, all parameters have the values again that they had
+//! before.
 //!
 //! Cost: linear in the live settings of the plan, in frames in which a parameter has changed; nothing in others. Lists
 //! that are written out or named are evaluated in the memory of those before.
@@ -35,7 +36,7 @@ pub struct Parameters {
     plan: Arc<Plan>,
     /// The values of all names that live settings can see.
     scope: StaticScope,
-    /// For each parameter the value that passes have taken over.
+    /// The value of each parameter that passes have taken over.
     settled: Vec<Value>,
     /// Memory for values that are given.
     given: Vec<Value>,
@@ -45,9 +46,9 @@ pub struct Parameters {
     kept: BTreeMap<String, Value>,
     is_changed: bool,
     id: u64,
-    /// For each pass its blocks.
+    /// The blocks of each pass.
     blocks: Vec<Vec<PackedBlock>>,
-    /// For each pass the values of its live settings.
+    /// The values of the live settings of each pass.
     taken: Vec<Vec<Value>>,
     numbers: Vec<f64>,
 }

@@ -11,12 +11,12 @@ use umbragraph_pipeline::work::{PassHandle, ResourceHandle};
 /// The state of the toggles, and the resources that readers see.
 pub struct Switches {
     states: Vec<bool>,
-    /// For each resource what readers see.
+    /// The resource that readers of each resource see: itself, or its fallback.
     seen: Vec<ResourceHandle>,
 }
 
 impl Switches {
-    /// Everything as the pipeline says.
+    /// All toggles at the defaults of the pipeline.
     pub fn new(plan: &Plan) -> Self {
         let pipeline = &plan.pipeline;
         let seen = pipeline.resource_handles().collect();

@@ -1,4 +1,4 @@
-//! From a pipeline to its graph.
+//! Builds the graph of a pipeline.
 
 use crate::graph::Graph;
 use crate::graph::access::accesses;

@@ -4,8 +4,8 @@
 //! nobody does, neither a later pass, nor a later frame, nor the host. Passes that break it are found here; the host's
 //! own reads are its own affair. What is discarded counts for no output.
 //!
-//! A read comes from the frame before where writes of this frame leave something of it [open](crate::regions::visible) in some
-//! state of the toggles.
+//! A read comes from the frame before where writes of this frame leave something of it [open](crate::regions::visible)
+//! in some state of the toggles.
 //!
 //! Cost: for each such attachment the accesses of its resource.
 

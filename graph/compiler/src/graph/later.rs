@@ -51,7 +51,7 @@ impl Later {
 /// The order of passes that `after` and the names of versions declare.
 #[derive(Default)]
 pub(crate) struct Stated {
-    /// By pass those that follow it; empty where no pass says anything.
+    /// The passes that follow each pass; empty if no pass declares an order.
     next: Vec<Vec<PassHandle>>,
     /// The positions of the passes in an order that respects this; those in a cycle are last.
     position: Vec<usize>,
@@ -129,7 +129,7 @@ impl Stated {
 /// The passes that follow some others.
 struct Followers<'a> {
     stated: &'a Stated,
-    /// The position after which followers do not matter.
+    /// Passes behind this position are not collected.
     last: usize,
     known: HashSet<PassHandle>,
 }
@@ -151,8 +151,7 @@ impl<'a> Followers<'a> {
         }
     }
 
-    /// By rank whether a writer is one of these, or writes over the parts of the named pass or over what an earlier of
-    /// these wrote.
+    /// Whether each writer, by rank, is a follower, or overwrites parts of the named pass or of an earlier follower.
     fn mark(
         mut self,
         list: &[PassAccess<'_>],

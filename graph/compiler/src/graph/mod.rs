@@ -56,11 +56,11 @@ pub enum GraphNode {
 /// An edge of the graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edge {
-    /// From a pass to a version that it writes.
+    /// An edge from a pass to a version that it writes.
     Writes,
-    /// From a version to a pass that reads it.
+    /// An edge from a version to a pass that reads it.
     Reads,
-    /// From a pass to one that has to run later.
+    /// An edge from a pass to one that has to run later.
     Order(Hazard),
 }
 
@@ -83,9 +83,9 @@ pub struct Graph {
     /// All passes, culled ones too, in an order that respects every edge; by the document where there is a choice.
     pub order: Vec<PassHandle>,
     pub(crate) nodes: Vec<NodeIndex>,
-    /// For each resource the nodes of its versions in their order.
+    /// The nodes of the versions of each resource, in their order.
     pub(crate) versions: JaggedArray<NodeIndex>,
-    /// For each pass those that have to run later, whatever the reason; repetitions are possible.
+    /// The passes that have to run after each pass, for whatever reason; repetitions are possible.
     pub(crate) successors: JaggedArray<PassHandle>,
     /// The reads that may have more edges than there is data.
     pub(crate) coarse: BTreeSet<(PassHandle, ResourceHandle)>,
@@ -124,8 +124,8 @@ impl Graph {
         self.consumers(pass).filter(|(_, of)| *of == resource).map(|(reader, _)| reader).collect()
     }
 
-    /// Whether a pass reads a resource with more writers of different subresource ranges, or with different toggles,
-    /// than are told apart: it may be connected to some of which it sees nothing.
+    /// Whether a pass reads a resource with more writers of different ranges or toggles than are distinguished. The
+    /// pass may then be connected to writers of which it reads nothing.
     pub fn is_coarse(&self, reader: PassHandle, resource: ResourceHandle) -> bool {
         self.coarse.contains(&(reader, resource))
     }

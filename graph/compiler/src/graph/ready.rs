@@ -43,12 +43,12 @@ pub(crate) struct Ready<'a> {
     graph: &'a Graph,
     missing: Vec<u32>,
     live: Vec<bool>,
-    /// In the order of the document.
+    /// The ready passes in the order of the document.
     pub(crate) passes: BTreeSet<PassHandle>,
 }
 
 impl<'a> Ready<'a> {
-    /// Before the first pass.
+    /// The state before the first pass.
     pub(crate) fn new(graph: &'a Graph, live: &[PassHandle]) -> Self {
         let count = graph.successors.len();
         let mut ready =

@@ -1,8 +1,8 @@
 //! Histories in a plan: how they begin, which copies take turns, and those that are no use.
 //!
-//! A history of n frames stands on n + 1 textures (or buffers) of one descriptor. In the first frame the copy at a place
-//! of the list holds what was left as many frames ago; from frame to frame every copy moves on by one place, and the
-//! last becomes the first, which is written again. They are never shared with other resources.
+//! A history of n frames stands on n + 1 textures (or buffers) of one descriptor. In the first frame the copy at a
+//! place of the list holds what was left as many frames ago; from frame to frame every copy moves on by one place, and
+//! the last becomes the first, which is written again. They are never shared with other resources.
 
 use std::collections::{BTreeMap, HashSet};
 

@@ -6,11 +6,12 @@
 //! ever alive at once, which no assignment can beat (interval graphs are perfect).
 //!
 //! A physical resource is as large as its largest alias. Members of a class of textures are of one size; those of a
-//! class of buffers are not, and which of the free ones is taken decides about bytes: the smallest that is large enough,
-//! else the largest, which has to grow least; among equals the one that has been free the longest. Together they never
-//! have more bytes than their aliases. The fewest bytes with as few buffers are NP-hard to find (max-coloring of
-//! interval graphs: Pemmaraju, Raman and Varadarajan, "Buffer minimization using max-coloring", SODA 2004); what is
-//! left above the bytes that are alive at once is less than half, since sizes of a class are within a factor of two.
+//! class of buffers are not, and which of the free ones is taken decides about bytes: the smallest that is large
+//! enough, else the largest, which has to grow least; among equals the one that has been free the longest. Together
+//! they never have more bytes than their aliases. The fewest bytes with as few buffers are NP-hard to find
+//! (max-coloring of interval graphs: Pemmaraju, Raman and Varadarajan, "Buffer minimization using max-coloring", SODA
+//! 2004); what is left above the bytes that are alive at once is less than half, since sizes of a class are within a
+//! factor of two.
 //!
 //! Cost: each resource enters and leaves a heap and an ordered set of its class once: linear but for the logarithm.
 

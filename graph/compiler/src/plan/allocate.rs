@@ -2,8 +2,8 @@
 //!
 //! wgpu has no placed memory, so sharing means that one whole texture or buffer stands for several resources of its
 //! class, one after the other. Which ones, `lifetime` decides; this file makes the physical resources and sums bytes.
-//! For textures, whose classes have one size, the bytes are the bound; of buffers of different sizes more may be needed,
-//! which is what was created beside the bound.
+//! For textures, whose classes have one size, the bytes are the bound; of buffers of different sizes more may be
+//! needed, which is what was created beside the bound.
 //!
 //! Cost: linear in resources but for sorting them by name and by start.
 
@@ -112,9 +112,9 @@ fn create(plan: &mut Plan, descriptor: Descriptor, bytes: u64) -> Physical {
 
 /// Counts the bytes that are alive at each pass.
 struct Peak {
-    /// For each class at which positions how many bytes begin, or have ended.
+    /// Bytes that begin or end at each position, for each class.
     changes: Vec<Vec<(usize, i128)>>,
-    /// The same over all classes, by position.
+    /// Bytes that begin or end at each position, over all classes.
     all: Vec<i128>,
 }
 

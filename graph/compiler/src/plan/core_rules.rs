@@ -4,8 +4,8 @@
 //! state for each attachment), WebGL 2 lacks compute as well. wgpu rejects what needs them when objects are created or
 //! commands are recorded, with a panic where the host has no error scope; here they are diagnostics of the plan.
 //!
-//! Arrays of cubes and shading by sample are checked with the shaders, since naga knows both. Numbers of storage buffers
-//! are limits.
+//! Arrays of cubes and shading by sample are checked with the shaders, since naga knows both. Numbers of storage
+//! buffers are limits.
 
 use umbragraph_pipeline::diagnostic::{Diagnostic, codes};
 use umbragraph_pipeline::language::format_name;

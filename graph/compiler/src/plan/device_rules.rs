@@ -54,7 +54,7 @@ struct Rules<'a> {
 }
 
 impl Rules<'_> {
-    /// Vertex and index buffers hold all that is drawn of them, as far as that is known.
+    /// Rejects vertex and index buffers that are too short for what is drawn, if the counts are known.
     fn buffer_draw(&self, draw: &BufferDraw) -> Vec<Diagnostic> {
         let DrawCounts::Direct { count, instances } = draw.counts else { return Vec::new() };
         let drawn = DrawnBuffer::all(draw).into_iter().map(|one| {
@@ -70,7 +70,7 @@ impl Rules<'_> {
         drawn.filter_map(too_short).collect()
     }
 
-    /// Each variant has one entry point of each stage that the pass needs.
+    /// Rejects variants that lack an entry point of a needed stage, or have several of one stage.
     fn stages(&self, program: &Program) -> Option<Diagnostic> {
         let (needed, optional) = match self.pass.work() {
             Work::Compute(_) => (Stage::Compute, None),

@@ -19,7 +19,7 @@ use umbragraph_pipeline::language::Lifetime;
 use umbragraph_pipeline::pipeline::TypedPipeline;
 use umbragraph_pipeline::work::{AttachmentTarget, LoadOperation, PassHandle, ResourceHandle};
 
-/// Everything about a frame that is known before it.
+/// The plan of a frame: all that is known before the frame is recorded.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Plan {
@@ -75,11 +75,11 @@ pub struct Plan {
 /// The portion of a plan that does not depend on sizes.
 #[derive(Debug)]
 pub(crate) struct Fixed {
-    /// For each pass of the pipeline its position among the live ones.
+    /// The position of each pass among the live ones.
     pub(crate) positions: Vec<Option<usize>>,
-    /// For each resource the positions of its first and its last access.
+    /// The positions of the first and last access of each resource.
     pub(crate) spans: Vec<Option<(usize, usize)>>,
-    /// For each resource whether some subresource range of it is first written by a pass that can be off.
+    /// Whether a pass that can be off is the first to write some subresource range, for each resource.
     pub(crate) conditional: Vec<bool>,
     /// The description of each resource when the plan was made.
     pub(crate) resolved: Vec<Option<ResolvedResource>>,
@@ -217,8 +217,8 @@ impl Plan {
         self.resources.get(&self.pipeline.resource(handle).name)
     }
 
-    /// The host's own textures and buffers that the plan uses, by name. One of the pipeline that no live pass uses is none
-    /// of them.
+    /// The host's own textures and buffers that the plan uses, by name. One of the pipeline that no live pass uses is
+    /// none of them.
     pub fn imports(&self) -> impl Iterator<Item = (&str, &PlannedResource)> {
         let imported = self.resources.iter().filter(|(_, one)| one.physical == Physical::Imported);
         imported.map(|(name, one)| (name.as_str(), one))

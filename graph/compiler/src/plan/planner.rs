@@ -14,9 +14,9 @@ use umbragraph_pipeline::work::{PassHandle, Work};
 pub(crate) struct Planner<'a> {
     pub(crate) pipeline: &'a TypedPipeline,
     pub(crate) resolved: &'a ResolvedResources<'a>,
-    /// For each resource its live accesses with their position in the order, ascending.
+    /// The live accesses of each resource with their position in the order, ascending.
     pub(crate) users: Vec<Vec<(usize, &'a Access)>>,
-    /// In which frames the pass at each position runs.
+    /// The toggle condition under which the pass at each position runs.
     pub(crate) conditions: Vec<Option<Condition>>,
 }
 
@@ -34,7 +34,7 @@ impl<'a> Planner<'a> {
         Self { pipeline, resolved, users, conditions }
     }
 
-    /// For each resource the positions of its first and its last access.
+    /// The positions of the first and last access of each resource.
     pub(crate) fn spans(&self) -> Vec<Option<(usize, usize)>> {
         self.users.iter().map(|accesses| Some((accesses.first()?.0, accesses.last()?.0))).collect()
     }

@@ -1,8 +1,9 @@
 //! Pipeline constants that follow from the format of a pass's target.
 //!
-//! A target in a format with `-srgb` encodes what is written; in any other a shader that shows colors has to. A template
-//! asks which it is with an axis that says `"from": "linear_target"`: the constant is true where the first color
-//! attachment, as the pass sees it, encodes nothing. What the pass or the pipeline says of the axis counts over it.
+//! A target in a format with `-srgb` encodes what is written; in any other a shader that shows colors has to. A
+//! template asks which it is with an axis that says `"from": "linear_target"`: the constant is true where the first
+//! color attachment, as the pass sees it, encodes nothing. What the pass or the pipeline says of the axis counts over
+//! it.
 
 use wgpu_types::TextureFormat;
 

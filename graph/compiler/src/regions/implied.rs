@@ -11,7 +11,7 @@
 use crate::regions::extents::{Extents, beside, common, extents};
 use umbragraph_pipeline::pipeline::{Condition, SubresourceRange};
 
-/// The maximum number of boxes that are told apart.
+/// The maximum number of boxes that are distinguished.
 const MAX_BOXES: usize = 64;
 
 /// The boxes in which an access still has to be ordered with others.

@@ -3,7 +3,7 @@
 /// Ascending runs, each with its first and the first after it, that do not touch.
 pub(crate) type Runs = Vec<(u64, u64)>;
 
-/// The same without overlaps.
+/// Sorts runs and joins those that overlap or touch.
 pub(crate) fn joined(mut runs: Runs) -> Runs {
     runs.retain(|(first, end)| first < end);
     runs.sort_unstable();

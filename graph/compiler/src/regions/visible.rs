@@ -59,7 +59,7 @@ pub(crate) struct View<'a, W> {
 #[derive(Clone, Copy)]
 pub(crate) struct Write<W> {
     pub(crate) range: SubresourceRange,
-    /// In which frames it happens; all if nothing is said.
+    /// The toggle condition under which it happens; `None` for every frame.
     pub(crate) condition: Option<Condition>,
     /// The writer; the newest is the greatest.
     pub(crate) writer: W,
@@ -88,7 +88,7 @@ impl<'a, W: Copy + Ord> View<'a, W> {
         Self { looked_at, boxes: vec![open], effort, is_coarse: false, passes_on: false }
     }
 
-    /// From now on, what writers pass on that were seen is not looked for.
+    /// Stops the search for what known writers pass on.
     pub(crate) fn pass_on(&mut self) {
         self.passes_on = true;
         self.boxes.retain(|open| open.passed_on.len() < 2);
@@ -151,35 +151,36 @@ impl<'a, W: Copy + Ord> View<'a, W> {
         self.boxes.is_empty()
     }
 
-    /// Whether something of a subresource range, and that exists, is not covered in some state, as far as that is
-    /// certain.
+    /// Whether an existing subresource of a range is uncovered in some toggle state. `false` if the search was too
+    /// coarse to tell.
     pub(crate) fn is_open_in(&self, range: SubresourceRange) -> bool {
         let extents = extents(range);
         !self.is_coarse && self.boxes.iter().filter_map(|open| common(open.extents, extents)).any(exists)
     }
 
-    /// The boxes that no write covers in frames in which the looker runs, as far as that is certain: some of it may not
-    /// exist.
+    /// Boxes that no write covers in frames in which the reader runs; empty if the search was too coarse to tell.
+    /// Parts of a box may lie outside of the resource.
     pub(crate) fn unwritten(&self) -> Vec<Extents> {
         let open = self.boxes.iter().filter(|open| !self.is_coarse && open.newest.is_none());
         open.map(|open| open.extents).collect()
     }
 
-    /// The boxes that are not covered in every state, as far as that is certain: some of it may not exist.
+    /// Boxes that some toggle state leaves uncovered; empty if the search was too coarse to tell. Parts of a box may
+    /// lie outside of the resource.
     pub(crate) fn open(&self) -> Vec<Extents> {
         self.boxes.iter().filter(|_| !self.is_coarse).map(|open| open.extents).collect()
     }
 
-    /// The boxes that a write covers in one state and no write covers in another, each with the newest such write. Some
-    /// of it may not exist.
+    /// Boxes that a write covers in one toggle state and none covers in another, each with the newest such write.
+    /// Parts of a box may lie outside of the resource.
     pub(crate) fn toggled(&self) -> Vec<(Extents, W, Condition)> {
         let open = self.boxes.iter().filter(|_| !self.is_coarse);
         open.filter_map(|open| open.newest.map(|(writer, condition)| (open.extents, writer, condition)))
             .collect()
     }
 
-    /// The newest write below which nothing of what is looked at is seen in some state in which it does not happen, as
-    /// far as that is certain.
+    /// The newest write without which the whole range is unwritten in some toggle state; `None` if there is none, or
+    /// the search was too coarse to tell.
     pub(crate) fn missing(&self) -> Option<(W, Condition)> {
         let open = self.boxes.iter().filter(|open| !self.is_coarse && open.extents == self.looked_at);
         open.filter_map(|open| open.newest).max_by_key(|(writer, _)| *writer)

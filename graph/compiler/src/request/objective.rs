@@ -57,14 +57,14 @@ pub enum OrderMethod {
     Heuristic,
 }
 
-/// The bytes of orders.
+/// The bytes that the frame needs in two orders, and a lower bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct MemoryOrder {
     /// The order of the document.
     pub declaration: u64,
-    /// The order chosen.
+    /// The bytes of the chosen order.
     pub chosen: u64,
-    /// A bound that no order goes below: for each class what single passes need at once, summed.
+    /// A lower bound for any order: what single passes need at once, summed over the classes.
     pub bound: u64,
 }

@@ -37,13 +37,13 @@ impl PlanOptions {
     }
 
     umbragraph_pipeline::setters! {
-        /// With another viewport.
+        /// Sets the viewport in texels.
         viewport: [u32; 2],
-        /// With sizes that blackboard data publishes.
+        /// Sets the sizes that blackboard data publishes.
         data_sizes: BTreeMap<String, u32>,
         /// Whether transient resources may share memory.
         aliasing: bool,
-        /// With an objective of the order of the passes.
+        /// Sets the objective by which passes are ordered.
         objective: Objective,
     }
 }
@@ -66,7 +66,7 @@ impl ImportDescriptor {
         Self { format, size, usages: TextureUsages::all() }
     }
 
-    /// With the usages that it was created with.
+    /// Sets the usages that the texture was created with.
     #[must_use]
     pub fn usages(self, usages: TextureUsages) -> Self {
         Self { usages, ..self }

@@ -3,9 +3,9 @@
 /// The size of a texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 pub struct TextureSize {
-    /// In texels.
+    /// The width (unit: texels).
     pub width: u32,
-    /// In texels.
+    /// The height (unit: texels).
     pub height: u32,
     /// Array layers; for a volume its depth.
     pub layers: u32,
@@ -21,19 +21,19 @@ impl TextureSize {
         Self { width, height, layers: 1, mips: 1, samples: 1 }
     }
 
-    /// With so many array layers; of a volume the depth.
+    /// Sets the number of array layers, or the depth of a volume.
     #[must_use]
     pub const fn layers(self, layers: u32) -> Self {
         Self { layers, ..self }
     }
 
-    /// With so many mip levels.
+    /// Sets the number of mip levels.
     #[must_use]
     pub const fn mips(self, mips: u32) -> Self {
         Self { mips, ..self }
     }
 
-    /// With so many samples of each texel.
+    /// Sets the number of samples per texel.
     #[must_use]
     pub const fn samples(self, samples: u32) -> Self {
         Self { samples, ..self }

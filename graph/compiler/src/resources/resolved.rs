@@ -1,9 +1,9 @@
 //! Resolved properties of each resource, whatever the order of the passes: its size, format, usages and class.
 //!
 //! Two resources of one class can stand for one another on a device: the same format, size, layers, mips, samples,
-//! dimension and usages, or, for buffers, the same usages and the same size class: the next power of two of their bytes.
-//! A buffer is as large as the largest that it stands for; what is bound of it is as long as the resource, since a
-//! shader can ask for the length. What outlives the frame is a class of its own, and so is what a toggle can leave
+//! dimension and usages, or, for buffers, the same usages and the same size class: the next power of two of their
+//! bytes. A buffer is as large as the largest that it stands for; what is bound of it is as long as the resource, since
+//! a shader can ask for the length. What outlives the frame is a class of its own, and so is what a toggle can leave
 //! without its first write.
 //!
 //! Diagnostics: subresources that a texture does not have, formats that do not support their usages, imports used
@@ -64,7 +64,7 @@ impl Descriptor {
 /// A resource that live passes use.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ResolvedResource {
-    /// `None` for blackboard data, and after a diagnostic.
+    /// The descriptor; `None` for blackboard data, and after a diagnostic.
     pub(crate) descriptor: Option<Descriptor>,
     /// The class of what can stand for it; `None` for what the plan does not create.
     pub(crate) class: Option<usize>,
@@ -84,7 +84,7 @@ impl ResolvedResource {
 pub(crate) struct ResolvedResources<'a> {
     pub(crate) pipeline: &'a TypedPipeline,
     pub(crate) sizes: Sizes<'a>,
-    /// By handle; `None` for what no live pass uses.
+    /// Resolved resources by handle; `None` for those that no live pass uses.
     pub(crate) list: Vec<Option<ResolvedResource>>,
     /// The number of compatibility classes.
     pub(crate) classes: usize,
@@ -174,8 +174,8 @@ impl<'a> ResolvedResources<'a> {
         resolved
     }
 
-    /// Whether all textures that one is copied or resolved to or from, directly or over others, are or can be in a format
-    /// that goes with its own.
+    /// Whether all textures that one is copied or resolved to or from, directly or over others, are or can be in a
+    /// format that goes with its own.
     fn goes_with_others(
         &self,
         wants: &[format::FormatRequirements<'_>],
@@ -213,8 +213,8 @@ impl<'a> ResolvedResources<'a> {
         })
     }
 
-    /// The same resources in other sizes; `None` where more than sizes changes: a size is not possible any more, or the
-    /// number of samples, which formats depend on, or whether there are layers, which render passes depend on.
+    /// Resolves the resources again in other sizes. `None` if more than sizes changes: an impossible size, another
+    /// number of samples (formats depend on it), or layers added or removed (render passes depend on them).
     pub(crate) fn resized(
         pipeline: &'a TypedPipeline,
         options: &'a PlanOptions,
@@ -249,7 +249,7 @@ impl<'a> ResolvedResources<'a> {
         Some(resolved)
     }
 
-    /// Nothing known yet.
+    /// No resource resolved yet.
     fn empty(pipeline: &'a TypedPipeline, options: &'a PlanOptions, sources: &'a Sources) -> Self {
         Self {
             pipeline,

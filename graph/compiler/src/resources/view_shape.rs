@@ -1,10 +1,10 @@
 //! The one shape in which OpenGL binds a texture.
 //!
-//! WebGPU chooses the dimension with each view. OpenGL fixes it when a texture is created, wgpu's `gles` guesses it then from
-//! the size alone ([`of`]), and a view of another dimension reads nothing; of an array it reads all layers whatever the view.
-//! A texture that is declared as an array, but whose size looks like something else, is created with a spare layer
-//! ([`is_only_array`]). Other views are diagnostics ([`crate::plan`]). Views in another format need the same part of OpenGL,
-//! which is why `view-formats` stands for both.
+//! WebGPU chooses the dimension with each view. OpenGL fixes it when a texture is created, wgpu's `gles` guesses it
+//! then from the size alone ([`of`]), and a view of another dimension reads nothing; of an array it reads all layers
+//! whatever the view. A texture that is declared as an array, but whose size looks like something else, is created with
+//! a spare layer ([`is_only_array`]). Other views are diagnostics ([`crate::plan`]). Views in another format need the
+//! same part of OpenGL, which is why `view-formats` stands for both.
 //!
 //! Limits: a host's own texture has the layers that the host gives it.
 

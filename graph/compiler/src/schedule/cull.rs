@@ -1,9 +1,9 @@
 //! Culling: what leads to an output stays.
 //!
 //! Roots are passes with side effects and the writers of imported and persistent resources whose version survives the
-//! frame. From there every pass whose version is read is kept; an order that is only explicit keeps nothing. A history is
-//! no output in itself: a kept pass that reads an earlier frame of it keeps the writers of what survives this one, as
-//! they feed that pass some frames later, and so may keep passes that come after itself. Each kept
+//! frame. From there every pass whose version is read is kept; an order that is only explicit keeps nothing. A history
+//! is no output in itself: a kept pass that reads an earlier frame of it keeps the writers of what survives this one,
+//! as they feed that pass some frames later, and so may keep passes that come after itself. Each kept
 //! pass remembers the first reason found, breadth first, so that following the reasons leads to an output on a
 //! shortest way; each culled one says who would have had to read it.
 //!
@@ -33,10 +33,11 @@ pub enum KeepReason<Reader = (PassHandle, ResourceHandle), Resource = ResourceHa
     ReadBy(Reader),
     /// A kept pass reads what it writes some frames later: the resource is the earlier frame that the pass reads.
     ReadLater(Reader),
-    /// A kept pass reads what it may write: the resource has more writers of different subresource ranges, or with
-    /// different toggles, than are told apart.
+    /// A kept pass may read what it writes: the resource has more writers of different ranges or toggles than are
+    /// distinguished.
     MayBeReadBy(Reader),
-    /// It may leave something in a resource that outlives the frame, which has more such writers than are told apart.
+    /// A resource that outlives the frame may keep what it writes: the resource has more writers of different ranges
+    /// or toggles than are distinguished.
     MayBeLeft(Resource),
 }
 
@@ -53,7 +54,7 @@ pub struct ReaderName {
 }
 
 impl KeepReason {
-    /// The same by names.
+    /// The reason with names in place of handles.
     pub(crate) fn named(self, pipeline: &TypedPipeline) -> Kept {
         let name = |handle| pipeline.resource(handle).name.clone();
         let reader = |(pass, of)| ReaderName { pass: pipeline.pass(pass).name.clone(), resource: name(of) };
@@ -74,13 +75,13 @@ impl KeepReason {
 pub enum CullReason {
     /// It writes nothing.
     WritesNothing,
-    /// Nothing reads the resources that it writes.
+    /// No pass reads the resources that it writes.
     NothingReads(Vec<String>),
     /// Only culled passes read what it writes.
     OnlyCulledRead(Vec<String>),
 }
 
-/// For each pass why it is kept, or `None` if it is not.
+/// The reason why each pass is kept; `None` for culled passes.
 pub(crate) fn keep(pipeline: &TypedPipeline, graph: &Graph) -> Vec<Option<KeepReason>> {
     let mut kept: Vec<Option<KeepReason>> = vec![None; pipeline.passes.len()];
     for resource in pipeline.resource_handles().filter(|resource| {

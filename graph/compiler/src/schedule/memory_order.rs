@@ -78,10 +78,10 @@ pub(crate) fn choose(
 
 /// The input of the search: resources with their bytes, and which pass uses which.
 struct Model {
-    /// For each pass of the pipeline the transient resources that it uses, by an own number.
+    /// The transient resources that each pass uses, by numbers of their own.
     uses: Vec<Vec<usize>>,
     resources: Vec<Needed>,
-    /// For each class the maximum number of bytes that a single pass uses.
+    /// The maximum number of bytes that a single pass uses, for each class.
     min: Vec<u64>,
     /// Whether the members of each class have one size.
     even: bool,
@@ -177,7 +177,7 @@ impl Model {
         }
     }
 
-    /// By how many bytes the peaks would rise if a pass ran, and how many more bytes would be alive afterwards.
+    /// The bytes by which the peaks rise if a pass runs, and the bytes that are alive afterwards in addition.
     fn weigh(&self, state: &State, pass: PassHandle) -> (u64, i64) {
         let mut begun: Vec<(usize, u64)> = Vec::new();
         let mut change = 0i64;
@@ -247,7 +247,7 @@ fn schedule(model: &Model, graph: &Graph, live: &[PassHandle]) -> Vec<PassHandle
     order
 }
 
-/// For each live pass the set of the live passes that have to run before it, also over culled ones.
+/// The live passes that have to run before each live pass, as bit sets; paths through culled passes count.
 fn predecessors(graph: &Graph, live: &[PassHandle]) -> Vec<u32> {
     let mut before = vec![0u32; graph.successors.len()];
     let mut own = vec![0u32; graph.successors.len()];

@@ -44,7 +44,7 @@ fn others(pipeline: &TypedPipeline, pass: PassHandle) -> impl Iterator<Item = &A
     pipeline.pass(pass).accesses().iter().filter(|one| !one.usage.is_attachment())
 }
 
-/// Takes passes in their order and says which join the render pass of those before.
+/// Merges consecutive passes into render passes.
 pub(crate) struct Merger<'a, 'p> {
     resolved: &'a ResolvedResources<'p>,
     /// The attachments that the next pass must have to join.
@@ -54,7 +54,7 @@ pub(crate) struct Merger<'a, 'p> {
 }
 
 impl<'a, 'p> Merger<'a, 'p> {
-    /// Before the first pass.
+    /// A merger that has no pass yet.
     pub(crate) fn new(resolved: &'a ResolvedResources<'p>) -> Self {
         Self { resolved, key: None, used: HashSet::new(), written: HashSet::new() }
     }
@@ -70,7 +70,7 @@ impl<'a, 'p> Merger<'a, 'p> {
             })
     }
 
-    /// Takes the next pass; whether it joins.
+    /// Adds the next pass. Returns whether it joins the render pass before it.
     pub(crate) fn push(&mut self, pass: PassHandle) -> bool {
         let joins = self.joins(pass);
         if !joins {

@@ -18,10 +18,11 @@ pub struct PlannedParameter {
     pub structural_at: Option<String>,
 }
 
-/// A live setting of a pass, as [`umbragraph_pipeline::pipeline::Pass::live`] has it at the same position.
+/// A live setting in a plan: the expression and the value that it sets. Positions are those of
+/// [`umbragraph_pipeline::pipeline::Pass::live`].
 #[derive(Clone, Debug)]
 pub struct PlannedSetting {
-    /// Over live parameters and what follows from them alone.
+    /// An expression of live parameters, and of values derived from them alone.
     pub(crate) expression: Expression,
     pub(crate) bound: Bound,
 }

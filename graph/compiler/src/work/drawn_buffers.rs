@@ -25,7 +25,7 @@ pub(crate) struct DrawnBuffer {
 }
 
 impl DrawnBuffer {
-    /// All that a draw reads.
+    /// The buffers that a draw reads.
     pub(crate) fn all(draw: &BufferDraw) -> Vec<Self> {
         let streams = draw.vertices.iter().filter_map(|stream| {
             let counted = match (stream.step, &draw.indices) {
@@ -43,12 +43,12 @@ impl DrawnBuffer {
         streams.chain(indices).collect()
     }
 
-    /// The bytes of so many elements.
+    /// The bytes of a number of elements.
     pub(crate) fn bytes(&self, elements: u64) -> u64 {
         if elements == 0 { 0 } else { (elements - 1) * self.stride + self.last }
     }
 
-    /// The number of elements in so many bytes; `None` if there is no end.
+    /// The number of elements that fit into bytes; `None` if there is no end.
     pub(crate) fn elements(&self, bytes: u64) -> Option<u64> {
         match (bytes.checked_sub(self.last), self.stride) {
             (None, _) => Some(0),

@@ -39,9 +39,9 @@ impl Place {
 pub(crate) struct Blocks {
     /// Bytes of the buffer.
     pub(crate) size: u64,
-    /// For each pass of the plan and each of its slots the block, if the module fills it.
+    /// The block of each slot of each pass of the plan, if the module fills it.
     places: Vec<Vec<Option<Place>>>,
-    /// Beside the places, where blackboard data goes in the block.
+    /// The offsets of blackboard data in each block, parallel to `places`.
     layouts: Vec<Vec<Option<BlockLayout>>>,
     staging: Vec<u8>,
     /// The bytes of it that the record uses, in order.

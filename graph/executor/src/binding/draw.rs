@@ -84,7 +84,7 @@ pub trait DrawPass {
     fn filter(&self) -> &str;
     /// The view, for culling and sorting.
     fn view(&self) -> &View;
-    /// In which order the pass wants its draws.
+    /// The order in which the pass wants its draws.
     fn order(&self) -> DrawOrder {
         DrawOrder::default()
     }
@@ -97,11 +97,11 @@ pub trait DrawPass {
     fn set_properties(&mut self, properties: PropertySet) -> bool;
     /// Binds a material.
     fn set_material(&mut self, material: u32);
-    /// Binds an object by its position in the host's buffers. Hosts whose objects are arrays need not: the instances of a
-    /// draw say which.
+    /// Binds an object by its position in the host's buffers. Hosts whose objects are arrays need not: the instances of
+    /// a draw say which.
     fn set_object(&mut self, object: u32);
-    /// Binds a bind group of the host's own, for material or object, of the layout that its interface says. `false` where
-    /// the interface says none, or the shaders of the pass bind nothing there.
+    /// Binds a bind group of the host's own, for material or object, of the layout that its interface says. `false`
+    /// where the interface says none, or the shaders of the pass bind nothing there.
     fn set_bind_group(&mut self, index: u32, group: &wgpu::BindGroup, offsets: &[u32]) -> bool {
         let _ = (index, group, offsets);
         false

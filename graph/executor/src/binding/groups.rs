@@ -13,7 +13,7 @@ use umbragraph_compiler::Switches;
 use umbragraph_pipeline::pipeline::IndexRange;
 use umbragraph_pipeline::work::ResourceHandle;
 
-/// For how many records a bind group is kept that none of them uses.
+/// The number of records after which an unused bind group is dropped.
 const KEPT_RECORDS: u64 = 256;
 
 /// One bind group of a pass.
@@ -23,7 +23,7 @@ pub(crate) struct Group {
     entries: Vec<(u32, Bound)>,
     has_blocks: bool,
     imports: Vec<ImportedView>,
-    /// For each binding that toggles switch the resource that is bound in the record that is under way.
+    /// The resource that each switchable binding has in the current record.
     chosen: Vec<ResourceHandle>,
     /// The histories that frames are bound of.
     histories: Vec<usize>,
@@ -83,7 +83,7 @@ struct Made {
     blocks: Option<wgpu::Buffer>,
     chosen: Vec<ResourceHandle>,
     imports: Vec<wgpu::TextureView>,
-    /// By how many frames the histories had moved on.
+    /// The frames by which each history had advanced.
     moved: Vec<usize>,
     group: wgpu::BindGroup,
     used: u64,

@@ -305,7 +305,7 @@ impl Attachments {
 }
 
 impl Drawn {
-    /// Nothing is drawn yet into the attachments of a pass.
+    /// Forgets what was drawn into the attachments of a pass.
     pub(crate) fn reset(&mut self, attachments: &Attachments) {
         let count = (attachments.color.len() + 2) * attachments.layer_count();
         self.0.clear();

@@ -40,7 +40,7 @@ impl InstantiatedDraw {
         }
     }
 
-    /// Records the draw; nothing where a buffer is missing, which is an error that is reported elsewhere.
+    /// Records the draw. Draws nothing if a buffer is missing, which another place reports.
     pub(crate) fn record(
         &self,
         resources: &Resources,

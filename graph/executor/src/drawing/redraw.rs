@@ -65,7 +65,7 @@ impl Kept {
         !is_same && turn
     }
 
-    /// By how many texels what a view shows has moved since it was drawn, if that and nothing else has changed.
+    /// The texels by which a view moved since it was drawn; `None` if anything else changed.
     pub(crate) fn moved(&self, view: &View, texels: Texels, stamp: Stamp) -> Option<[i32; 2]> {
         let is_same = |kept: &&KeptView| kept.texels == texels && kept.stamp == stamp;
         let kept = self.views.iter().find(is_same).filter(|_| stamp.is_some())?;

@@ -6,12 +6,12 @@
 //! triangle that writes depth, since WebGPU cannot copy parts of depth textures. The newly visible part is a strip at
 //! up to two edges, which is cleared and drawn.
 //!
-//! Limits: textures of one sample. Texels that were moved are not bit for bit those that would be drawn now: a rasteriser
-//! rounds the depth of a triangle by where in the map the triangle lies. Of a walk over the courtyard 41 % of the texels
-//! differ on Mesa's software driver, all but 0.1 % of them by at most four units in the last place of 32 bits, and 0.002 %
-//! by more than 0.0001, at edges of triangles that are clipped at the border of the view. Whole texels are exact in both
-//! matrices; with the vertices laid on the rasteriser's own parts of a texel too, so that they move exactly, as many texels
-//! differ (38 %).
+//! Limits: textures of one sample. Texels that were moved are not bit for bit those that would be drawn now: a
+//! rasteriser rounds the depth of a triangle by where in the map the triangle lies. Of a walk over the courtyard 41 %
+//! of the texels differ on Mesa's software driver, all but 0.1 % of them by at most four units in the last place of 32
+//! bits, and 0.002 % by more than 0.0001, at edges of triangles that are clipped at the border of the view. Whole
+//! texels are exact in both matrices; with the vertices laid on the rasteriser's own parts of a texel too, so that they
+//! move exactly, as many texels differ (38 %).
 
 use crate::memory::resources::{Resources, Texture};
 use crate::objects::creation::Creation;
@@ -20,7 +20,7 @@ use umbragraph_compiler::Plan;
 use umbragraph_pipeline::data::View;
 use umbragraph_pipeline::work::AttachmentTarget;
 
-/// By how much of a texel a translation may be off; what is off adds up from frame to frame.
+/// The maximum error of a translation, in texels; errors add up from frame to frame.
 const TOLERANCE: f64 = 1e-6;
 
 /// The key of this module in the cache of modules; all others are hashes.
@@ -130,8 +130,8 @@ impl Scroll {
     }
 }
 
-/// By how many texels what a view shows has moved, to the right and down; `None` if there is another difference, or
-/// nothing that both show.
+/// The texels by which a view moved, to the right and down; `None` if anything else differs, or both show nothing in
+/// common.
 pub(crate) fn moved(from: &View, to: &View, [width, height]: [u32; 2]) -> Option<[i32; 2]> {
     let (a, b) = (&from.clip_from_world, &to.clip_from_world);
     let is_flat = a.row(3) == glam::DVec4::W && b.row(3) == glam::DVec4::W;

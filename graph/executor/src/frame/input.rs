@@ -26,21 +26,21 @@ impl<'a> Frame<'a> {
         Self { input, draws: None, imports: FrameImports::default(), toggles: &[] }
     }
 
-    /// With the host's meshes.
+    /// Sets the host's meshes.
     #[must_use]
     pub fn draws(self, draws: &'a dyn DrawSource) -> Self {
         Self { draws: Some(draws), ..self }
     }
 
-    /// With the host's textures, or parts of them, by name: `&[("target", &texture)]`, or
-    /// `&[("target", Import::new(&texture)), ("detail", Import::mip(&texture, 2))]`. They count over what was
+    /// Sets the host's textures, or parts of them, by name: `&[("target", &texture)]`, or `&[("target",
+    /// Import::new(&texture)), ("detail", Import::mip(&texture, 2))]`. They override textures that were
     /// [given](crate::Executor::give).
     #[must_use]
     pub fn imports(self, imports: impl Into<FrameImports<'a>>) -> Self {
         Self { imports: imports.into(), ..self }
     }
 
-    /// With toggles that are switched otherwise.
+    /// Sets the toggles that differ from the pipeline's defaults.
     #[must_use]
     pub fn toggles(self, toggles: &'a [(&'a str, bool)]) -> Self {
         Self { toggles, ..self }

@@ -3,9 +3,9 @@
 //! All missing objects are created first (none, in a steady frame); only then is anything recorded, so that a rejection
 //! by the device leaves the encoder unchanged.
 //!
-//! Passes are labelled with their names, which wgpu makes debug groups on Vulkan, and not put into groups of the encoder:
-//! wgpu has a command buffer for each pass, so such a group ends in another buffer than it begins in, which crashes
-//! lavapipe of Mesa 22.3 at the next.
+//! Passes are labelled with their names, which wgpu makes debug groups on Vulkan, and not put into groups of the
+//! encoder: wgpu has a command buffer for each pass, so such a group ends in another buffer than it begins in, which
+//! crashes lavapipe of Mesa 22.3 at the next.
 
 use super::input::Frame;
 use super::scene::{Scene, common, covered};
@@ -259,8 +259,8 @@ impl Recording<'_> {
         self.attachments.clear_rest(encoder, resources, self.label, &self.scratch.drawn);
     }
 
-    /// A render pass for each run of changed views of one layer; the texels of others stay as they are. `others` are what
-    /// other passes keep.
+    /// A render pass for each run of changed views of one layer; the texels of others stay as they are. `others` are
+    /// what other passes keep.
     fn changed(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

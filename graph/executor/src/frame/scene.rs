@@ -1,10 +1,10 @@
 //! The host's draws of one view, in a render pass.
 //!
 //! The host chooses pipelines, materials and objects by number, and nothing that it chooses can leave the render pass
-//! without what a draw needs: each view begins with the pipeline of the first property set, material 0 and object 0, and
-//! a number that does not exist changes nothing; bind groups of its own the host binds before it draws. A pass whose pipelines cannot be fed at all (no property sets, no
-//! materials) is not offered to the host. Where panics unwind, one of the host's ends its draws of the view, and not the
-//! record.
+//! without what a draw needs: each view begins with the pipeline of the first property set, material 0 and object 0,
+//! and a number that does not exist changes nothing; bind groups of its own the host binds before it draws. A pass
+//! whose pipelines cannot be fed at all (no property sets, no materials) is not offered to the host. Where panics
+//! unwind, one of the host's ends its draws of the view, and not the record.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

@@ -48,9 +48,9 @@ pub(crate) struct Instantiated {
     pub(crate) interfaces: BTreeMap<String, HostInterface>,
     /// The interfaces, of this plan and those before, that a draw source has declared.
     pub(crate) stated: Stated,
-    /// For each pass the views whose texels it keeps.
+    /// The views whose texels each pass keeps.
     pub(crate) kept: Vec<Kept>,
-    /// For each pass those that keep views which are drawn with what it makes.
+    /// The passes, for each pass, whose kept views depend on its results.
     pub(crate) keepers: Vec<Vec<usize>>,
     /// The CPU passes, with what they keep from frame to frame, and the toggles of the frame.
     pub(crate) cpu_passes: CpuPasses,
@@ -103,7 +103,7 @@ pub(crate) enum InstantiatedWork {
         scene: InstantiatedScene,
         attachments: Attachments,
     },
-    /// Nothing on the device: a CPU pass, or something that the device does not have, which is reported elsewhere.
+    /// No device object: a CPU pass, or a pass that the device cannot run, which another place reports.
     Nothing,
 }
 

@@ -25,7 +25,8 @@ impl<T> Clone for Parameter<T> {
 
 impl<T> Copy for Parameter<T> {}
 
-/// A type that values of parameters have in Rust: the declared one, or `f64` for every number, or [`Value`] for anything.
+/// A type that values of parameters have in Rust: the declared one, or `f64` for every number, or [`Value`] for
+/// anything.
 pub trait ParameterValue {
     /// Makes a value this one, in its memory where it has some.
     fn assign(&self, to: &mut Value);

@@ -43,7 +43,8 @@ pub(crate) struct Pipelines<'a, 'c> {
 }
 
 impl Pipelines<'_, '_> {
-    /// The layouts of the program as a pass with this work binds it; `host` is the interface of the meshes that it draws.
+    /// The layouts of the program as a pass with this work binds it; `host` is the interface of the meshes that it
+    /// draws.
     pub(crate) fn layouts(&mut self, work: &Work, host: Option<&HostInterface>) -> Layouts {
         let views = blocks::slots(work).iter().filter(|slot| matches!(slot.source, SlotSource::View));
         let views: BTreeSet<(u32, u32)> = views.map(|slot| (slot.group, slot.binding)).collect();

@@ -43,8 +43,8 @@ impl PreparedPlan {
 }
 
 impl PlanPreparer {
-    /// Makes what a plan needs beside its textures and buffers. Without a draw source, meshes are stored as the one of the
-    /// executor said.
+    /// Makes what a plan needs beside its textures and buffers. Without a draw source, meshes are stored as the one of
+    /// the executor said.
     ///
     /// # Errors
     /// As of [`Executor::new`](crate::Executor::new).

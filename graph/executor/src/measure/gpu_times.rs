@@ -17,9 +17,9 @@ use wgpu_profiler::{GpuProfiler, GpuProfilerQuery, GpuProfilerSettings};
 pub struct GpuTime {
     /// The name of the pass.
     pub pass: String,
-    /// From the first timestamp of the frame to its begin.
+    /// Time from the first timestamp of the frame to the begin of the pass.
     pub start: Duration,
-    /// From its begin to its end.
+    /// Time from the begin to the end of the pass.
     pub time: Duration,
 }
 
@@ -68,7 +68,7 @@ impl GpuTimes {
         }
     }
 
-    /// The times of the last record, whose encoder is submitted; waits for the GPU. Nothing if measuring is off.
+    /// Waits for the GPU and returns the pass times of the last submitted record; empty if measuring is off.
     pub(crate) fn take(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Vec<GpuTime> {
         let Some(mut profiler) = self.profiler.take() else { return Vec::new() };
         if profiler.end_frame().is_err() || device.poll(wgpu::PollType::wait_indefinitely()).is_err() {

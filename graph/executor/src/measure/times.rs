@@ -34,7 +34,7 @@ impl Times {
         self.preparation = Duration::ZERO;
     }
 
-    /// Sets all times to zero, for so many passes.
+    /// Sets all times to zero, for a number of passes.
     pub(crate) fn reset(&mut self, passes: usize) {
         self.preparation = Duration::ZERO;
         self.passes.clear();

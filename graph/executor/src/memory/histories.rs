@@ -1,11 +1,11 @@
 //! The frames of histories, and their rotation.
 //!
 //! Each history stands on one texture or buffer more than it keeps earlier frames. A record is a frame: it moves every
-//! copy on by one, writes the one that was the oldest, and reads the others by their age. Several records in one encoder
-//! or one submission are as many frames, in the order in which they were recorded, so encoders have to be submitted in
-//! that order. A record in which toggles leave out every pass that writes a history is no frame to it: what
-//! was written last stays the frame before. A record that fails moves nothing; one whose encoder is never submitted has moved all the same, and what
-//! it would have written is not there: a reset helps.
+//! copy on by one, writes the one that was the oldest, and reads the others by their age. Several records in one
+//! encoder or one submission are as many frames, in the order in which they were recorded, so encoders have to be
+//! submitted in that order. A record in which toggles leave out every pass that writes a history is no frame to it:
+//! what was written last stays the frame before. A record that fails moves nothing; one whose encoder is never
+//! submitted has moved all the same, and what it would have written is not there: a reset helps.
 //!
 //! A history that is new, whose copies were made again (for another size, another format), or that was reset, begins
 //! with its initial value: the next record clears every copy before its first pass, in its own encoder, so that records
@@ -30,7 +30,7 @@ struct History {
     resource: ResourceHandle,
     places: Vec<Physical>,
     initial: InitialValue,
-    /// By how many places the copies have moved on since the first record, modulo their number.
+    /// The number of places by which the copies have advanced since the first record, modulo their number.
     moved: usize,
     /// Whether the last record wrote it, so that the next one moves it on.
     written: bool,
@@ -104,7 +104,8 @@ impl Histories {
         })
     }
 
-    /// By how many places a history has moved on: what is made of its frames is right for that state only.
+    /// The number of places by which a history has advanced. Objects made from its frames are valid for that state
+    /// only.
     pub(crate) fn moved(&self, history: usize) -> usize {
         self.list.get(history).map_or(0, |history| history.moved)
     }

@@ -17,8 +17,8 @@ use umbragraph_compiler::{ImportDescriptor, Physical, Plan, TextureSize};
 use umbragraph_pipeline::diagnostic::Diagnostic;
 use umbragraph_pipeline::work::{ResourceHandle, TextureView};
 
-/// A texture of the host's that stands for a resource, or a part of one: a mip level, a layer of an array or a face of a
-/// cube, another format, which the texture was created with as one of its view formats.
+/// A texture of the host's that stands for a resource, or a part of one: a mip level, a layer of an array or a face of
+/// a cube, another format, which the texture was created with as one of its view formats.
 ///
 /// Plans and frames take the same: `("detail", Import::mip(&texture, 2))`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +53,7 @@ impl<'a> Import<'a> {
         self
     }
 
-    /// In another format: the same with or without sRGB.
+    /// Sets the format of the view: that of the texture with or without sRGB.
     #[must_use]
     pub fn format(mut self, format: wgpu::TextureFormat) -> Self {
         self.part.format = Some(format);
@@ -102,8 +102,8 @@ impl Part {
     }
 }
 
-/// The host's textures of a frame, or of a plan, by the names of the resources that they stand for: a list of names with
-/// textures, or of names with [`Import`]s.
+/// The host's textures of a frame, or of a plan, by the names of the resources that they stand for: a list of names
+/// with textures, or of names with [`Import`]s.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameImports<'a>(List<'a>);
 
@@ -237,8 +237,8 @@ impl Kept {
     }
 }
 
-/// A texture as a plan wants it of the host, by the name of the import, that the host can use for `more` besides. Views in
-/// another format are possible where the plan has them. `None` where the plan imports no texture of this name.
+/// A texture as a plan wants it of the host, by the name of the import, that the host can use for `more` besides. Views
+/// in another format are possible where the plan has them. `None` where the plan imports no texture of this name.
 pub fn imported_texture(
     device: &wgpu::Device,
     plan: &Plan,
@@ -259,14 +259,14 @@ pub fn imported_texture(
     }))
 }
 
-/// For how many frames a view is kept of a texture that the host does not give.
+/// The number of frames for which a view of a texture is kept that the host no longer gives.
 const KEPT_FRAMES: u64 = 4;
 
 /// The host's own textures.
 pub(crate) struct Imports {
     imports: Vec<Imported>,
     views: Vec<ImportView>,
-    /// The objects given by handle, by resource name: of this plan and of earlier ones.
+    /// The objects that the host gave ahead of frames, by resource name; those for earlier plans stay.
     kept: BTreeMap<String, Kept>,
     id: u64,
 }
@@ -426,7 +426,8 @@ impl Imports {
         wanted.known.get(wanted.current).map(|known| &known.view)
     }
 
-    /// Takes a texture or a buffer of the host's until another is given. Whether it is a buffer, and another than before.
+    /// Takes a texture or a buffer of the host's until another is given. Whether it is a buffer, and another than
+    /// before.
     pub(crate) fn keep(&mut self, import: ImportedTexture, given: Kept) -> bool {
         let Some(imported) = self.imports.get_mut(import.0) else { return false };
         let is_other = given.buffer().is_some() && imported.buffer.as_ref() != given.buffer();

@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::objects::creation::Creation;
 
-/// After how many records without use a buffer is dropped.
+/// The number of records after which an unused buffer is dropped.
 const KEPT_RECORDS: u64 = 256;
 
 /// Buffers for blocks.

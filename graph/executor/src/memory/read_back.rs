@@ -1,8 +1,8 @@
 //! Textures from the device to the host.
 //!
-//! One mip level with all of its layers is copied to a buffer and taken apart into four numbers for each texel. Depth in
-//! a format that cannot be copied (`depth24plus`) is read by a compute shader, and so is `depth32float` on devices that
-//! copy no depth to buffers (OpenGL).
+//! One mip level with all of its layers is copied to a buffer and taken apart into four numbers for each texel. Depth
+//! in a format that cannot be copied (`depth24plus`) is read by a compute shader, and so is `depth32float` on devices
+//! that copy no depth to buffers (OpenGL).
 //!
 //! Limits: compressed formats, `rgb9e5ufloat` and textures of several samples are rejected, and depth on devices that
 //! have neither such copies nor compute shaders (OpenGL ES 3.0).
@@ -43,8 +43,9 @@ pub async fn read_back(
     Ok(Texels { width, height, layers, channels: layout.channels, values })
 }
 
-/// Reads the bytes of the first mip level of a texture with the usage `COPY_SRC` (`depth24plus`: `TEXTURE_BINDING`), once everything
-/// that was submitted before has run: row by row from the top without gaps, layer by layer; of depth and stencil the depth.
+/// Reads the bytes of the first mip level of a texture with the usage `COPY_SRC` (`depth24plus`: `TEXTURE_BINDING`),
+/// once everything that was submitted before has run: row by row from the top without gaps, layer by layer; of depth
+/// and stencil the depth.
 ///
 /// The future is ready at once except in a browser, which must not block.
 ///
@@ -135,8 +136,8 @@ async fn mapped(device: &wgpu::Device, buffer: &wgpu::Buffer) -> Result<Vec<u8>,
     Ok(bytes.to_vec())
 }
 
-/// Depth, texel by texel, as words of a buffer whose rows have so many words. OpenGL reads depth as any other texture, and
-/// tells one layer from several.
+/// Depth, texel by texel, as words of a buffer whose rows have so many words. OpenGL reads depth as any other texture,
+/// and tells one layer from several.
 const READ_DEPTH: &str = "
 @group(0) @binding(0) var depth: TEXTURE<f32>;
 @group(0) @binding(1) var<storage, read_write> words: array<f32>;
@@ -239,7 +240,7 @@ struct Layout {
     copied: bool,
     /// Whether blue precedes red.
     is_bgra: bool,
-    /// Channels that share a word.
+    /// The packing of channels that share a 32-bit word.
     packed: Option<Packed>,
     /// The number of a channel, and of the alpha channel.
     decode: [Decode; 2],

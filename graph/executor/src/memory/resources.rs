@@ -1,4 +1,4 @@
-//! The device objects of a plan's resources, of any owner and frame.
+//! Device objects of a plan's resources: the plan's own, those that the host gives, and copies of histories.
 
 use super::histories::{Histories, Turn};
 use super::imports::{ImportedTexture, ImportedView, Imports};

@@ -20,7 +20,7 @@ pub(crate) struct Piece<'a, D> {
     pub(crate) label: &'a str,
 }
 
-/// For each piece of the new plan the piece of the old one that stands for it.
+/// The piece of the old plan that stands for each piece of the new one.
 pub(crate) fn reuse<D: Hash + Eq + Copy>(old: &[Piece<'_, D>], new: &[Piece<'_, D>]) -> Vec<Option<usize>> {
     // From the back, so that taking the last of a list takes the first of the plan.
     let mut free: HashMap<(D, Option<&str>), Vec<usize>> = HashMap::new();

@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// For how many plans an object is kept that none of them uses, so that a switch can be turned off and on again.
+/// The number of plans for which an unused object is kept, so that a switch can be turned off and on again.
 const KEPT_PLANS: u64 = 4;
 
 /// Objects by their descriptors.

@@ -27,13 +27,13 @@ pub(crate) struct Objects {
 /// A vertex buffer: its stride, what its elements belong to, and its attributes.
 pub(crate) type VertexBufferKey = (u64, wgpu::VertexStepMode, Vec<wgpu::VertexAttribute>);
 
-/// Everything about a render pipeline but its label.
+/// The state of a render pipeline without its label: the key of the cache.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) struct RenderKey {
     pub(crate) layout: wgpu::PipelineLayout,
     pub(crate) module: wgpu::ShaderModule,
     pub(crate) vertex: Option<String>,
-    /// `None` without a fragment stage.
+    /// The fragment entry point, if there is one.
     pub(crate) fragment: Option<String>,
     /// Pipeline-overridable constants: names, and the bits of their values.
     pub(crate) constants: Vec<(String, u64)>,
@@ -85,7 +85,7 @@ pub(crate) struct Primitive {
     pub(crate) strip_indices: Option<wgpu::IndexFormat>,
 }
 
-/// Everything about a compute pipeline but its label.
+/// The state of a compute pipeline without its label: the key of the cache.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) struct ComputeKey {
     pub(crate) layout: wgpu::PipelineLayout,

@@ -46,7 +46,7 @@ umbragraph_text::webgpu_words! {
     /// The aspect of a texture that is used.
     #[derive(Default)]
     Aspect = wgpu_types::TextureAspect {
-        /// All that the format has.
+        /// All aspects of the format.
         #[default]
         All,
         /// The depth.
@@ -70,7 +70,7 @@ pub struct SubresourceRange {
 }
 
 impl SubresourceRange {
-    /// Everything.
+    /// The whole resource.
     pub const WHOLE: Self = Self { mip: None, layer: None, aspect: Aspect::All, bytes: None };
 
     /// One mip level (or all) of one layer (or all).
@@ -83,7 +83,7 @@ impl SubresourceRange {
         Self { bytes: Some(IndexRange { first, count }), ..Self::WHOLE }
     }
 
-    /// The same of one aspect.
+    /// Restricts the range to one aspect.
     pub const fn aspect(self, aspect: Aspect) -> Self {
         Self { aspect, ..self }
     }

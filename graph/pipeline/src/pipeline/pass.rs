@@ -29,7 +29,7 @@ pub struct Pass {
     pub is_misplaced: bool,
     /// Whether it is kept even if nothing reads what it writes.
     pub side_effect: bool,
-    /// In which frames it runs, if not in all.
+    /// The toggle condition under which the pass runs; `None` for every frame.
     pub condition: Option<Condition>,
     /// The settings that are evaluated again when a live parameter changes.
     pub live: Vec<LiveSetting>,
@@ -116,8 +116,8 @@ pub struct Access {
     pub usage: Usage,
     /// The version that is read.
     pub version: Version,
-    /// In which of the frames in which the pass runs it happens: all have to hold. Empty but for what has a
-    /// passthrough, and for its fallback.
+    /// Toggle conditions under which the access happens; all have to hold. Only accesses with a passthrough, and
+    /// their fallbacks, have any.
     pub when: Vec<Condition>,
     /// The place in the document.
     pub place: Span,

@@ -40,7 +40,7 @@ pub struct Toggle {
     pub pointer: String,
 }
 
-/// A toggle that is switched one way.
+/// A condition on a toggle: on, or off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Condition {
     /// The position in [`TypedPipeline::toggles`](crate::pipeline::TypedPipeline::toggles).
@@ -50,7 +50,7 @@ pub struct Condition {
 }
 
 impl Condition {
-    /// The same toggle, switched the other way.
+    /// The condition that holds exactly if this one does not.
     #[must_use]
     pub fn opposite(self) -> Self {
         Self { on: !self.on, ..self }

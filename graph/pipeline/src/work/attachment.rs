@@ -37,7 +37,7 @@ impl RenderWork {
 /// The common properties of attachments of all kinds.
 #[derive(Clone, Copy, Debug)]
 pub struct Attachment<'a> {
-    /// The target.
+    /// The subresource that is drawn into.
     pub to: &'a Subresource,
     /// The usage of the texture.
     pub usage: Usage,
@@ -67,7 +67,7 @@ pub struct AttachmentTarget {
 /// A color attachment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColorAttachment {
-    /// The target.
+    /// The subresource that is drawn into.
     pub to: Subresource,
     /// The load operation.
     pub load: LoadOperation<Live<Color>>,
@@ -96,7 +96,7 @@ impl ColorAttachment {
 /// A depth attachment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthAttachment {
-    /// The target.
+    /// The subresource that is drawn into.
     pub to: Subresource,
     /// The load operation.
     pub load: LoadOperation<Live<Depth>>,
@@ -124,7 +124,7 @@ impl DepthAttachment {
 /// A stencil attachment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StencilAttachment {
-    /// The target.
+    /// The subresource that is drawn into.
     pub to: Subresource,
     /// The load operation.
     pub load: LoadOperation<Live<Byte>>,
@@ -151,11 +151,11 @@ impl StencilAttachment {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LoadOperation<T> {
-    /// The contents from before.
+    /// Keeps the earlier contents.
     Load,
-    /// One value.
+    /// Fills the attachment with one value.
     Clear(T),
-    /// Whatever; the pass writes all of it.
+    /// Leaves the contents undefined; the pass writes every texel.
     Discard,
 }
 

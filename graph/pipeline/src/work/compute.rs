@@ -21,9 +21,9 @@ pub struct ComputeWork {
 pub enum Dispatch {
     /// So many workgroups.
     Workgroups([Live<Deferred>; 3]),
-    /// As many workgroups as three words of a buffer say.
+    /// The number of workgroups is in three words of a buffer.
     Indirect(Subresource),
-    /// As many workgroups as cover the width, height and layers of a texture with one invocation for each texel.
+    /// One invocation for each texel of a texture: workgroups cover its width, height and layers.
     Over {
         /// The texture.
         resource: ResourceHandle,

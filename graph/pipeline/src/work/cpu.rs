@@ -17,14 +17,14 @@ pub trait CpuNode: Clone + PartialEq + Send + Sync + std::fmt::Debug + 'static {
     /// Computes the data of one frame. `data` comes cleared; whatever the input is, it must end up finite.
     fn run(&self, state: &mut Self::State, context: &CpuContext<'_>, data: &mut BlackboardData);
 
-    /// Takes over the settings that were evaluated as live ([`PassBuilder::live`](crate::pipeline::PassBuilder::live)) when
-    /// some of them have changed. `None` after a diagnostic: the settings before are given again then.
+    /// Takes over the settings that were evaluated as live ([`PassBuilder::live`](crate::pipeline::PassBuilder::live))
+    /// when some of them have changed. `None` after a diagnostic: the settings before are given again then.
     fn update(&mut self, _settings: &mut LiveSettings<'_>) -> Option<()> {
         Some(())
     }
 }
 
-/// A [`CpuNode`] without its type.
+/// A type-erased [`CpuNode`].
 pub trait AnyCpuNode: Any + Send + Sync + std::fmt::Debug {
     /// The node with a new state.
     fn start(&self) -> Box<dyn CpuRun>;

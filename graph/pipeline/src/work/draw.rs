@@ -85,7 +85,7 @@ pub enum DrawCounts {
         /// Instances.
         instances: Live<u32>,
     },
-    /// As many as bytes of a buffer say: four `u32`, or five where there are indices, as WebGPU lays them out.
+    /// The counts are in a buffer: four `u32`, or five with indices, as WebGPU lays them out.
     Indirect(Subresource),
 }
 
@@ -104,7 +104,7 @@ pub struct SceneDraw {
     pub bindings: Vec<BoundSlot>,
     /// The faces that are culled; double-sided meshes are drawn from both sides whatever this says.
     pub cull: Option<wgpu_types::Face>,
-    /// In which order.
+    /// The order of the draws.
     pub order: DrawOrder,
     /// The level of detail of each view's draws, 0 the finest; the last counts for all beyond.
     pub detail: Vec<u32>,
@@ -120,7 +120,7 @@ pub struct Redraw {
     pub clear: Live<Depth>,
     /// The depth texture from which they are taken instead.
     pub base: Option<Subresource>,
-    /// In every how many frames changed draws are drawn, for each view in its turn; the last counts for all beyond.
+    /// The number of frames between draws of changed meshes, for each view; the last counts for all beyond.
     pub every: Vec<u32>,
     /// Whether what a view still shows is moved along where it moved by whole texels over its plane.
     pub scroll: bool,
@@ -130,7 +130,7 @@ pub struct Redraw {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DrawOrder {
-    /// As changes the least from draw to draw.
+    /// By pipeline and bindings, so that state changes least.
     #[default]
     State,
     /// By their distance along the view, the nearest first: for a light's view by their distance to the light.

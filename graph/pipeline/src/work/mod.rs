@@ -65,7 +65,7 @@ impl Subresource {
 /// The work of a pass.
 #[derive(Clone, Debug)]
 pub enum Work {
-    /// Nothing: of a pass that is assembled only what it accesses is known.
+    /// No work: of a pass that code assembles, only its accesses are known.
     Nothing,
     /// Computes data and views on the CPU.
     Cpu(CpuWork),

@@ -7,9 +7,9 @@ use crate::work::binding::Deferred;
 /// Copying texels or bytes, or clearing a buffer.
 #[derive(Clone, Debug)]
 pub struct TransferWork {
-    /// From where; without it the destination, a buffer, is filled with zeros.
+    /// The source; without it the destination, a buffer, is filled with zeros.
     pub source: Option<TransferEnd>,
-    /// To where.
+    /// The destination.
     pub destination: TransferEnd,
     /// The usage of the destination, which tells whether earlier contents stay.
     pub written: Usage,
@@ -41,16 +41,16 @@ impl TransferEnd {
 pub struct BufferRegion {
     /// The bytes.
     pub buffer: Subresource,
-    /// From one row of texels to the next, a multiple of 256 (unit: bytes); as few as possible without it.
+    /// Distance between rows of texels, a multiple of 256 (unit: bytes); without it the smallest possible.
     pub bytes_per_row: Option<u32>,
-    /// From one layer to the next (unit: rows of texel blocks); as few as possible without it.
+    /// Distance between layers (unit: rows of texel blocks); without it the smallest possible.
     pub rows_per_image: Option<u32>,
 }
 
 /// Texels of a texture.
 #[derive(Clone, Debug)]
 pub struct TextureRegion {
-    /// The mip levels, the first without it; and the layers, or slices of a volume, all without it.
+    /// The mip levels (the first if unset) and the layers or slices (all if unset) of the texture.
     pub texture: Subresource,
     /// The texel with which it begins, from the left and from the top; the first without it.
     pub origin: Option<[Deferred; 2]>,

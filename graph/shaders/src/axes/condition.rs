@@ -1,7 +1,7 @@
 //! Conditions on one axis, as constraints write them: `sscs`, `!sscs`, `filter=evsm`, `filter!=evsm`.
 //!
-//! A bare name is true where a boolean axis is; the other forms compare with a value of the axis. A value is read as the
-//! kind of its axis wants it, so `taps=16` is an integer and `filter=16` a name.
+//! A bare name is true where a boolean axis is; the other forms compare with a value of the axis. A value is read as
+//! the kind of its axis wants it, so `taps=16` is an integer and `filter=16` a name.
 
 use std::fmt;
 

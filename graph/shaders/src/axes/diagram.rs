@@ -1,8 +1,8 @@
 //! Constraints as the layers of a decision diagram.
 //!
-//! Each constraint becomes clauses, disjunctions of conditions on single axes. The axes that clauses name are the layers;
-//! a node of a layer is the set of clauses already satisfied among those that are still open. A clause whose last axis is
-//! passed is either satisfied, and forgotten, or ends the path.
+//! Each constraint becomes clauses, disjunctions of conditions on single axes. The axes that clauses name are the
+//! layers; a node of a layer is the set of clauses already satisfied among those that are still open. A clause whose
+//! last axis is passed is either satisfied, and forgotten, or ends the path.
 //!
 //! Axes that clauses tie to one another, directly or through others, stand together, so that nothing is open where one
 //! such group ends: groups multiply, and the diagram is as wide as its widest group, however many there are. Within a
@@ -28,7 +28,8 @@ pub(super) struct Layer {
     pub(super) axis: String,
     /// The values that clauses name.
     pub(super) named: BTreeSet<AxisValue>,
-    /// The clauses that name this axis, each with its conditions on it, and whether this is the last axis of the clause.
+    /// The clauses that name this axis, each with its conditions on it, and whether this is the last axis of the
+    /// clause.
     clauses: Vec<(usize, Vec<Condition>, bool)>,
 }
 

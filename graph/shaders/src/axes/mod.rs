@@ -19,10 +19,11 @@
 //! }
 //! ```
 //!
-//! A *template* axis is a variable of the template, with one variant per value that changes the text. An *override* axis
-//! is a pipeline-overridable constant of the module instead: one text, any value. One that is `from` the target is true
-//! where that has a format without `-srgb`, unless a pass or pipeline says otherwise. Constraints narrow the product of all
-//! axes; `requires` and `excludes` inside an axis are short for a constraint whose `when` is the axis itself.
+//! A *template* axis is a variable of the template, with one variant per value that changes the text. An *override*
+//! axis is a pipeline-overridable constant of the module instead: one text, any value. One that is `from` the target is
+//! true where that has a format without `-srgb`, unless a pass or pipeline says otherwise. Constraints narrow the
+//! product of all axes; `requires` and `excludes` inside an axis are short for a constraint whose `when` is the axis
+//! itself.
 //!
 //! Limits: an axis name is a WGSL identifier; an integer axis spans at most 2³² values.
 

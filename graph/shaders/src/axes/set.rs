@@ -7,8 +7,8 @@ use super::constraint::Constraint;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 use umbragraph_text::source::Span;
 
-/// Axes that are declared, but not so that anybody could tell what they are. A template that has them cannot be rendered,
-/// and that its text knows nothing of them only follows.
+/// Axes that are declared, but not so that anybody could tell what they are. A template that has them cannot be
+/// rendered, and that its text knows nothing of them only follows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Lost {
     pub(super) names: BTreeSet<String>,

@@ -119,8 +119,8 @@ impl Space {
         kept
     }
 
-    /// A configuration that agrees with `decided`: the default of each further axis where the constraints allow it, else
-    /// its first value that they allow.
+    /// A configuration that agrees with `decided`: the default of each further axis where the constraints allow it,
+    /// else its first value that they allow.
     pub(crate) fn complete(&self, decided: &AxisValues) -> Option<AxisValues> {
         let mut values = decided.clone();
         if !self.possible(&values) {

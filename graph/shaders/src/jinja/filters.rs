@@ -136,7 +136,7 @@ fn min(state: &State<'_, '_>, value: Value, options: Kwargs) -> Result<Value, Er
     filters::min(state, value, options)
 }
 
-/// Whether a filter may make a text of so many bytes.
+/// Checks that a filter may make a text of this size.
 fn may_make(bytes: usize) -> Result<(), Error> {
     if bytes > guard::MAX_VALUE {
         return Err(guard::limit("a filter makes a value larger than 1 MiB"));

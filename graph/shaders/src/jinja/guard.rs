@@ -52,7 +52,7 @@ pub(crate) fn fuel(longest: usize) -> u64 {
     ((1_u64 << 30) / (longest as u64).max(1)).clamp(10_000, FUEL)
 }
 
-/// From here on nothing but fuel and sizes ends a rendering on this thread, however slow the machine is.
+/// Turns the clock off on this thread: only fuel and sizes end a rendering, however slow the machine is.
 #[cfg(test)]
 pub(crate) fn without_clock() {
     HAS_CLOCK.set(false);

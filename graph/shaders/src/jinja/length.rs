@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use super::scan::{Tag, WordKind};
 
-/// The most words of an expression, of lists and arguments the longest element counting, and the most branches of one `if`: the engine descends them on the stack.
+/// The most words of an expression, of lists and arguments the longest element counting, and the most branches of one
+/// `if`: the engine descends them on the stack.
 const MAX_WORDS: usize = 1024;
 
 /// A tag that is longer than an expression may be, or has more branches than an `if` may have.

@@ -21,7 +21,7 @@ pub(crate) enum TagKind {
     Block,
 }
 
-/// One tag.
+/// A tag of a template, such as `{% if … %}` or `{{ … }}`.
 #[derive(Clone, Debug)]
 pub(crate) struct Tag {
     /// Its bytes, with the delimiters.
@@ -94,7 +94,7 @@ impl Tag {
     }
 }
 
-/// Takes a template apart.
+/// Splits a template into tags and literal text.
 pub(crate) fn scan(text: &str) -> Scan {
     let mut found = Scan::default();
     let mut tokenizer = Tokenizer::new(text, "", false, syntax());

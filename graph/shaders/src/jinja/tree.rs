@@ -8,9 +8,9 @@
 //! blocks, and list elements (`[l, l]` needs no memory, but a comparison visits all of it). In a chain of one operator
 //! every [`LINKS`]th link is checked, so that calls nest less deeply than the parser.
 //!
-//! Limits: an expression is as long as the engine's own recursion allows ([`length`](super::length)); between two checks there are
-//! [`LINKS`] values of 1 MiB, or one of the 100 MB that the engine allows for `"x" * n`. Of a template that the engine
-//! cannot parse nothing is known.
+//! Limits: an expression is as long as the engine's own recursion allows ([`length`](super::length)); between two
+//! checks there are [`LINKS`] values of 1 MiB, or one of the 100 MB that the engine allows for `"x" * n`. Of a template
+//! that the engine cannot parse nothing is known.
 
 use std::collections::BTreeSet;
 use std::ops::Range;

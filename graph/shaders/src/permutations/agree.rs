@@ -1,8 +1,8 @@
 //! Whether the variants of a template agree about its bindings.
 //!
-//! The layout of a pass is the union over its variants, so that switching a feature changes a pipeline and nothing else:
-//! bind groups stay. Variants may leave bindings out, but where two have one they have to mean the same by it, in all
-//! passes and configurations. Some axes are there to choose between layouts: whether a texture has samples, whether
+//! The layout of a pass is the union over its variants, so that switching a feature changes a pipeline and nothing
+//! else: bind groups stay. Variants may leave bindings out, but where two have one they have to mean the same by it, in
+//! all passes and configurations. Some axes are there to choose between layouts: whether a texture has samples, whether
 //! lights lie in a uniform block. Their declaration says so (`"own_layout": true`); variants with different values of
 //! such an axis never stand for one another, and are compared with nobody but their own kind.
 //!

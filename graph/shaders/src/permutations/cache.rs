@@ -1,8 +1,8 @@
 //! Shader modules that were made, or rejected, of one set of templates for one profile.
 //!
-//! Configurations of one pipeline mostly want the same shaders, and so do pipelines that are loaded one after the other.
-//! Profiles share modules: one that is valid with few capabilities, and about which nothing is to be said, is the same for
-//! each profile that has these and more.
+//! Configurations of one pipeline mostly want the same shaders, and so do pipelines that are loaded one after the
+//! other. Profiles share modules: one that is valid with few capabilities, and about which nothing is to be said, is
+//! the same for each profile that has these and more.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -33,7 +33,7 @@ pub struct ShaderCache {
 }
 
 impl ShaderCache {
-    /// Nothing made yet.
+    /// An empty cache.
     pub fn new(templates: &Arc<TemplateSet>, profile: &TargetProfile) -> Self {
         let (templates, profile) = (templates.clone(), profile.clone());
         Self { templates, profile, made: Mutex::default(), shared: Arc::default(), declared: Arc::default() }
@@ -45,8 +45,8 @@ impl ShaderCache {
         Self { shared, declared, ..Self::new(&other.templates, profile) }
     }
 
-    /// Nothing made yet but the modules of a cache before, of templates that have not changed. Rejections are made again:
-    /// they may name any template.
+    /// A cache that keeps the modules of unchanged templates from an earlier one. Rejections are made again: they may
+    /// name any template.
     pub fn carrying(before: &Self, templates: &Arc<TemplateSet>, unchanged: &BTreeSet<&str>) -> Self {
         let new = Self::new(templates, &before.profile);
         let made = before.made.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! From many failures to few diagnostics: one per root cause.
+//! Groups many failures into few diagnostics: one per root cause.
 //!
 //! Failures with the same message at the same place of a template have one cause, in any number of variants, templates
 //! and profiles. So have excesses over one limit, of any amount. A cause reports the number of affected variants and an

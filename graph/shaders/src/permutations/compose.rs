@@ -7,18 +7,19 @@
 //! ```
 //!
 //! A text is valid for a profile if each of its units was accepted in some text for that profile, and invalid if one of
-//! them was refused. What is said of a refused unit is said of all texts with it. A rejection that no unit can be blamed for
-//! (writers of targets mostly do not say what they reject) concerns one text; its units stay unproven, so that every text
-//! with them is proven by itself, until one with them is accepted. So is a text that cannot be taken apart.
+//! them was refused. What is said of a refused unit is said of all texts with it. A rejection that no unit can be
+//! blamed for (writers of targets mostly do not say what they reject) concerns one text; its units stay unproven, so
+//! that every text with them is proven by itself, until one with them is accepted. So is a text that cannot be taken
+//! apart.
 //!
-//! All templates and profiles of a check share their units. A text is tried for every profile of the check, since what it
-//! proves helps others; it is judged by those that want it. So a function of a library is proven once, whatever pass,
-//! template or profile reaches it. An override is part of a unit with the values that its axis is tried with, which may
-//! differ between templates.
+//! All templates and profiles of a check share their units. A text is tried for every profile of the check, since what
+//! it proves helps others; it is judged by those that want it. So a function of a library is proven once, whatever
+//! pass, template or profile reaches it. An override is part of a unit with the values that its axis is tried with,
+//! which may differ between templates.
 //!
-//! Limits: with more than 64 profiles in one check every text is proven by itself, and those from the 64th on are judged as
-//! one. Writers name things over the whole module, and validators of others judge whole texts; both see the cover. With
-//! `exhaustive` every text is proven by itself.
+//! Limits: with more than 64 profiles in one check every text is proven by itself, and those from the 64th on are
+//! judged as one. Writers name things over the whole module, and validators of others judge whole texts; both see the
+//! cover. With `exhaustive` every text is proven by itself.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::Arc;

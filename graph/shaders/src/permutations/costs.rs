@@ -48,9 +48,9 @@ impl Composition<'_> {
 }
 
 impl TemplateReport {
-    /// The lines of templates that cost most in the worst entry point of a variant, the most expensive first. A line in a
-    /// loop counts as often as the loop runs, one of a function as often as that is called. None for text that is no valid
-    /// WGSL.
+    /// The lines of templates that cost most in the worst entry point of a variant, the most expensive first. A line in
+    /// a loop counts as often as the loop runs, one of a function as often as that is called. None for text that is no
+    /// valid WGSL.
     pub fn expensive(
         &self,
         templates: &TemplateSet,

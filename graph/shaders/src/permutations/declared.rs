@@ -19,8 +19,8 @@ use crate::written::complexity::words;
 use crate::written::declarations::{self, Declaration, Kind};
 use umbragraph_text::diagnostic::AxisValues;
 
-/// The values with which some variant of a template in which these axes are `fixed` declares a binding, with a member of
-/// that name where one is given; `None` if no variant does.
+/// The values with which some variant of a template in which these axes are `fixed` declares a binding, with a member
+/// of that name where one is given; `None` if no variant does.
 pub fn declares(
     templates: &TemplateSet,
     template: &str,

@@ -1,8 +1,9 @@
 //! Variants that a caller edits before they are proven, such as a runner of shader tests.
 //!
-//! [`variants`] takes every path through a template, as `permutations` does. [`Variant::edited`] replaces parts of a text
-//! and keeps its map, so that a rejection of the edited text has its place in the template. [`root_causes`] merges what
-//! a caller found on many variants: one diagnostic per cause, with the smallest set of axis values that provokes it.
+//! [`variants`] takes every path through a template, as `permutations` does. [`Variant::edited`] replaces parts of a
+//! text and keeps its map, so that a rejection of the edited text has its place in the template. [`root_causes`] merges
+//! what a caller found on many variants: one diagnostic per cause, with the smallest set of axis values that provokes
+//! it.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -67,12 +68,12 @@ impl Variant {
         &self.source.wgsl
     }
 
-    /// From the text back to the templates.
+    /// The map from places of the text to the templates.
     pub fn map(&self) -> &TextMap {
         &self.source.map
     }
 
-    /// The same with parts of the text replaced. Of edits that overlap the first is made.
+    /// Replaces parts of the text. The first of overlapping edits wins.
     #[must_use]
     pub fn edited(&self, edits: &[TextEdit]) -> Self {
         let (old, map) = (&self.source.wgsl, &self.source.map);

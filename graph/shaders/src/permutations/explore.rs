@@ -10,8 +10,8 @@
 //! validated once. Texts are passed on as they are found and not kept; rendering the path again reproduces them.
 //!
 //! Limits: 65,536 paths, 32,768 distinct texts, 512 MiB of text; eight times as much where texts are joined from parts.
-//! An axis with more than 16,384 values that the text reads is explored at its first, default and last value only. Each limit
-//! is an error, since an untried value may fail; the exploration lists the axes that are incomplete.
+//! An axis with more than 16,384 values that the text reads is explored at its first, default and last value only. Each
+//! limit is an error, since an untried value may fail; the exploration lists the axes that are incomplete.
 
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
@@ -152,12 +152,12 @@ impl<'a> Explorer<'a> {
         }
     }
 
-    /// The same, with texts joined from parts. No note is taken of literal text then.
+    /// Joins texts from rendered parts. Literal text is then not tracked.
     pub(crate) fn of_parts(self, parts: Option<&'a OnceLock<Option<Parts>>>) -> Self {
         Self { parts: parts.filter(|_| !self.track), ..self }
     }
 
-    /// The same, with paths in the order of their distance from the first: for a search that ends soon.
+    /// Visits paths in the order of their distance from the first, for a search that ends soon.
     pub(crate) fn nearest_first(self) -> Self {
         Self { nearest_first: true, ..self }
     }
@@ -178,7 +178,7 @@ impl<'a> Explorer<'a> {
         None
     }
 
-    /// Takes all paths, without their texts; whether there are no more than `max`.
+    /// Visits all paths without keeping their texts. Returns whether there are at most `max`.
     pub(crate) fn take_all(&mut self, max: usize) -> bool {
         while let Some(start) = self.next.take() {
             if self.exploration.leaves.len() >= max || self.exploration.is_full() {

@@ -1,4 +1,4 @@
-//! From rejections and opinions to diagnostics in the templates.
+//! Places rejections and opinions about generated text in the templates.
 //!
 //! A rejection is about a generated text; the diagnostic is about the template that it came from. Literal text maps
 //! exactly. Where the place was captured by a macro, a block or a filter, the marked templates give it, with the tags

@@ -27,14 +27,14 @@ pub(super) struct Declared {
     pub(super) visible: Vec<Id>,
     pub(super) mentions: Vec<Id>,
     pub(super) is_of_whole: bool,
-    /// At most so many; `None` for a declaration that is too large by itself.
+    /// An upper bound on its statements; `None` for a declaration that is too large by itself.
     pub(super) statements: Option<usize>,
 }
 
 impl Declarations {
     /// The declarations of a text, given those of the one `before`, and whether it can be proven by them: not if it
-    /// declares a name twice, has a directive behind others or a declaration that says something of the whole, or is too
-    /// large.
+    /// declares a name twice, has a directive behind others or a declaration that says something of the whole, or is
+    /// too large.
     pub(super) fn of(&mut self, split: &Split, common: Common, before: &[Id]) -> (Box<[Id]>, bool) {
         let new = split.ranges.len() - common.first - common.last;
         let ranges = split.ranges.iter().skip(common.first).take(new);

@@ -1,7 +1,8 @@
 //! Proofs of earlier runs.
 //!
-//! Kept of a unit: the profiles that accept it, and what its callers see of it. Its name is the hash of all that it is made
-//! of. A unit with an error or a warning is not kept: it is proven and reported again. What cannot be read is not there.
+//! Kept of a unit: the profiles that accept it, and what its callers see of it. Its name is the hash of all that it is
+//! made of. A unit with an error or a warning is not kept: it is proven and reported again. What cannot be read is not
+//! there.
 //!
 //! The host keeps the bytes ([`Keep`]), and keeps apart what different versions of this program have proven.
 

@@ -12,7 +12,7 @@ use crate::written::declarations::{self, Kind};
 use crate::written::rejection::{Rejection, Scope};
 
 impl Composition<'_> {
-    /// Takes over what the proof of a text says of it and of its units.
+    /// Learns from the proof of a text about the text and its units.
     pub(super) fn learn(
         &mut self,
         at: usize,

@@ -121,8 +121,8 @@ impl Options<'_> {
 /// The maximum number of threads that are worth their stacks.
 const MAX_THREADS: usize = 256;
 
-/// Takes all paths of the requests, each on a thread; those that allow the same values of one template share them.
-/// Diagnostics are those about requests that cannot be explored.
+/// Explores all paths of the requests, each on a thread. Requests that allow the same values of one template share
+/// them. Reports requests that cannot be explored.
 fn explore<'a>(
     templates: &'a TemplateSet,
     requests: &'a [Request],

@@ -1,13 +1,14 @@
 //! Interfaces of modules, worked out from those of their declarations.
 //!
-//! All that naga, limits and the reflection ask of an entry point beyond its own declaration adds up over the functions that
-//! it reaches: the variables that they use, and textures with their samplers. Each function says what it uses itself
-//! ([`crate::rules::uses`]); here it is followed through the calls of one text. Variants that agree in what is found are
-//! one interface. It is valid without a proof of its own if its bindings are no more than every profile guarantees and no
-//! two stand at one place: all else was seen where each part was proven, reached by an entry point.
+//! All that naga, limits and the reflection ask of an entry point beyond its own declaration adds up over the functions
+//! that it reaches: the variables that they use, and textures with their samplers. Each function says what it uses
+//! itself ([`crate::rules::uses`]); here it is followed through the calls of one text. Variants that agree in what is
+//! found are one interface. It is valid without a proof of its own if its bindings are no more than every profile
+//! guarantees and no two stand at one place: all else was seen where each part was proven, reached by an entry point.
 //!
-//! Limits: modules in which pointers to variables of the module are passed, and those with workgroup variables or numbered
-//! overrides, are proven one by one; so are all of a family in which naga has seen something else than what is found here.
+//! Limits: modules in which pointers to variables of the module are passed, and those with workgroup variables or
+//! numbered overrides, are proven one by one; so are all of a family in which naga has seen something else than what is
+//! found here.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

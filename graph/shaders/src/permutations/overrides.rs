@@ -1,10 +1,10 @@
 //! The values with which the overrides of a module are tried.
 //!
-//! A module with overrides becomes another one with every set of values, and each may fail: a size of zero, an overflow.
-//! All sets cannot be tried; all defaults, all minimums and all maximums are. Most overrides only choose between
-//! branches: they are compared, negated, and decide an `if`. Then no value can make a difference to the compiler, which
-//! evaluates the comparison and keeps both branches, and the defaults stand for all sets. [`values_matter`] says so only
-//! where it can see every use.
+//! A module with overrides becomes another one with every set of values, and each may fail: a size of zero, an
+//! overflow. All sets cannot be tried; all defaults, all minimums and all maximums are. Most overrides only choose
+//! between branches: they are compared, negated, and decide an `if`. Then no value can make a difference to the
+//! compiler, which evaluates the comparison and keeps both branches, and the defaults stand for all sets.
+//! [`values_matter`] says so only where it can see every use.
 
 use std::collections::BTreeMap;
 
@@ -64,7 +64,8 @@ pub(super) fn values(axes: &Axes) -> Vec<AxisValues> {
     vec![defaults, ends(false), ends(true)]
 }
 
-/// All that the tried values of an override follow from, by names of axes: a proof of its declaration rests on them.
+/// The inputs, by axis name, from which the tried values of an override follow. A proof of its declaration depends on
+/// them.
 pub(super) fn by_name(axes: &Axes) -> BTreeMap<&str, String> {
     let overrides = axes.iter().filter(|axis| axis.mode == AxisMode::Override);
     overrides.map(|axis| (axis.name.as_str(), format!("{:?} {:?}", axis.kind, axis.default))).collect()

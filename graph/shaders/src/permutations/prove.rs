@@ -46,8 +46,8 @@ impl<'a> Subject<'a> {
 pub(crate) struct Task<'a> {
     pub(crate) source: Source,
     pub(crate) subject: Arc<Subject<'a>>,
-    /// Whether something is learned of its units. Then it is tried for all profiles of the check; a rejection by one that
-    /// is not wanted is not reported.
+    /// Whether something is learned of its units. Then it is tried for all profiles of the check; a rejection by one
+    /// that is not wanted is not reported.
     pub(crate) is_of_units: bool,
 }
 

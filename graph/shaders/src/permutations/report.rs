@@ -21,7 +21,8 @@ pub struct Permutations {
     pub texts: usize,
     /// The number of them that were proven by themselves; the verdicts of all others follow.
     pub proven: usize,
-    /// The number of declarations with what they see of others, and of interfaces of modules, that the texts consist of.
+    /// The number of declarations with what they see of others, and of interfaces of modules, that the texts consist
+    /// of.
     pub declarations: usize,
 }
 
@@ -117,8 +118,8 @@ impl VariantReport {
         all.rev().max_by_key(|(_, cost)| cost.total)
     }
 
-    /// A file name that says which variant of which pass it is: `forward.sscs=true.taps=16.1f2e3d4c.wgsl`. Long lists of
-    /// values are cut; the first digits of the hash keep names apart.
+    /// A file name that says which variant of which pass it is: `forward.sscs=true.taps=16.1f2e3d4c.wgsl`. Long lists
+    /// of values are cut; the first digits of the hash keep names apart.
     pub fn file_name(&self, name: &str) -> String {
         let clean = |text: &str| -> String {
             let keep = |each: char| each.is_ascii_alphanumeric() || matches!(each, '_' | '-' | '=' | '.');

@@ -1,4 +1,5 @@
-//! Builds a report from texts and verdicts: variants, coverage, values of axes, the union of their interfaces, sizes, dead axes and text.
+//! Builds a report from texts and verdicts: variants, coverage, values of axes, the union of their interfaces, sizes,
+//! dead axes and text.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::sync::Arc;

@@ -1,10 +1,10 @@
 //! Units: declarations with all that they see of others, each of which is proven once.
 //!
-//! WGSL resolves names at module scope in any order, so a declaration is valid, or not, by its own text and by what it sees
-//! of what it mentions: of a function its signature and its summary ([`crate::rules::summary`]), of anything else all.
-//! Types and constants that mention one another in a circle are one unit; a text with such functions is proven by itself.
-//! All that adds up over the functions that an entry point reaches, as limits and collisions of bindings do, is worked out from
-//! them ([`super::modules`]); whether the stages of a module fit together is one more unit.
+//! WGSL resolves names at module scope in any order, so a declaration is valid, or not, by its own text and by what it
+//! sees of what it mentions: of a function its signature and its summary ([`crate::rules::summary`]), of anything else
+//! all. Types and constants that mention one another in a circle are one unit; a text with such functions is proven by
+//! itself. All that adds up over the functions that an entry point reaches, as limits and collisions of bindings do, is
+//! worked out from them ([`super::modules`]); whether the stages of a module fit together is one more unit.
 //!
 //! A summary is known once some text with the function has been proven. Until then its callers are open.
 
@@ -48,22 +48,22 @@ pub(super) struct Refusal {
 
 #[derive(Debug, Default)]
 pub(super) struct Unit {
-    /// Of all that it is made of; the same in every run.
+    /// The hash of all that the unit is made of; the same in every run.
     pub(super) hash: Hash,
     /// The profiles for which some text with it was accepted.
     pub(super) accepted: Profiles,
     pub(super) refusals: Vec<Refusal>,
-    /// Of a function, where some text with it was validated.
+    /// The summary of a function, once some text with it was validated.
     pub(super) summary: Option<Arc<Summary>>,
     /// The profiles for which some text was accepted in which an entry point reaches it.
     pub(super) reached: Profiles,
     /// The hash of all that others see.
     pub(super) interface: Option<Id>,
-    /// Of a function, what its summary says that it uses.
+    /// The resources that a function uses, from its summary.
     pub(super) used: Option<Used>,
-    /// Of a variable, as if nothing used it.
+    /// The binding of a variable, as if nothing used it.
     pub(super) binding: Option<Binding>,
-    /// Of an entry point, without what it uses.
+    /// The reflection of an entry point, without what it uses.
     pub(super) entry_point: Option<EntryPoint>,
     /// The reflection of every module with this interface.
     pub(super) reflection: Option<Arc<Reflection>>,

@@ -26,7 +26,7 @@ pub enum Opinion {
         /// Line and column, both from 1, in bytes.
         place: Option<(usize, usize)>,
     },
-    /// Nothing within the time that it has.
+    /// No answer within the time limit.
     TimedOut,
     /// The validator cannot run; with the reason.
     Unavailable(String),

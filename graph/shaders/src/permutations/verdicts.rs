@@ -1,4 +1,4 @@
-//! The verdict of each text once all are settled, and its failures.
+//! The result of proving each text, accepted or with its failures, once all units are proven.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
@@ -96,7 +96,7 @@ impl<'a> Composition<'a> {
         Failure { diagnostic, leaves, profiles, excess, overrides }
     }
 
-    /// The branches of a text that uniforms alone decide: unit and index of the condition.
+    /// The branches of a text whose condition depends on uniforms alone: unit, and index of the condition.
     fn conditions(&self, units: &[u32], known: &mut Advised) -> Vec<(u32, usize)> {
         let known_units = &self.units.all;
         let branches = |unit: &&u32| {

@@ -57,8 +57,8 @@ pub struct VertexInput {
     pub scalar: Scalar,
     /// The number of components: 1 to 4.
     pub components: u32,
-    /// The vertex format of exactly this type (`float32x3` for `vec3<f32>`). A host may use any format of the same kind,
-    /// such as `unorm8x4` for `vec4<f32>`.
+    /// The vertex format of exactly this type (`float32x3` for `vec3<f32>`). A host may use any format of the same
+    /// kind, such as `unorm8x4` for `vec4<f32>`.
     pub format: VertexFormat,
 }
 
@@ -93,8 +93,8 @@ pub struct EntryPoint {
     pub has_second_source: bool,
     /// Whether a fragment stage writes `frag_depth`.
     pub writes_depth: bool,
-    /// Whether it is certain to write every texel in a full-screen pass: a vertex stage makes one triangle that holds all
-    /// of clip space, a fragment stage neither discards nor masks.
+    /// Whether it is certain to write every texel in a full-screen pass: a vertex stage makes one triangle that holds
+    /// all of clip space, a fragment stage neither discards nor masks.
     #[serde(skip)]
     pub covers: bool,
     /// The locations passed between vertex and fragment stage: written by the one, read by the other.

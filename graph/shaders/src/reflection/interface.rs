@@ -1,8 +1,8 @@
 //! The interface of a pass: the union over its variants.
 //!
 //! A pass has one bind-group layout for all of its variants, so that switching a feature changes a pipeline and nothing
-//! else. Two variants may use different bindings; where both use one, they have to mean the same: name, type and access.
-//! Visibility and minimum sizes are united, and a texture that one variant filters is filterable.
+//! else. Two variants may use different bindings; where both use one, they have to mean the same: name, type and
+//! access. Visibility and minimum sizes are united, and a texture that one variant filters is filterable.
 
 use std::collections::BTreeMap;
 
@@ -76,7 +76,7 @@ pub(crate) fn agree(one: &Binding, other: &Binding) -> bool {
     (one.group, one.binding) == (other.group, other.binding) && merge(&mut one.clone(), other).is_ok()
 }
 
-/// The name of a type without the lengths of its arrays: how much a buffer holds is no matter of its layout.
+/// The name of a type without array lengths, since layouts agree whatever a buffer holds.
 fn of_any_length(name: &str) -> String {
     let is_length = |part: &str| part.starts_with(|first: char| first.is_ascii_digit());
     name.split(", ").filter(|part| !is_length(part)).collect::<Vec<_>>().join(", ")

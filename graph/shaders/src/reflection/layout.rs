@@ -87,8 +87,8 @@ pub enum TypeLayout {
         name: String,
         /// Its members in order.
         members: Vec<Member>,
-        /// Its size in bytes, with the padding at its end, and with one element of an array at its end that the buffer's
-        /// size decides.
+        /// Its size in bytes, with the padding at its end, and with one element of an array at its end that the
+        /// buffer's size decides.
         size: u32,
         /// Its alignment in bytes.
         align: u32,

@@ -1,17 +1,18 @@
 //! Templates in parts, each rendered once for the values that it reads.
 //!
 //! A template with many axes has many texts, of which most parts are the same: an include depends on a few axes, a
-//! branch on one or two more. So a template is taken apart, through its includes, blocks and branches, into literal text
-//! and parts that the engine renders one by one. A part remembers, as a tree of what it has read in order, the text that
-//! it wrote; a further text of the template is looked up part by part and joined.
+//! branch on one or two more. So a template is taken apart, through its includes, blocks and branches, into literal
+//! text and parts that the engine renders one by one. A part remembers, as a tree of what it has read in order, the
+//! text that it wrote; a further text of the template is looked up part by part and joined.
 //!
 //! Variables that tags bind (`set`, `macro`, `import`) are seen by the parts behind them. A part is rendered behind all
-//! tags before it that bind a name which it mentions, itself or through what these mention or include; these tags run once
-//! more, and what they read the part has read. What a tag that also writes text binds is bound by its text captured.
+//! tags before it that bind a name which it mentions, itself or through what these mention or include; these tags run
+//! once more, and what they read the part has read. What a tag that also writes text binds is bound by its text
+//! captured.
 //!
-//! Limits: a template that calls `super` or `self`, that extends another by a name that is computed, or that nests blocks
-//! in those that it overrides, is not taken apart. Fuel, and the sizes that rendering is limited to, are added up over the
-//! parts; a text above a limit, or with an error, is rendered as a whole, which says what is wrong.
+//! Limits: a template that calls `super` or `self`, that extends another by a name that is computed, or that nests
+//! blocks in those that it overrides, is not taken apart. Fuel, and the sizes that rendering is limited to, are added
+//! up over the parts; a text above a limit, or with an error, is rendered as a whole, which says what is wrong.
 
 mod divide;
 
@@ -26,7 +27,7 @@ use crate::jinja::guard;
 use crate::written::complexity;
 use umbragraph_text::diagnostic::AxisValue;
 
-/// Gives the values of axes as they are read; `None` for a name that is no axis.
+/// A source of axis values, asked as the template reads them; `None` for a name that is no axis.
 pub(crate) trait Decide: Debug + Send + Sync {
     fn decide(&self, name: &str) -> Option<AxisValue>;
 }
@@ -65,7 +66,7 @@ enum Node {
     /// No rendering has come here.
     #[default]
     Open,
-    /// It reads a name, and goes on by its value.
+    /// A branch on the value of a name.
     Reads(Arc<str>, Vec<(Option<AxisValue>, usize)>),
     Writes(Arc<str>, Cost),
 }
@@ -79,7 +80,7 @@ struct Cost {
 }
 
 impl Parts {
-    /// Takes a template apart; `None` for one that is not to be taken apart.
+    /// Splits a template into parts; `None` for one that cannot be split.
     pub(crate) fn of(set: &TemplateSet, template: &str) -> Option<Self> {
         divide::divide(set, template)
     }

@@ -82,7 +82,8 @@ impl TemplateSet {
         self.add_file(sources, file, name, diagnostics);
     }
 
-    /// Adds a registered text of a library: its bindings give way to those of other templates that take the same numbers.
+    /// Adds a registered text of a library: its bindings give way to those of other templates that take the same
+    /// numbers.
     pub fn add_library_file(
         &mut self,
         sources: &Sources,
@@ -358,7 +359,7 @@ pub(crate) fn contradiction(clash: &[Constraint], place: impl Into<Place>, messa
     clash.iter().fold(diagnostic, |diagnostic, one| diagnostic.related(one.span, one.to_string()))
 }
 
-/// `lib/noise` for `lib/noise.wgsl.jinja`.
+/// The name of a template without its ending: `lib/noise` for `lib/noise.wgsl.jinja`.
 fn stem(name: &str) -> &str {
     name.strip_suffix(".jinja").unwrap_or(name).strip_suffix(".wgsl").unwrap_or(name)
 }

@@ -1,8 +1,8 @@
 //! Templates of which every variant renders to the same text as in an earlier set.
 //!
-//! A session that reads one edited template again keeps the modules of all others. A template depends on its own text and
-//! axes, on the templates that it names in `include`, `import`, `from` and `extends`, and on those whose axes it inherits.
-//! A template with a tag that names another by an expression depends on all.
+//! A session that reads one edited template again keeps the modules of all others. A template depends on its own text
+//! and axes, on the templates that it names in `include`, `import`, `from` and `extends`, and on those whose axes it
+//! inherits. A template with a tag that names another by an expression depends on all.
 //!
 //! Limits: a set with other names, with other variables bound by its changed templates, or with a longer literal text
 //! (see [`guard::fuel`](crate::jinja::guard::fuel)) shares nothing with the set before.

@@ -1,8 +1,8 @@
 //! Loops that nothing leaves, and functions that can end without their result.
 //!
-//! WGSL asks of every statement how control leaves it: to the next statement, by `break`, `continue` or `return`. A `loop`
-//! that control does not leave at all is an error when the module is created, and so is a function with a result whose
-//! end control can reach. `discard` does not count, since the invocation goes on as a helper. Conditions are not
+//! WGSL asks of every statement how control leaves it: to the next statement, by `break`, `continue` or `return`. A
+//! `loop` that control does not leave at all is an error when the module is created, and so is a function with a result
+//! whose end control can reach. `discard` does not count, since the invocation goes on as a helper. Conditions are not
 //! evaluated: `while true` counts as leaving.
 //!
 //! Source: *WebGPU Shading Language*, "Behaviors".

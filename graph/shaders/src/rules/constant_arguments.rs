@@ -1,7 +1,7 @@
 //! Arguments of built-in functions that are constants outside of what the function takes.
 //!
-//! WGSL makes such a call an error when the module is created, although nothing runs yet; naga looks only at calls whose
-//! arguments are all constant. Rejected here, as browsers do:
+//! WGSL makes such a call an error when the module is created, although nothing runs yet; naga looks only at calls
+//! whose arguments are all constant. Rejected here, as browsers do:
 //!
 //! | call | rejected |
 //! |---|---|

@@ -1,4 +1,5 @@
-//! Rules that naga does not enforce and browsers or targets do: uniform control flow, aliasing, limits; and the cost of shaders.
+//! Rules that naga does not enforce and browsers or targets do: uniform control flow, aliasing, limits; and the cost of
+//! shaders.
 
 pub(crate) mod aliasing;
 pub(crate) mod behaviors;

@@ -1,8 +1,8 @@
 //! Variables and inputs that an entry point cannot have in its stage.
 //!
-//! Workgroup memory belongs to compute stages, a vertex stage writes no storage, and a compute stage has built-in inputs
-//! alone. WGSL counts every mention in the functions that an entry point reaches, whether it is evaluated or not; naga
-//! does not look.
+//! Workgroup memory belongs to compute stages, a vertex stage writes no storage, and a compute stage has built-in
+//! inputs alone. WGSL counts every mention in the functions that an entry point reaches, whether it is evaluated or
+//! not; naga does not look.
 //!
 //! Source: *WebGPU Shading Language*, "Address Spaces" and "Resource interface of a shader".
 
@@ -25,7 +25,7 @@ pub(crate) struct Mentions {
 }
 
 impl Mentions {
-    /// All that entry points see of it.
+    /// The text that identifies what entry points see of the function.
     pub(crate) fn digest(self) -> String {
         format!("{} {}", self.workgroup.is_some(), self.writable.is_some())
     }

@@ -1,9 +1,9 @@
-//! All that callers see of a function, and naga, the rules beyond it and the writers of a caller with them.
+//! Summary of a function: all that naga, the rules beyond it and the writers need to know of it to judge a caller.
 //!
-//! A function is valid or not by itself and by what it sees of others: of a function that it calls, the signature and this
-//! summary. It says in which stages the function can stand, what it does to control flow, and what WGSL's analyses of
-//! uniformity and of aliases pass to callers. Two functions with one signature and one summary can stand for each other in
-//! any module, but for what adds up over all functions ([`super::uses`]).
+//! A function is valid or not by itself and by what it sees of others: of a function that it calls, the signature and
+//! this summary. It says in which stages the function can stand, what it does to control flow, and what WGSL's analyses
+//! of uniformity and of aliases pass to callers. Two functions with one signature and one summary can stand for each
+//! other in any module, but for what adds up over all functions ([`super::uses`]).
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -20,7 +20,7 @@ use crate::written::rejection::Rejection;
 /// The summary of a function.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Summary {
-    /// In words of its own; equal exactly if the summaries are.
+    /// The summary as text; two texts are equal exactly if the summaries are.
     pub(crate) text: String,
     pub(crate) uses: Uses,
     pub(crate) branches: Branches,

@@ -9,8 +9,8 @@
 //! | types within types | 255 |
 //! | arguments of an array's constructor | 32,767 |
 //!
-//! The limits are those of Chrome's compiler, which are the specification's or higher: what it takes, other browsers may
-//! still refuse. Arrays whose size is an override belong to workgroup memory alone.
+//! The limits are those of Chrome's compiler, which are the specification's or higher: what it takes, other browsers
+//! may still refuse. Arrays whose size is an override belong to workgroup memory alone.
 //!
 //! Source: *WebGPU Shading Language*, "Limits" and "Types".
 
@@ -33,7 +33,7 @@ const MAX_CASES: usize = 16_383;
 const MAX_NESTING: usize = 255;
 const MAX_COMPONENTS: usize = 32_767;
 
-/// All that counts of a type and of those that it consists of.
+/// The relevant properties of a type and of its components.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Parts {
     nesting: usize,

@@ -1,15 +1,16 @@
 //! Branches of fragment stages that uniforms alone decide.
 //!
-//! Some drivers (Mesa's among them) compile a fragment shader once more for each value of a uniform that decides a branch,
-//! so that a shader with `if material.receives` is compiled for each material: seconds before the first frame. A factor in
-//! place of the branch, an override, or a condition in which something of the fragment takes part costs nothing like it.
+//! Some drivers (Mesa's among them) compile a fragment shader once more for each value of a uniform that decides a
+//! branch, so that a shader with `if material.receives` is compiled for each material: seconds before the first frame.
+//! A factor in place of the branch, an override, or a condition in which something of the fragment takes part costs
+//! nothing like it.
 //!
-//! Each expression of a function gets the set of its dependencies: uniform buffers, or anything else that differs between
-//! invocations or that a driver cannot know when it compiles (inputs, storage, textures). Constants and overrides are
-//! neither. A variable depends on every value stored in it and on the conditions of the branches and loops around the
-//! stores. Arguments, and results of calls, are left open: a function is looked at once ([`of`]), and what its callers
-//! pass is known where functions come together ([`decided`]). An argument depends on what any caller passes. The sets grow
-//! to a fixed point. A condition that depends on uniforms alone is reported.
+//! Each expression of a function gets the set of its dependencies: uniform buffers, or anything else that differs
+//! between invocations or that a driver cannot know when it compiles (inputs, storage, textures). Constants and
+//! overrides are neither. A variable depends on every value stored in it and on the conditions of the branches and
+//! loops around the stores. Arguments, and results of calls, are left open: a function is looked at once ([`of`]), and
+//! what its callers pass is known where functions come together ([`decided`]). An argument depends on what any caller
+//! passes. The sets grow to a fixed point. A condition that depends on uniforms alone is reported.
 //!
 //! Limits: control flow after early returns is not followed; a write through a pointer counts as anything else.
 
@@ -80,7 +81,7 @@ impl Branches {
         self.conditions.is_empty() && self.calls.is_empty() && self.result == Dependencies::default()
     }
 
-    /// The same with places that count from an offset.
+    /// Shifts places so that they count from an offset.
     pub(crate) fn counted_from(&mut self, offset: usize) {
         for (_, range) in &mut self.conditions {
             *range = range.start.saturating_sub(offset)..range.end.saturating_sub(offset);

@@ -1,8 +1,9 @@
 //! Numbers that nothing gives a type: `3000000000` and `vec2(1, 2) << vec2(4u)`, but not `u32(3000000000)`.
 //!
-//! WGSL takes them for `i32` where a `let` or `var` gets its type from them, and rejects those that no `i32` holds. naga takes
-//! `u32` for these, or floats if that does not suffice. A value is followed through the text: numbers, constants of numbers,
-//! vectors and a few built-in functions of them. What else a value may have is taken for something with a type, and left alone.
+//! WGSL takes them for `i32` where a `let` or `var` gets its type from them, and rejects those that no `i32` holds.
+//! naga takes `u32` for these, or floats if that does not suffice. A value is followed through the text: numbers,
+//! constants of numbers, vectors and a few built-in functions of them. What else a value may have is taken for
+//! something with a type, and left alone.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -107,8 +108,8 @@ pub(super) fn names<'t>(tokens: &Tokens<'t>, constants: &HashSet<&str>) -> HashM
     found.into_iter().filter_map(|(name, numbers)| Some((name, numbers?))).collect()
 }
 
-/// The place of the first value of a function that has a type of integers beyond `i32`, or of floats, only since no `i32`
-/// holds its numbers.
+/// The place of the first value of a function that has a type of integers beyond `i32`, or of floats, only since no
+/// `i32` holds its numbers.
 pub(super) fn beyond(names: &HashMap<&str, Numbers>, module: &Module, function: &Function) -> Option<Span> {
     if names.is_empty() {
         return None;

@@ -1,4 +1,5 @@
-//! Uses that add up over the functions that an entry point reaches: variables of the module, and textures with samplers.
+//! Uses that add up over the functions that an entry point reaches: variables of the module, and textures with
+//! samplers.
 //!
 //! A function says what it uses itself and what it calls with which arguments; the rest follows where functions come
 //! together, without looking at any of them again.

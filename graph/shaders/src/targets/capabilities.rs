@@ -1,5 +1,5 @@
-//! Capabilities by the names under which pipelines require them: optional features of WebGPU, and what WebGPU's core mode
-//! always has but OpenGL or compatibility mode may lack.
+//! Capabilities by the names under which pipelines require them: optional features of WebGPU, and what WebGPU's core
+//! mode always has but OpenGL or compatibility mode may lack.
 //!
 //! The latter are downlevel flags of wgpu. Only those are named that a pipeline can do without by itself; a target that
 //! lacks another one has its own rule.

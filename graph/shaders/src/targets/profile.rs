@@ -5,9 +5,9 @@
 //! states the profiles that it claims, and every variant is checked against each of them.
 //!
 //! Sources: the limits of WebGPU's specification (core and compatibility mode) and the defaults of wgpu 30 for native
-//! backends, GLES 3.1 and WebGL 2. The native profiles take WebGPU's guaranteed limits: a pipeline that needs more names
-//! it in its own requirements. The downlevel flags of `gles` and `webgl2` are those that wgpu-hal 30 sets for every
-//! context of OpenGL ES 3.1 and of WebGL 2 (`gles/adapter.rs`).
+//! backends, GLES 3.1 and WebGL 2. The native profiles take WebGPU's guaranteed limits: a pipeline that needs more
+//! names it in its own requirements. The downlevel flags of `gles` and `webgl2` are those that wgpu-hal 30 sets for
+//! every context of OpenGL ES 3.1 and of WebGL 2 (`gles/adapter.rs`).
 
 use naga::valid::Capabilities;
 use wgpu_types::{DownlevelFlags, Features, Limits};
@@ -186,7 +186,7 @@ impl TargetProfile {
         self.language == TargetLanguage::Wgsl
     }
 
-    /// The same profile with further features, as a device may have them.
+    /// Adds features that a device may have.
     #[must_use]
     pub fn with_features(mut self, features: Features) -> Self {
         self.features |= features;
@@ -195,9 +195,9 @@ impl TargetProfile {
         self
     }
 
-    /// The same profile with no more than a device has, so that what is checked and planned runs on that device; `flags`
-    /// are those of its adapter. A device that has more changes nothing; for features of WebGPU that the device has,
-    /// there is [`TargetProfile::with_features`].
+    /// Lowers the profile to what a device has, so that what is checked and planned runs there. `flags` are those of
+    /// its adapter. A device that has more changes nothing; for its further WebGPU features, see
+    /// [`TargetProfile::with_features`].
     ///
     /// Features of a pipeline that require a limit (`required_limits`) are off
     /// where the device has less.

@@ -1,5 +1,5 @@
-//! Random modules: helpers that take values and pointers, one entry point, branches and loops in one another, and in them
-//! what needs uniform control flow.
+//! Random modules: helpers that take values and pointers, one entry point, branches and loops in one another, and in
+//! them what needs uniform control flow.
 //!
 //! Whatever is drawn is well-formed for the types alone; whether it is uniform is left to chance. Conditions are drawn
 //! from uniform and from differing values alike, so that about as many modules pass as fail.

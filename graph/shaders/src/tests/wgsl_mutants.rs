@@ -1,8 +1,8 @@
 //! Mutants of WGSL texts: what Chrome's compiler refuses is refused here, and what it takes is refused by naga alone.
 //!
-//! The texts are the valid ones of `wgsl/` and those of the project's templates. A mutant differs in one to three places:
-//! an operator, a literal, a name, a type or an attribute is exchanged, or a token or statement left out, repeated or
-//! moved. Where `tint` is not installed, nothing is compared.
+//! The texts are the valid ones of `wgsl/` and those of the project's templates. A mutant differs in one to three
+//! places: an operator, a literal, a name, a type or an attribute is exchanged, or a token or statement left out,
+//! repeated or moved. Where `tint` is not installed, nothing is compared.
 
 use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;

@@ -2,10 +2,11 @@
 //!
 //! The texts are in `wgsl/`, one on a line, under the chapter of the specification and the rule:
 //!
-//! - `-` begins a text that has to be refused, `+` one that has to pass: statements of a function with the parameters of
-//!   [`WITHIN`]. `--` and `++` begin whole modules.
+//! - `-` begins a text that has to be refused, `+` one that has to pass: statements of a function with the parameters
+//!   of [`WITHIN`]. `--` and `++` begin whole modules.
 //! - `~` and `~~` begin what WGSL takes and naga does not: refused here, and no rule of ours.
-//! - `⟦9|a#, ⟧` stands for its text nine times, with the numbers from 0 for `#` and from 1 for `#+`; `\0` for a null character.
+//! - `⟦9|a#, ⟧` stands for its text nine times, with the numbers from 0 for `#` and from 1 for `#+`; `\0` for a
+//!   null character.
 //!
 //! If `tint`, Chrome's compiler, is installed, it has to say the same of each text.
 

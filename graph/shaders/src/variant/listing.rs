@@ -40,8 +40,8 @@ impl ShaderModule {
         })
     }
 
-    /// The text with the place of each line before it: `lib/noise.wgsl.jinja:12 | let x = 1.0;`. A line that starts with
-    /// what an expression wrote names the place of that expression.
+    /// The text with the place of each line before it: `lib/noise.wgsl.jinja:12 | let x = 1.0;`. A line that starts
+    /// with what an expression wrote names the place of that expression.
     pub fn annotated(&self, sources: &Sources) -> String {
         let mut lines: Vec<(String, &str)> = Vec::new();
         let mut start = 0;

@@ -36,7 +36,7 @@ struct Count<'m> {
 }
 
 impl Count<'_> {
-    /// Functions do not call themselves: WGSL has no recursion.
+    /// Counts the texture reads of a function. The recursion ends, since WGSL functions cannot call themselves.
     fn function(&mut self, handle: Handle<Function>) -> u64 {
         if let Some(known) = self.known.get(&handle) {
             return *known;
@@ -77,7 +77,7 @@ impl Count<'_> {
         }
     }
 
-    /// The rounds of a loop that goes on while something is below a constant.
+    /// The rounds of a loop that ends when a counter reaches a constant.
     fn rounds(&self, function: &Function, body: &Block) -> Option<u64> {
         body.iter().find_map(|statement| match statement {
             Statement::If { condition, reject, .. }

@@ -2,9 +2,9 @@
 //!
 //! naga bounds the nesting of brackets and braces, but not chains: it descends once per link of `1 + 1 + 1 + ..`, of
 //! `else if`, of a constant defined by the next one, and some 100,000 links overflow any stack, which no one can catch.
-//! Its time also grows with the square of a function's length. This pass counts such links lexically. The limits are far
-//! above any shader and a factor of four below what overflows the stack that naga is given (debug build, which needs
-//! most).
+//! Its time also grows with the square of a function's length. This pass counts such links lexically. The limits are
+//! far above any shader and a factor of four below what overflows the stack that naga is given (debug build, which
+//! needs most).
 
 use std::ops::Range;
 
@@ -94,7 +94,8 @@ pub(crate) fn is_small(text: &str, statements: impl Iterator<Item = Option<usize
         && all.is_some_and(|(count, sum)| count <= MAX_DECLARATIONS && sum <= MAX_STATEMENTS)
 }
 
-/// Whether a text has too few operators, statements and blocks altogether to exceed any limit; a quick look at all bytes.
+/// Whether a text has too few operators, statements and blocks altogether to exceed any limit; a quick look at all
+/// bytes.
 fn is_far_below(bytes: &[u8]) -> bool {
     let (mut operators, mut ends) = (0, 0);
     for chunk in bytes.chunks(255) {
@@ -144,8 +145,8 @@ pub(crate) fn is_of_word(byte: &u8) -> bool {
     byte.is_ascii_alphanumeric() || *byte == b'_' || !byte.is_ascii()
 }
 
-/// The end of the comment between `/*` and `*/` that begins at a place, with those inside it; `None` for one that is not
-/// closed.
+/// The end of the comment between `/*` and `*/` that begins at a place, with those inside it; `None` for one that is
+/// not closed.
 pub(super) fn comment_end(bytes: &[u8], start: usize) -> Option<usize> {
     let (mut at, mut depth) = (start, 0_usize);
     loop {

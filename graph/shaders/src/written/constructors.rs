@@ -2,7 +2,8 @@
 //!
 //! naga evaluates `array<f32, 2>(1)[0]` and `S(1).a` where they are constants, and forgets the constructor before it is
 //! validated. This pass counts the arguments that a text gives to structures and arrays, and compares the suffixes of
-//! numbers with the types of the parts; of vectors and matrices, too. It reads sizes of arrays that are numbers or constants with a number.
+//! numbers with the types of the parts; of vectors and matrices, too. It reads sizes of arrays that are numbers or
+//! constants with a number.
 //!
 //! Source: *WebGPU Shading Language*, "Value Constructor Built-in Functions".
 

@@ -1,11 +1,11 @@
 //! The declarations at module scope of a WGSL text, and the names that each mentions.
 //!
-//! naga's front end reads whole modules. This splitter reads tokens: braces, semicolons and comments bound a declaration,
-//! its keyword says what it is. A declaration mentions more than it refers to (a local variable can hide a module's name),
-//! never less. Text that no declaration is, such as a stray brace, is a declaration without a name.
+//! naga's front end reads whole modules. This splitter reads tokens: braces, semicolons and comments bound a
+//! declaration, its keyword says what it is. A declaration mentions more than it refers to (a local variable can hide a
+//! module's name), never less. Text that no declaration is, such as a stray brace, is a declaration without a name.
 //!
-//! Limits: a text with characters beyond ASCII outside of comments, or with the rarer line ends of WGSL anywhere, is not
-//! split.
+//! Limits: a text with characters beyond ASCII outside of comments, or with the rarer line ends of WGSL anywhere, is
+//! not split.
 
 use std::ops::Range;
 
@@ -60,8 +60,8 @@ pub(crate) struct Common {
 }
 
 impl Split {
-    /// Splits a text that differs in few places from the one before; `None` for one that is not split, with nothing left
-    /// of the one before.
+    /// Splits a text that differs in few places from the one before; `None` for one that is not split, with nothing
+    /// left of the one before.
     pub(crate) fn go_on(&mut self, text: String) -> Option<Common> {
         let before = std::mem::take(self);
         let (old, new) = (before.text.as_bytes(), text.as_bytes());
@@ -108,8 +108,8 @@ pub(crate) fn split(text: &str) -> Option<Vec<Range<usize>>> {
     Some(found)
 }
 
-/// Adds the declarations of a text from a place between two of them on, until one ends where all that follows is `known`;
-/// whether the last one is closed, and what is known there.
+/// Adds the declarations of a text from a place between two of them on, until one ends where all that follows is
+/// `known`; whether the last one is closed, and what is known there.
 fn split_from(
     bytes: &[u8],
     mut at: usize,
@@ -182,7 +182,7 @@ fn has_other_line_end(comment: &[u8]) -> bool {
 }
 
 impl Declaration {
-    /// Takes a declaration apart.
+    /// Splits a declaration into its parts.
     pub(crate) fn new(text: &str) -> Self {
         let tokens: Vec<&str> = words(text).map(|range| &text[range]).collect();
         let keyword = after_attributes(&tokens);

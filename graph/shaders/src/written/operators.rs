@@ -20,7 +20,7 @@ use super::rejection::Rejection;
 use super::tokens::{KEYWORDS, Tokens, is_assignment};
 use crate::codes;
 
-/// A binary operator, and its place.
+/// The byte range of a binary operator.
 type Operator = Range<usize>;
 
 /// Rejects the first pair of operators that needs parentheses.

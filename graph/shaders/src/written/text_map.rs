@@ -1,4 +1,4 @@
-//! From offsets in generated text back to templates.
+//! Maps offsets in generated text back to templates.
 //!
 //! minijinja writes literal text to its sink as sub-slices of the template's own text, so the address of a slice gives
 //! the template and the offset: exact for every literal byte, and free. That is an implementation detail of minijinja

@@ -1,7 +1,7 @@
 //! The tokens of a WGSL text: names, numbers, and operators of one or two bytes.
 //!
-//! A `<` after a name begins a template list if a `>` ends it; the search is that of the specification. What begins with
-//! `>` is one byte, since it may end a template list.
+//! A `<` after a name begins a template list if a `>` ends it; the search is that of the specification. What begins
+//! with `>` is one byte, since it may end a template list.
 //!
 //! Source: *WebGPU Shading Language*, "Template Lists".
 

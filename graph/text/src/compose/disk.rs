@@ -1,11 +1,12 @@
 //! The file system: documents below their [`Roots`], and what the host names itself.
 //!
 //! A path is taken as the system takes it, `..` and links resolved, before it is compared with the roots; what lies
-//! elsewhere is never opened, nor said to exist or not. [`read_bytes`] is all that opens files: regular ones alone, since a
-//! pipe may wait for ever and a device never end, and no more of them than is wanted, whatever they say of their size.
+//! elsewhere is never opened, nor said to exist or not. [`read_bytes`] is all that opens files: regular ones alone,
+//! since a pipe may wait for ever and a device never end, and no more of them than is wanted, whatever they say of
+//! their size.
 //!
-//! Limits: whoever changes the folders while a document is read can exchange a file between the look at its path and its
-//! opening.
+//! Limits: whoever changes the folders while a document is read can exchange a file between the look at its path and
+//! its opening.
 
 use std::io::Read as _;
 use std::path::{Component, Path, PathBuf};
@@ -55,8 +56,8 @@ impl Files for Named {
 /// The deepest folder that [`files_below`] looks into.
 const MAX_DEPTH: usize = 16;
 
-/// The files below a folder whose names end in one of some ways, each with its path below it (with `/`), in the order of
-/// these. Links to folders are not followed: they may lead in a cycle.
+/// The files below a folder whose names end in one of some ways, each with its path below it (with `/`), in the order
+/// of these. Links to folders are not followed: they may lead in a cycle.
 ///
 /// # Errors
 /// A folder that cannot be read.

@@ -29,7 +29,7 @@ pub fn insert(document: &mut Value, extension: Value, diagnostics: &mut Diagnost
     put_in(document, extension, diagnostics);
 }
 
-/// The same, with what the passes that were put in changed of settings that they take over.
+/// Inserts an extension as [`insert`] does, and returns what its passes changed of the settings that they take over.
 pub(super) fn put_in(document: &mut Value, mut extension: Value, diagnostics: &mut Diagnostics) -> Changes {
     let mut changes = Changes::default();
     let Kind::Object(entries) = &mut extension.kind else {

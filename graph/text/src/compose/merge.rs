@@ -48,7 +48,8 @@ pub(super) fn over(
     lay_over(base, value, pointer, false, changes, diagnostics)
 }
 
-/// The same. The fallback a pass that takes over shared settings `keeps` its nulls, which delete what these have too.
+/// Lays a value over the base, as [`over`] does. A pass that takes over shared settings `keeps` its nulls, which
+/// delete members of these too.
 fn lay_over(
     base: Value,
     value: Value,
@@ -138,7 +139,7 @@ fn takes_over(entries: &[Entry], pointer: &Pointer<'_>) -> bool {
     )
 }
 
-/// Takes out `null`s where there is nothing below that they could delete, so that nobody reads them as values.
+/// Removes `null`s that have nothing below them to delete, so that nobody reads them as values.
 pub(super) fn reject_deletions(
     value: &mut Value,
     pointer: &Pointer<'_>,

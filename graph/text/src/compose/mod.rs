@@ -53,9 +53,9 @@ const TOP: Pointer<'_> = Pointer::Text("");
 pub struct Composed {
     /// The document.
     pub document: Document,
-    /// For each JSON pointer whose value was replaced or deleted, the places of the older values, the newest first.
+    /// Places of the older values, by JSON pointer of a value that was replaced or deleted, the newest first.
     pub replaced: BTreeMap<String, Vec<Span>>,
-    /// For each JSON pointer whose value was deleted, the place of the `null` that did it.
+    /// Place of the deleting `null`, by JSON pointer of the value that it deleted.
     pub deleted: BTreeMap<String, Span>,
     /// The role of each file.
     pub layers: BTreeMap<FileId, Layer>,
@@ -127,8 +127,8 @@ pub fn compose(
     compose_as((file, path), files, sources, diagnostics, false)
 }
 
-/// Composes what is understood of the document of a registered file, where [`compose`] makes none: for editors, which help
-/// while a text is broken. Its diagnostics are those of [`compose`].
+/// Composes what is understood of the document of a registered file, where [`compose`] makes none: for editors, which
+/// help while a text is broken. Its diagnostics are those of [`compose`].
 pub fn compose_understood(
     file: FileId,
     path: &Path,
@@ -358,8 +358,8 @@ fn path_in(files: &dyn Files, folder: &Path, name: &str) -> PathBuf {
     normalize(&with_scheme(files, name).unwrap_or_else(|| folder.join(name)))
 }
 
-/// The path of a name with a scheme such as `umbragraph:`, which [`Files`] has: as if that were a folder. Any other word
-/// before a colon is the beginning of a path.
+/// The path of a name with a scheme such as `umbragraph:`, which [`Files`] has: as if that were a folder. Any other
+/// word before a colon is the beginning of a path.
 fn with_scheme(files: &dyn Files, name: &str) -> Option<PathBuf> {
     let (scheme, rest) = name.split_once(':')?;
     files.has_scheme(scheme).then(|| Path::new(&format!("{scheme}:")).join(rest.trim_start_matches('/')))

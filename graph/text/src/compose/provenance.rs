@@ -1,10 +1,10 @@
 //! Diagnostics about a composed document, told of the text that they are about.
 //!
 //! A value can be written elsewhere than where it counts: in shared settings that passes extend, or under a key that is
-//! misspelt and was read as it was meant. Checks know only where it counts. Here, in one place, each diagnostic gets the
-//! pointer of what is written, and as related places the passes that take it over; what is the same then is said once, with
-//! the related places of all. (That a subgraph is used several times, its instances know: see `Environment::told` of the
-//! pipeline crate.)
+//! misspelt and was read as it was meant. Checks know only where it counts. Here, in one place, each diagnostic gets
+//! the pointer of what is written, and as related places the passes that take it over; what is the same then is said
+//! once, with the related places of all. (That a subgraph is used several times, its instances know: see
+//! `Environment::told` of the pipeline crate.)
 
 use std::collections::BTreeMap;
 
@@ -96,7 +96,8 @@ impl<'d> SharedPlaces<'d> {
     }
 }
 
-/// The pass that a pointer leads to or into, the way from there, and where it names the shared settings that it extends.
+/// The pass that a pointer leads to or into, the way from there, and where it names the shared settings that it
+/// extends.
 fn pass_at<'d>(document: &'d Document, pointer: &str) -> Option<(&'d str, String, Span)> {
     let way: Vec<&str> = pointer.split('/').skip(1).collect();
     let name = |key: &str| key.replace("~1", "/").replace("~0", "~");

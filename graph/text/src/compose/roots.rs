@@ -1,9 +1,9 @@
 //! Folders that a document may read.
 //!
-//! A document names files: those that it extends and includes, subgraphs, buffers of a scene. It comes from anywhere, so
-//! that not everything that its reader could read is its business. [`Roots`] are the folders below which it reads: the
-//! working folder, its own, and those that a host adds. They are names alone; [`find_below`](super::find_below) compares
-//! paths of a disk with them.
+//! A document names files: those that it extends and includes, subgraphs, buffers of a scene. It comes from anywhere,
+//! so that not everything that its reader could read is its business. [`Roots`] are the folders below which it reads:
+//! the working folder, its own, and those that a host adds. They are names alone; [`find_below`](super::find_below)
+//! compares paths of a disk with them.
 
 use std::path::{Path, PathBuf};
 
@@ -22,7 +22,7 @@ impl Roots {
         Self::default().and(Path::new(".")).and(folder)
     }
 
-    /// The same, and another folder.
+    /// Adds a folder.
     #[must_use]
     pub fn and(mut self, folder: &Path) -> Self {
         let is_new = !folder.as_os_str().is_empty() && !self.0.iter().any(|known| known == folder);

@@ -11,9 +11,9 @@
 //! A group is a part of a pass. A pass is laid over the groups that it extends, the first the lowest, just as a file is
 //! laid over the files that it extends: objects are merged key by key, everything else is replaced, `null` deletes.
 //! Groups extend one another in the same way. This is done once all files are put together, so that a file changes a
-//! group of the file that it extends for the passes of both. What stands under `settings` in a group is for the node kind
-//! of the pass, whichever that is: so a draw and a full-screen pass share what they bind. A subgraph sees its own groups,
-//! and behind them those of the pipeline; a subgraph in a file of its own does not see the latter.
+//! group of the file that it extends for the passes of both. What stands under `settings` in a group is for the node
+//! kind of the pass, whichever that is: so a draw and a full-screen pass share what they bind. A subgraph sees its own
+//! groups, and behind them those of the pipeline; a subgraph in a file of its own does not see the latter.
 //!
 //! Settings that a pass takes over keep the place where they are written: diagnostics about them point to the group,
 //! and name the passes.
@@ -101,8 +101,8 @@ impl Sharing<'_> {
         }
     }
 
-    /// A pass, or a group, over the groups that it extends, which are still named there. The error is itself, where one of
-    /// those cannot be had, and extends null: [`is_incomplete`].
+    /// A pass, or a group, over the groups that it extends, which are still named there. The error is itself, where one
+    /// of those cannot be had, and extends null: [`is_incomplete`].
     fn laid_over(
         &mut self,
         mut own: Value,
@@ -212,7 +212,8 @@ impl Sharing<'_> {
     }
 }
 
-/// Whether a pass extends groups that cannot be had, which is a diagnostic: what it lacks is not known.
+/// Whether a pass extends shared settings that are missing or broken, which is reported elsewhere: its own missing
+/// members are then unknown.
 pub fn is_incomplete(pass: &Value) -> bool {
     pass.get("extends").is_some_and(|extends| matches!(extends.kind, Kind::Null))
 }

@@ -232,7 +232,7 @@ crate::codes! {
     /// A history that is none.
     HISTORY_UNUSED = "UG0434", "history without a use",
         "No pass writes a history, so that its initial value is all that is ever read; or no pass reads it frames back, so that a transient resource would do with less memory.";
-    /// A host that stores things otherwise than a shader reads them.
+    /// A host whose storage differs from what a shader reads.
     HOST_INTERFACE = "UG0608", "host interface",
         "The host's vertex attributes or blocks (names, types, offsets) do not fit a shader that draws its meshes.";
     /// An import that the host did not give, or not as planned.

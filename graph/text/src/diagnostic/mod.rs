@@ -170,7 +170,7 @@ impl Diagnostic {
         hasher.finish()
     }
 
-    /// With another severity.
+    /// Sets the severity.
     #[must_use]
     pub fn severity(self, severity: Severity) -> Self {
         Self { severity, ..self }
@@ -201,7 +201,7 @@ impl Diagnostic {
         self
     }
 
-    /// The same about a value of a document.
+    /// Sets the place: a value of a document, with its JSON pointer.
     #[must_use]
     pub fn at(mut self, place: impl Into<Place>, pointer: impl Into<String>) -> Self {
         self.place = place.into();
@@ -326,7 +326,7 @@ impl Diagnostics {
         self.sort_files(|file| file);
     }
 
-    /// The same, with files in the order of their ranks.
+    /// Sorts as [`Self::sort`] does, with files in the order of their ranks.
     pub fn sort_files<R: Ord>(&mut self, rank: impl Fn(FileId) -> R) {
         let file = |diagnostic: &Diagnostic| {
             (diagnostic.span().is_none(), diagnostic.span().map(|span| rank(span.file)))

@@ -21,8 +21,8 @@ impl Diagnostic {
         self.help.as_ref().is_some_and(|help| help.starts_with(DID_YOU_MEAN))
     }
 
-    /// Adds the way out of a `name` that is none of `known`: the one that was probably meant, else what `otherwise` says
-    /// of the known ones.
+    /// Adds the way out of a `name` that is none of `known`: the one that was probably meant, else what `otherwise`
+    /// says of the known ones.
     ///
     /// `written` is where the name stands, as it is or in quotes; where it is neither (it is computed, or has escapes)
     /// there is no fix.
@@ -37,7 +37,8 @@ impl Diagnostic {
         self.suggest_unless(name, known, written, |_| false, otherwise)
     }
 
-    /// The same for a name that can be written once only, as the key of an object: what is `taken` is not written again.
+    /// Suggests as [`Self::suggest`] does, except names that are `taken`: for keys of an object, which stand there
+    /// once only.
     #[must_use]
     pub fn suggest_unless<'a>(
         self,

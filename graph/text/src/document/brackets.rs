@@ -1,9 +1,9 @@
 //! Brackets that are never closed, found by how a text is laid out on lines.
 //!
-//! A parser sees that a `}` is missing at the end of the file only, since every later one closes what stands further out.
-//! A reader sees it in the indentation: what a bracket holds stands deeper than the line that opens it. So the first line
-//! that begins at or left of the line of a bracket, without closing it, stands where it should have been closed; and so
-//! does a `}` where a `[` is open.
+//! A parser sees that a `}` is missing at the end of the file only, since every later one closes what stands further
+//! out. A reader sees it in the indentation: what a bracket holds stands deeper than the line that opens it. So the
+//! first line that begins at or left of the line of a bracket, without closing it, stands where it should have been
+//! closed; and so does a `}` where a `[` is open.
 //!
 //! One scan of the tokens, linear in the text. Limits: a text whose outermost bracket holds lines
 //! that are not indented says nothing; tabs count as one space.
@@ -36,7 +36,7 @@ pub(super) struct Unclosed {
 /// The brackets that a text leaves open.
 #[derive(Debug, Default)]
 pub(super) struct Found {
-    /// By the layout, in the order of the places where they should be closed.
+    /// Unclosed brackets found by the layout, in the order of the places where they should be closed.
     pub(super) by_layout: Vec<Unclosed>,
     /// The innermost bracket that is open at the end.
     pub(super) at_the_end: Option<Unclosed>,

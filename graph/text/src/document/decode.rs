@@ -1,4 +1,4 @@
-//! From a tree with places to typed values, without a tree of another kind between them.
+//! Decodes a tree with places into typed values, without an intermediate tree.
 
 use serde::de::value::{BorrowedStrDeserializer, MapAccessDeserializer, MapDeserializer, SeqDeserializer};
 use serde::de::{DeserializeOwned, Deserializer, Error as _, IntoDeserializer, MapAccess, Visitor};

@@ -8,7 +8,7 @@ use std::hash::BuildHasher as _;
 
 use super::Entry;
 
-/// Up to so many keys it is quicker to look through them than to hash them.
+/// The number of keys up to which a linear search is faster than hashing.
 const FEW_KEYS: usize = 16;
 
 /// Finds keys in a list of entries that only grows.

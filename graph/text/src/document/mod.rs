@@ -3,8 +3,8 @@
 //! A [`Document`] is strict JSON with comments, parsed by `jsonc-parser` with all its leniencies switched off: no
 //! trailing commas, no single quotes, no bare words, no hexadecimal, no NaN. Keys that stand twice in one object are
 //! diagnostics. A text that is no JSON is understood as far as it goes ([`Parsed`]): what is missing is a [`Hole`], and
-//! where it is a value, [`Kind::Missing`]. Numbers keep their exact value where JSON's does (64-bit integers, else `f64`); a number beyond `f64`
-//! is a diagnostic, never infinity.
+//! where it is a value, [`Kind::Missing`]. Numbers keep their exact value where JSON's does (64-bit integers, else
+//! `f64`); a number beyond `f64` is a diagnostic, never infinity.
 //!
 //! Limits: nesting to 512 levels (the parser's own guard), texts to [`crate::source::MAX_FILE_BYTES`].
 
@@ -40,7 +40,7 @@ pub struct Document {
 pub struct Value {
     /// The place of the value.
     pub span: Span,
-    /// The kind.
+    /// The value itself: a number, a text, an array, ….
     pub kind: Kind,
 }
 
@@ -59,7 +59,7 @@ pub enum Kind {
     Array(Vec<Value>),
     /// An object, in the order of the text.
     Object(Vec<Entry>),
-    /// Nothing, or what is no value, where a value should stand: only in a document that is no JSON.
+    /// A missing or unreadable value: only in a document that is not valid JSON.
     Missing,
 }
 
@@ -144,7 +144,7 @@ impl Value {
         self.get(key).and_then(Value::entries).unwrap_or_default()
     }
 
-    /// The same, to be changed.
+    /// The members of the object under `key`, mutable; `None` without such an object.
     pub fn entries_of_mut(&mut self, key: &str) -> Option<&mut Vec<Entry>> {
         let Kind::Object(entries) = &mut self.kind else { return None };
         match &mut entries.iter_mut().find(|entry| entry.key == key)?.value.kind {
@@ -217,7 +217,7 @@ impl Value {
         Self { span, kind }
     }
 
-    /// The same value without its places.
+    /// The value without its places.
     pub fn to_json(&self) -> serde_json::Value {
         match &self.kind {
             Kind::Null | Kind::Missing => serde_json::Value::Null,

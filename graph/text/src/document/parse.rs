@@ -1,8 +1,8 @@
 //! The parser: a text to a tree with spans, and all that is wrong with it.
 //!
-//! [`super::read`] makes the tree, also of a text that is no JSON; what is said of such a text, [`super::syntax`] finds.
-//! Of further places that are wrong, those are told that do not follow from the first: where a bracket or the end of a
-//! string is missing, none.
+//! [`super::read`] makes the tree, also of a text that is no JSON; what is said of such a text, [`super::syntax`]
+//! finds. Of further places that are wrong, those are told that do not follow from the first: where a bracket or the
+//! end of a string is missing, none.
 
 use std::collections::VecDeque;
 
@@ -15,7 +15,7 @@ use crate::source::{FileId, Sources, Span};
 /// The maximum number of values that a text may have. The largest pipelines have 65,536 passes of a dozen values each.
 const MAX_VALUES: usize = 1_500_000;
 
-/// The maximum number of places that are told beside the first that is no JSON.
+/// The maximum number of further syntax errors that are reported after the first.
 const MAX_FURTHER: usize = 3;
 
 /// The place at which a text has more values than are read, counted by brackets and commas outside of strings. The scan
@@ -49,8 +49,8 @@ pub struct Parsed {
     pub document: Document,
     /// The places where something else should stand, in the order of the text.
     pub holes: Vec<Hole>,
-    /// The diagnostics: of a text that is no JSON the first place where it is none, and a few that do not follow from it;
-    /// of others all duplicate keys, and all numbers that cannot be represented.
+    /// The diagnostics: of a text that is no JSON the first place where it is none, and a few that do not follow from
+    /// it; of others all duplicate keys, and all numbers that cannot be represented.
     pub diagnostics: Diagnostics,
 }
 

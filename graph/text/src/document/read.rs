@@ -1,10 +1,10 @@
-//! From tokens to a tree, also where the text is no JSON.
+//! Builds a tree from tokens, even if the text is not valid JSON.
 //!
 //! A reader that meets something else than it expects goes on as a person would:
 //!
 //! - a comma or colon that is missing is taken as read, one too many is passed over;
-//! - a value that is missing is [`Kind::Missing`] in the tree, at the place where it should stand; a word that is no value
-//!   is one, too;
+//! - a value that is missing is [`Kind::Missing`] in the tree, at the place where it should stand; a word that is no
+//!   value is one, too;
 //! - a key behind another key, or inside of a list, shows what was not finished before it;
 //! - a closing bracket that fits an outer one closes those inside of it; one that fits none is passed over;
 //! - what follows the whole is part of it, since a bracket has closed too early.

@@ -1,11 +1,11 @@
 //! Syntax errors of a text, by `jsonc-parser`'s own parser, and their fix if there is exactly one.
 //!
-//! A comma too many or too few, a key without quotes, a string in single quotes and a plus in front of a number each have
-//! one correction. It is a fix where the text behind it is read further than before. A bracket that is never closed is
-//! looked for by the [layout](super::brackets); closing it is a fix where the text is whole with it.
+//! A comma too many or too few, a key without quotes, a string in single quotes and a plus in front of a number each
+//! have one correction. It is a fix where the text behind it is read further than before. A bracket that is never
+//! closed is looked for by the [layout](super::brackets); closing it is a fix where the text is whole with it.
 //!
-//! Limits: that parser stops at the first error, and what follows is told without a fix; no fixes in texts over a mebibyte, and of their
-//! brackets that are never closed those only that the end of the text shows.
+//! Limits: that parser stops at the first error, and what follows is told without a fix; no fixes in texts over a
+//! mebibyte, and of their brackets that are never closed those only that the end of the text shows.
 
 use std::ops::Range;
 

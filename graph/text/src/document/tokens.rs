@@ -75,7 +75,7 @@ impl<'t> Tokens<'t> {
         lexeme
     }
 
-    /// Takes a token back, so that it is the next.
+    /// Puts a token back, so that it is the next.
     pub(super) fn take_back(&mut self, lexeme: Lexeme<'t>) {
         self.back.push_front(lexeme);
     }

@@ -1,9 +1,9 @@
 //! Members of a container put in, taken out and put elsewhere.
 //!
 //! All three come down to one: the members that are wanted, each kept or new, in their order ([`arrange`]). Between two
-//! that are kept, what stood there is removed and what is new is put. A removed member takes along the space on one side:
-//! of the two gaps around it the one with more line ends stays, so that groups stay apart and comments end their lines. A
-//! new one takes the gap of the neighbour that it is put before, else of the one that it follows.
+//! that are kept, what stood there is removed and what is new is put. A removed member takes along the space on one
+//! side: of the two gaps around it the one with more line ends stays, so that groups stay apart and comments end their
+//! lines. A new one takes the gap of the neighbour that it is put before, else of the one that it follows.
 
 use std::ops::Range;
 
@@ -24,7 +24,7 @@ pub struct Item {
 #[derive(Clone, Debug, PartialEq)]
 enum Content {
     Value(Json),
-    /// As it was written elsewhere: the member with the comments before it, and those behind it.
+    /// A member as written elsewhere, with the comments before and behind it.
     Written {
         head: String,
         tail: String,

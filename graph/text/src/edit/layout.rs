@@ -3,9 +3,9 @@
 //! Only the text between the values is read, and that holds space, comments and commas alone: the cost is that of one
 //! container however long the text is, and errors elsewhere in the text do no harm.
 //!
-//! Comments are shared out as the formatter does it (see [`crate::document::format`]): those behind a member on its line
-//! are the member's, and those before the next one the next one's. Those that a blank line separates from what follows
-//! are nobody's, such as the title of a section.
+//! Comments are shared out as the formatter does it (see [`crate::document::format`]): those behind a member on its
+//! line are the member's, and those before the next one the next one's. Those that a blank line separates from what
+//! follows are nobody's, such as the title of a section.
 
 use std::ops::Range;
 
@@ -143,7 +143,8 @@ impl<'t> Layout<'t> {
         &line[..line.len() - line.trim_start_matches([' ', '\t']).len()]
     }
 
-    /// The indentation of members that begin a line: that of the first that does, else one step more than the container's.
+    /// The indentation of members that begin a line: that of the first that does, else one step more than the
+    /// container's.
     pub(super) fn member_indentation(&self) -> String {
         match self.members.iter().find(|member| self.begins_line(member.start)) {
             Some(member) => self.indentation(member.start).to_owned(),

@@ -5,18 +5,18 @@
 //! [`Edits`], replacements of byte ranges, and never prints the document again:
 //!
 //! - [`set`] a value, and of an array or object only what differs;
-//! - [`insert`], [`remove`] and [`reorder`] members and elements, each with its comma, its comments and the layout of its
-//!   neighbours (`layout` finds what belongs to a member, `arrange` writes);
-//! - [`rename_declaration`] and all its uses, or [`rename`] what stands at places, perhaps in several files and in strings
-//!   with escapes;
+//! - [`insert`], [`remove`] and [`reorder`] members and elements, each with its comma, its comments and the layout of
+//!   its neighbours (`layout` finds what belongs to a member, `arrange` writes);
+//! - [`rename_declaration`] and all its uses, or [`rename`] what stands at places, perhaps in several files and in
+//!   strings with escapes;
 //! - [`between`] two texts that differ in space only, as formatting leaves them;
 //! - [`mend`] what diagnostics have fixes for.
 //!
 //! [`Edits::inverse`] gives the text back byte for byte. [`Edits::and`] makes two changes of one text one;
 //! [`Edits::then`] makes two changes one after the other one.
 //!
-//! Comments stay, except those that belong to what is removed: those before it up to a blank line, and those behind it on
-//! its line. New lines end as the first line of the text ends, and are indented as their neighbours.
+//! Comments stay, except those that belong to what is removed: those before it up to a blank line, and those behind it
+//! on its line. New lines end as the first line of the text ends, and are indented as their neighbours.
 //!
 //! Limits: a value that is replaced by one of another kind takes the comments inside it along. Values are those of one
 //! text, as [`parse`](crate::document::parse) gives them, and not of several that were composed.
@@ -68,9 +68,9 @@ pub enum EditError {
     /// A position beyond the last member or element.
     #[error("there is no position {at} among {count}")]
     NoPosition {
-        /// The position, from 0.
+        /// The requested position, from 0.
         at: usize,
-        /// The number of positions.
+        /// The number of positions that exist.
         count: usize,
     },
     /// A member without a key, or an element with one.
@@ -169,7 +169,7 @@ impl Edits {
         Ok(Self { list: inverse })
     }
 
-    /// These edits and others of the same text, at once.
+    /// Joins these edits with others of the same text.
     ///
     /// # Errors
     /// Edits that overlap.
@@ -177,7 +177,7 @@ impl Edits {
         Self::new(self.iter().chain(others.iter()).cloned())
     }
 
-    /// These edits, and then others of the text that they leave, as edits of the first text.
+    /// Chains edits: these, then others of the resulting text, as edits of the first text.
     #[must_use]
     pub fn then(&self, next: &Self) -> Self {
         let (mut pieces, mut kept, mut at) = (Pieces::of(self), Vec::new(), 0);
@@ -231,7 +231,7 @@ impl<'t> Pieces<'t> {
         Self { rest }
     }
 
-    /// Takes so many bytes.
+    /// Removes and returns the first `bytes` bytes.
     fn take(&mut self, mut bytes: usize) -> Vec<Piece<'t>> {
         let mut taken = Vec::new();
         while bytes > 0

@@ -1,10 +1,10 @@
 //! Names that are written in several places, and get another at once.
 //!
-//! [`rename_declaration`] takes the places from the [model](crate::model): the declaration, its uses, and the same key in
-//! every file of the document, as files declare over what they extend.
+//! [`rename_declaration`] takes the places from the [model](crate::model): the declaration, its uses, and the same key
+//! in every file of the document, as files declare over what they extend.
 //!
-//! Limits: a name that a use puts together (`soft_{i}`) is an error, since no text there is the name. Texts that another
-//! file replaced are not in the document, and keep the old name.
+//! Limits: a name that a use puts together (`soft_{i}`) is an error, since no text there is the name. Texts that
+//! another file replaced are not in the document, and keep the old name.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

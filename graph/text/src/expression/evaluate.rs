@@ -14,7 +14,7 @@ const MAX_LIST: usize = 65_536;
 pub trait Scope {
     /// The value of a name (dots included), or `None` if there is no such name.
     fn lookup(&self, name: &str) -> Option<Value>;
-    /// The same value where it lies in memory, so that lists and texts need not be copied.
+    /// Borrows the value of a name, so that lists and texts need not be copied.
     fn borrow(&self, _name: &str) -> Option<&Value> {
         None
     }
@@ -110,8 +110,8 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
     }
 }
 
-/// Evaluates an expression into the value that it had before; whether that is another one now. Lists that are written
-/// out or named keep their memory, so that only other lists and texts are allocated.
+/// Evaluates an expression into its earlier value, and returns whether it changed. Lists that are written out or
+/// named keep their memory; only other lists and texts are allocated.
 ///
 /// # Errors
 /// As of [`evaluate`]; elements of a list may be new then, and others not.

@@ -10,9 +10,10 @@
 //! refer    &resource  &resource@pass  &resource@loop[round]  &resource@-1
 //! ```
 //!
-//! Values are numbers (`f64`), booleans, texts, lists and references to resources. Arithmetic on a list works element by element, so that
-//! `"=maps / 2"` halves both sides of a texture. Every way to leave the numbers (overflow, a division by zero, the root
-//! of a negative number) is an error with its place in the string; no expression yields infinity or NaN.
+//! Values are numbers (`f64`), booleans, texts, lists and references to resources. Arithmetic on a list works element
+//! by element, so that `"=maps / 2"` halves both sides of a texture. Every way to leave the numbers (overflow, a
+//! division by zero, the root of a negative number) is an error with its place in the string; no expression yields
+//! infinity or NaN.
 //!
 //! Limits: nesting to 64 levels, texts to 4096 bytes, lists to 65,536 elements.
 

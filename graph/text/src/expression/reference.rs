@@ -1,6 +1,6 @@
-//! References to resources and published data: `maps`, `maps@blur` for the version that one pass wrote, `maps@0` for what
-//! was there before the first write of the frame, or `maps@-1` for what the frame before left. In a document `&` stands in
-//! front.
+//! References to resources and published data: `maps`, `maps@blur` for the version that one pass wrote, `maps@0` for
+//! what was there before the first write of the frame, or `maps@-1` for what the frame before left. In a document `&`
+//! stands in front.
 
 use std::ops::Range;
 
@@ -25,7 +25,7 @@ pub struct Reference {
 pub struct ReferenceError;
 
 impl Reference {
-    /// Takes a text apart.
+    /// Parses a reference.
     ///
     /// # Errors
     /// An empty name, more than one `@`, or frames that are not counted from 1.

@@ -32,8 +32,8 @@ pub struct Sections {
     /// The schema, for editors.
     #[serde(rename = "$schema")]
     pub schema: Option<String>,
-    /// The file, or files (the lowest first), over which this one is laid: objects are merged, null deletes. A file that
-    /// several of them extend is laid once, below all of them.
+    /// The file, or files (the lowest first), over which this one is laid: objects are merged, null deletes. A file
+    /// that several of them extend is laid once, below all of them.
     pub extends: Option<Paths>,
     /// Files whose sections stand beside this file's own; nothing may stand in both.
     pub include: Option<Paths>,
@@ -69,8 +69,8 @@ pub struct Sections {
     /// Points at which other files can put passes.
     #[serde(default)]
     pub extension_points: BTreeMap<String, ExtensionPointDeclaration>,
-    /// Named groups of settings that passes share: parts of passes, which a pass takes over with "extends". What stands under
-    /// "settings" is for whichever node kind the pass has.
+    /// Named groups of settings that passes share: parts of passes, which a pass takes over with "extends". What stands
+    /// under "settings" is for whichever node kind the pass has.
     #[serde(default)]
     pub shared_settings: BTreeMap<String, serde_json::Value>,
 }
@@ -253,17 +253,17 @@ pub struct FeatureDeclaration {
     /// Features that have to be off where this one is on.
     #[serde(default)]
     pub excludes: Vec<String>,
-    /// The name of a group: exactly one of the features with the same name here is on. Switching one on switches those off
-    /// that are on by default alone.
+    /// The name of a group: exactly one of the features with the same name here is on. Switching one on switches those
+    /// off that are on by default alone.
     pub one_of: Option<String>,
     /// The minimum limits that the feature needs of the target, by name, such as
     /// "max_storage_buffers_per_shader_stage". If the target profile, or the device, has less, the feature is off and
     /// cannot be switched on.
     #[serde(default)]
     pub required_limits: BTreeMap<String, u64>,
-    /// Optional features of WebGPU that it needs, such as "float32-filterable", and parts of WebGPU's core mode that OpenGL
-    /// or compatibility mode lack, such as "view-formats". Where the target profile, or the device, does not have one, the
-    /// feature is off and cannot be switched on.
+    /// Optional features of WebGPU that it needs, such as "float32-filterable", and parts of WebGPU's core mode that
+    /// OpenGL or compatibility mode lack, such as "view-formats". Where the target profile, or the device, does not
+    /// have one, the feature is off and cannot be switched on.
     #[serde(default)]
     pub required_features: Vec<String>,
     /// A description for people.
@@ -354,23 +354,23 @@ pub enum HostBinding {
 pub struct PassCommon {
     /// A description for people.
     pub description: Option<String>,
-    /// The group, or groups (the lowest first), of "shared_settings" over which the pass is laid: objects are merged, null
-    /// deletes.
+    /// The group, or groups (the lowest first), of "shared_settings" over which the pass is laid: objects are merged,
+    /// null deletes.
     pub extends: Option<Names>,
     /// Whether the pass is there at all: an expression over parameters and features.
     pub when: Option<Expr>,
-    /// Repeats the pass: one variable, with a count or a list as an expression, such as { "level": "=levels - 1" }. Rounds
-    /// are named NAME.0, NAME.1, …
+    /// Repeats the pass: one variable, with a count or a list as an expression, such as { "level": "=levels - 1" }.
+    /// Rounds are named NAME.0, NAME.1, …
     pub for_each: Option<BTreeMap<String, Expr>>,
-    /// Instead of a node kind: the subgraph that stands here, by its name under "subgraphs", or the path of a file that is
-    /// one, relative to this file, such as "parts/blur.json".
+    /// Instead of a node kind: the subgraph that stands here, by its name under "subgraphs", or the path of a file that
+    /// is one, relative to this file, such as "parts/blur.json".
     #[serde(rename = "use")]
     pub subgraph: Option<String>,
     /// Inputs and parameters of the subgraph.
     #[schemars(with = "Option<BTreeMap<String, AnyExpr>>")]
     pub with: Option<BTreeMap<String, Expr>>,
-    /// Passes that have to run before this one, where no data says so. The name of a loop or of a use of a subgraph means
-    /// all of its passes, and on such a one "after" holds for all of them; one alone is NAME.0 or NAME.PASS.
+    /// Passes that have to run before this one, where no data says so. The name of a loop or of a use of a subgraph
+    /// means all of its passes, and on such a one "after" holds for all of them; one alone is NAME.0 or NAME.PASS.
     #[serde(default)]
     pub after: Vec<String>,
     /// Whether the pass, or each pass of the subgraph, is kept even if nothing reads what it writes.

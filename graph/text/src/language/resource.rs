@@ -37,8 +37,8 @@ pub struct TextureDeclaration {
     /// The lifetime of the texture.
     #[serde(default)]
     pub lifetime: Lifetime,
-    /// Whether the host looks at it between frames: copies it, or binds it in shaders of its own. It then keeps what the
-    /// frame leaves in it, in memory that it shares with no other, and the passes that write it are kept.
+    /// Whether the host looks at it between frames: copies it, or binds it in shaders of its own. It then keeps what
+    /// the frame leaves in it, in memory that it shares with no other, and the passes that write it are kept.
     #[serde(default)]
     pub exposed: bool,
     /// For a history: how many earlier frames can be read, 1 to 8, as `&NAME@-1`, `&NAME@-2` and so on; 1 without it.
@@ -59,8 +59,8 @@ pub struct BufferDeclaration {
     /// The lifetime of the buffer.
     #[serde(default)]
     pub lifetime: Lifetime,
-    /// Whether the host looks at it between frames: copies it, or binds it in shaders of its own. It then keeps what the
-    /// frame leaves in it, in memory that it shares with no other, and the passes that write it are kept.
+    /// Whether the host looks at it between frames: copies it, or binds it in shaders of its own. It then keeps what
+    /// the frame leaves in it, in memory that it shares with no other, and the passes that write it are kept.
     #[serde(default)]
     pub exposed: bool,
     /// For a history: how many earlier frames can be read, 1 to 8, as `&NAME@-1`, `&NAME@-2` and so on; 1 without it.

@@ -1,12 +1,13 @@
 //! Meaning of the names and strings of a document, resolved once.
 //!
 //! A [`Model`] is made of a composed document. Every string is read once, by its sign ([`Text`]), so node kinds of any
-//! author are understood without code of theirs; every name is resolved once, to the [`Declaration`] that it means where it stands ([`Use`]). `why`, the
-//! warnings about names that nothing uses, the configurations of a pipeline and editors ask it, and search no text.
+//! author are understood without code of theirs; every name is resolved once, to the [`Declaration`] that it means
+//! where it stands ([`Use`]). `why`, the warnings about names that nothing uses, the configurations of a pipeline and
+//! editors ask it, and search no text.
 //!
 //! Names are seen as the language says: a pass of a subgraph sees the subgraph's parameters, inputs, derived values,
-//! resources and passes, and behind them those of the pipeline, unless the subgraph is a file of its own. A variable of a
-//! loop stands before all of them. Published data has no declaration: the first pass that names it stands for one.
+//! resources and passes, and behind them those of the pipeline, unless the subgraph is a file of its own. A variable of
+//! a loop stands before all of them. Published data has no declaration: the first pass that names it stands for one.
 //!
 //! A document that is broken has a model as far as it is understood; what does not resolve is no use of anything.
 //!
@@ -230,8 +231,9 @@ impl Model {
         self.uses[text.uses.clone()].iter().map(|one| one.declaration)
     }
 
-    /// The expression of a string over parameters and features of the pipeline: derived values are replaced by what they
-    /// are, and names that mean something else begin with `^`. `None` for what is no expression, or too large a one.
+    /// The expression of a string over parameters and features of the pipeline: derived values are replaced by what
+    /// they are, and names that mean something else begin with `^`. `None` for what is no expression, or too large a
+    /// one.
     pub fn closed(&self, text: &Text) -> Option<Expression> {
         let mut parts = 0;
         self.close(text.content.expression()?, text, &mut parts, 0)

@@ -2,8 +2,8 @@
 //!
 //! All are listed where they are few. Else the list is a pairwise cover: the given values, every setting changed alone,
 //! and as many more as show each value of a setting together with each value of every other (most defects need no more
-//! than two; Cohen, Dalal, Fredman and Patton, "The AETG system", 1997). The cover is greedy: the first pair that is not
-//! shown yet, completed setting by setting with the value that shows most further pairs.
+//! than two; Cohen, Dalal, Fredman and Patton, "The AETG system", 1997). The cover is greedy: the first pair that is
+//! not shown yet, completed setting by setting with the value that shows most further pairs.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,10 +14,10 @@ use umbragraph_pipeline::shader::axes::{Condition, Constraint, Rule};
 use umbragraph_pipeline::shader::permutations::Space;
 use umbragraph_pipeline::source::Span;
 
-/// The maximum number of settings of which pairs are covered.
+/// The maximum number of settings for which pairs of values are covered.
 pub(super) const MAX_PAIRED: usize = 128;
 
-/// The maximum number of values beside the given ones of which pairs are covered.
+/// The maximum number of values, besides the given ones, for which pairs are covered.
 const MAX_CHANGES: usize = 512;
 
 /// The maximum number of steps of one search for values that fit together.
@@ -26,14 +26,14 @@ const MAX_STEPS: usize = 1 << 16;
 /// The cover of the configurations by a list.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Cover {
-    /// All of them.
+    /// All configurations.
     #[default]
     All,
     /// Each pass with every combination of the settings on which it depends.
     Passes,
     /// Every value of a setting with every value of each other.
     Pairs,
-    /// As many as fit: pairs alone would be too many.
+    /// As many configurations as fit, since pairs alone would be too many.
     Some,
 }
 

@@ -55,8 +55,8 @@ pub struct Examination<'a> {
     pub cancelled: &'a AtomicBool,
 }
 
-/// Takes a document all the way to a plan in each configuration. Every diagnostic goes to `diagnostics`, once. The
-/// values are those of the configurations; `check_options.overrides` is not looked at.
+/// Plans a document in each configuration. Adds each diagnostic once. Values are those of the configurations;
+/// `check_options.overrides` is ignored.
 pub fn check_configurations(
     document: &Document,
     check_options: &CheckOptions<'_>,
@@ -81,7 +81,8 @@ pub fn check_configurations(
                     .extend(variants.map(|variant| (program.template.clone(), variant.module.axes.clone())));
             }
             let report = compiled(pipeline, options, sources, &mut own);
-            // A plan that is made in spite of errors shows what else is wrong; it promises nothing that could be verified.
+            // A plan that is made in spite of errors shows what else is wrong; it promises nothing that could be
+            // verified.
             if let Some((verify, plan)) = verify.zip(report.plan.as_ref()).filter(|_| !own.has_errors()) {
                 for violation in verify(plan, options) {
                     violations.entry(violation).or_default().push(at);

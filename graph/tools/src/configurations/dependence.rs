@@ -1,9 +1,9 @@
 //! On which settings each pass depends.
 //!
-//! A pass depends on the features and parameters that its strings name outside of `bind`, through derived values too, or
-//! for which a template that it names has an axis; and on those of what it refers to: of resources and subgraphs, and of
-//! these of theirs; of a pass that it names, or that names the same published data. Data passes through CPU passes, those
-//! without a shader, however many.
+//! A pass depends on the features and parameters that its strings name outside of `bind`, through derived values too,
+//! or for which a template that it names has an axis; and on those of what it refers to: of resources and subgraphs,
+//! and of these of theirs; of a pass that it names, or that names the same published data. Data passes through CPU
+//! passes, those without a shader, however many.
 //!
 //! Limits: data that passes on from a pass with a shader to a second and a third is followed one step only.
 
@@ -22,7 +22,7 @@ struct Node {
     transparent: bool,
 }
 
-/// For each pass, the settings (indices of `settings`) on which it depends.
+/// The settings, as indices of `settings`, on which each pass depends.
 pub(super) fn groups<'a>(
     model: &Model,
     settings: impl Iterator<Item = &'a str>,

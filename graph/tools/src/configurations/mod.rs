@@ -1,7 +1,7 @@
 //! The configurations of a pipeline, enumerated.
 //!
-//! A configuration gives each setting one of its values, so that `requires`, `excludes` and `one_of` hold. There are two
-//! wishes, and one way to fulfil them:
+//! A configuration gives each setting one of its values, so that `requires`, `excludes` and `one_of` hold. There are
+//! two wishes, and one way to fulfil them:
 //!
 //! - the configurations of the features, around values that a caller gives: all up to 256, or else a pairwise cover
 //!   ([`cover`](self::cover));
@@ -64,13 +64,13 @@ const MAX_TOGETHER: usize = 1 << 14;
 /// The maximum number of whole numbers of a range that are tried one by one.
 const MAX_VALUES: usize = 256;
 
-/// One configuration.
+/// A choice of values for a pipeline's parameters and features.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Configuration {
     /// The values, with those that the caller gives.
     pub overrides: Overrides,
-    /// The preset that it is.
+    /// The name of the preset, if the configuration is one.
     pub preset: Option<String>,
     /// The index of each setting's value; 0 is the default, or what the caller gives.
     pick: Vec<usize>,
@@ -112,7 +112,7 @@ pub(super) struct FreeAxis {
 pub(super) struct Loading<'a> {
     pub(super) registry: &'a Registry,
     pub(super) shaders: &'a Arc<ShaderCache>,
-    /// As of [`LoadOptions`].
+    /// Whether the load is part of a survey, as in [`LoadOptions`].
     pub(super) is_surveyed: bool,
     /// Ends it before the next configuration, once it is set.
     pub(super) cancelled: &'a AtomicBool,
@@ -286,7 +286,8 @@ fn presets(document: &Document, base: &Overrides) -> Vec<Configuration> {
         .collect()
 }
 
-/// Whether the condition at a pointer, of a pass at the top of a document, holds with no values that its settings can have.
+/// Whether the condition at a pointer, of a pass at the top of a document, holds with no values that its settings can
+/// have.
 pub(super) fn cannot_hold(
     (document, model): (&Document, &Model),
     (templates, profile): (&TemplateSet, &TargetProfile),
@@ -414,8 +415,8 @@ fn product(varied: &[Varied], group: &BTreeSet<usize>) -> Option<usize> {
     group.iter().try_fold(1_usize, size).filter(|total| *total <= MAX_STATES)
 }
 
-/// Adds, for each pass, every combination of the settings on which it depends, the others at their defaults; whether that
-/// is possible.
+/// Adds, for each pass, every combination of the settings on which it depends, the others at their defaults; whether
+/// that is possible.
 fn add_states(settings: &Settings<'_>, groups: Vec<BTreeSet<usize>>, picks: &mut Vec<Vec<usize>>) -> Cover {
     let groups: BTreeSet<BTreeSet<usize>> =
         groups.into_iter().map(|group| settings.rules.with_tied(group)).collect();
@@ -440,7 +441,7 @@ fn add_states(settings: &Settings<'_>, groups: Vec<BTreeSet<usize>>, picks: &mut
     cover
 }
 
-/// Adds configurations in which each condition holds and in which it does not, where none is there.
+/// Adds configurations in which each condition holds, and in which it does not, if there are none yet.
 fn add_witnesses(settings: &Settings<'_>, conditions: &[Expression], picks: &mut Vec<Vec<usize>>) {
     for (condition, wanted) in conditions.iter().flat_map(|each| [(each, true), (each, false)]) {
         let shows = |pick: &Vec<usize>| {

@@ -31,8 +31,8 @@ pub type AxisProduct = BTreeMap<String, Vec<AxisValue>>;
 pub struct Reached {
     /// The programs, in the order of the first pass that wants each.
     pub programs: Vec<ReachedProgram>,
-    /// The number of configurations for which the programs stand. It is a lower bound where numbers and lists were tried
-    /// with some of their values, or passes have too many states.
+    /// The number of configurations for which the programs stand. It is a lower bound where numbers and lists were
+    /// tried with some of their values, or passes have too many states.
     pub configurations: Count,
     /// The number of loaded configurations: all, or as many as show every pass in all its states.
     pub loaded: usize,
@@ -59,8 +59,9 @@ pub struct ReachedProgram {
 
 /// Loads the configurations of a document one after the other.
 ///
-/// Diagnostics of shaders themselves are left to the proof of all variants ([`umbragraph_pipeline::shader::permutations`]); each
-/// other diagnostic is reported once, with the settings that show it.
+/// Diagnostics of shaders themselves are left to the proof of all variants
+/// ([`umbragraph_pipeline::shader::permutations`]); each other diagnostic is reported once, with the settings that show
+/// it.
 ///
 /// A node kind or an expression can reject values that are each within their range: four levels with three distances.
 /// If only features are switched, that is an error, since features can say what they require and exclude. If a

@@ -1,10 +1,10 @@
 //! The values of a number at which expressions change.
 //!
-//! A condition such as `w > 1.0 && w < 2.0` divides the range of `w`; one value of each part, and the bounds themselves,
-//! show everything that it can do. Each comparison that mentions the number is looked at as a function of it alone, the
-//! other settings at their defaults: left side less right side, which changes its sign at a bound. The root of its
-//! straight line through two points is one, and so is each change of sign between 64 points of the range, by bisection.
-//! The literals of such an expression are tried as well.
+//! A condition such as `w > 1.0 && w < 2.0` divides the range of `w`; one value of each part, and the bounds
+//! themselves, show everything that it can do. Each comparison that mentions the number is looked at as a function of
+//! it alone, the other settings at their defaults: left side less right side, which changes its sign at a bound. The
+//! root of its straight line through two points is one, and so is each change of sign between 64 points of the range,
+//! by bisection. The literals of such an expression are tried as well.
 //!
 //! Limits: bounds that move with another setting are found for its default, and bounds that lie closer together than a
 //! 64th of the range may be missed where the function is no straight line.

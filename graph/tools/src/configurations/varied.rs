@@ -89,8 +89,8 @@ pub(super) struct Mentions<'d> {
     pub(super) document: &'d Document,
     pub(super) model: &'d Model,
     profile: &'d TargetProfile,
-    /// The strings of passes and subgraphs, outside of `bind`. A derived value with the name of an axis is what the axis
-    /// follows.
+    /// The strings of passes and subgraphs, outside of `bind`. A derived value with the name of an axis is what the
+    /// axis follows.
     pub(super) list: Vec<Mention<'d>>,
     /// The axes of all templates that they name.
     pub(super) axes: BTreeSet<&'d str>,

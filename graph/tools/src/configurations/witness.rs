@@ -29,9 +29,9 @@ pub(super) struct Settings<'a> {
 /// The result of a search.
 #[derive(Debug, PartialEq)]
 pub(super) enum Witness {
-    /// With the values of these indices.
+    /// The values, by their indices.
     Found(Vec<usize>),
-    /// With none of all that are tried.
+    /// No tried value.
     Nowhere,
     /// The search was too long, or the condition says nothing of settings alone.
     Unknown,

@@ -18,7 +18,7 @@ use umbragraph_pipeline::work::{LoadOperation, PassHandle, ResourceHandle, Work}
 /// The steps of a reason that a report tells, so that it does not grow with the square of a long chain.
 pub const MAX_STEPS: usize = 16;
 
-/// Everything about one plan.
+/// A plan as data, for text, JSON, SVG and pages.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Report {
@@ -163,7 +163,7 @@ pub struct EdgeReport {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct MemoryReport {
-    /// If nothing shared memory.
+    /// Bytes needed if no two resources shared memory.
     pub without_aliasing: u64,
     /// The bytes that are created.
     pub created: u64,
@@ -194,7 +194,7 @@ pub struct CompatibilityClassReport {
 }
 
 impl Report {
-    /// Takes a report from a plan and its graph.
+    /// Builds the report of a plan and its graph.
     pub fn new(plan: &Plan, graph: &Graph, sources: &Sources) -> Self {
         let columns = columns(plan, graph);
         let mut column_of = vec![0; plan.pipeline.passes.len()];

@@ -15,7 +15,7 @@ use umbragraph_pipeline::work::{
     SlotSource, Subresource, TextureView, Work,
 };
 
-/// The numbers of a value that are told.
+/// The maximum number of a list's numbers that a report shows.
 const MAX_NUMBERS: usize = 16;
 
 /// The settings of a pass by name.

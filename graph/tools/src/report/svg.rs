@@ -3,9 +3,9 @@
 //! Passes stand side by side in the order in which they run, one column each. Below them every place in memory is a
 //! lane, and every resource a bar in its lane from its first to its last use, so that resources which share memory
 //! stand in one lane. On a bar a full dot is a write and a ring is a read; an arc leads from each write to the reads of
-//! its version. Arcs above the passes are hazards and explicit order; those that follow from others are left out, and of those
-//! between the rounds of two loops the shortest stands for all. At the bottom the bytes alive at each pass stand
-//! under the line of what is created. Culled passes and resources are grey.
+//! its version. Arcs above the passes are hazards and explicit order; those that follow from others are left out, and
+//! of those between the rounds of two loops the shortest stands for all. At the bottom the bytes alive at each pass
+//! stand under the line of what is created. Culled passes and resources are grey.
 //!
 //! Coordinates are whole or half numbers and nothing depends on the machine, so the same plan gives the same text.
 //! Pictures of more than a few hundred passes are drawn, but are wide.
@@ -448,7 +448,7 @@ fn chart(out: &mut String, report: &Report, top: usize) {
     }
 }
 
-/// At most so many characters.
+/// The text, cut to `max` characters.
 pub(super) fn shorten(text: &str, max: usize) -> String {
     let max = max.max(3);
     if text.chars().count() <= max {

@@ -1,4 +1,4 @@
-//! From a name to the things that have it.
+//! Finds the things that have a name.
 //!
 //! Names are looked up in the document, so that pipelines with errors have them too: `soft.down` is the pass `down` of
 //! the subgraph that `soft` uses, `down.0` the first round of the loop `down`, and both may be mixed to any depth. Each
@@ -41,7 +41,7 @@ pub(super) struct SubgraphUse<'a> {
     pub(super) entry: &'a Entry,
 }
 
-/// Everything of a name.
+/// The things that have a name.
 pub(super) fn things(subject: &Subject<'_>, name: &str) -> Vec<Thing> {
     let root = &subject.composed.document.root;
     let mut found = Vec::new();

@@ -1,4 +1,4 @@
-//! Everything that gives a parameter or feature a value, the lowest first.
+//! Sources of the value of a parameter or feature, the lowest first.
 
 use serde::Serialize;
 
@@ -12,7 +12,8 @@ use umbragraph_pipeline::shader::TargetProfile;
 /// One value that was given.
 #[derive(Clone, Debug, Serialize)]
 pub struct Given {
-    /// By what: `default`, `profile NAME` (a feature that is off because the target lacks what it requires), `preset NAME`, `parameter file`, `--set` or `--feature`, `with`.
+    /// By what: `default`, `profile NAME` (a feature that is off because the target lacks what it requires),
+    /// `preset NAME`, `parameter file`, `--set` or `--feature`, `with`.
     pub by: String,
     /// The value as JSON text.
     #[serde(serialize_with = "as_json")]

@@ -5,10 +5,12 @@
 //! both are told), and tells of each thing
 //!
 //! - its values with the places that set them, and what those places replaced ([`Origin`]): a value of a document
-//!   made of several files knows where it was written, and [`umbragraph_pipeline::compose::Composed`] keeps what it was laid over;
+//!   made of several files knows where it was written, and [`umbragraph_pipeline::compose::Composed`] keeps what it was
+//!   laid over;
 //! - for parameters and features everything that gave a value, the lowest first: default, preset, parameter files,
 //!   command line; for derived values the expression, and what it follows from;
-//! - for passes and resources what the plan says of them ([`PlanFact`]): why they are kept or culled, and what shares memory.
+//! - for passes and resources what the plan says of them ([`PlanFact`]): why they are kept or culled, and what shares
+//!   memory.
 //!
 //! [`why_memory`] says why two resources share memory or do not.
 //!
@@ -48,7 +50,7 @@ pub struct Thing {
     pub name: String,
     /// The kind.
     pub kind: Kind,
-    /// The same in words, more closely: "a fullscreen pass".
+    /// The kind in words, more closely: "a fullscreen pass".
     pub what: String,
     /// The author's description.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -58,7 +60,7 @@ pub struct Thing {
     /// The value that counts, of a parameter, feature or derived value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<String>,
-    /// Everything that gave a parameter or feature a value, the lowest first: the last counts.
+    /// Sources of the value of a parameter or feature, the lowest first: the last one counts.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub given: Vec<Given>,
     /// The facts from the plan.
@@ -81,7 +83,7 @@ pub struct Memory {
     pub reasons: Vec<String>,
 }
 
-/// Everything that has a name.
+/// Explains all things that have a name.
 ///
 /// # Errors
 /// Nothing has it; the diagnostic stands at `place`, where it is asked for.

@@ -106,7 +106,7 @@ pub(super) fn json(value: &Value) -> String {
     }
 }
 
-/// Everything below a pointer, with `prefix` before each path.
+/// The origins of all values below a pointer, with `prefix` before each path.
 pub(super) fn origins(subject: &Subject<'_>, pointer: &str, value: &Value, prefix: &str) -> Vec<Origin> {
     let mut origins = Vec::new();
     let mut leaves = Vec::new();

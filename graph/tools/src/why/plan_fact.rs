@@ -11,7 +11,7 @@ use umbragraph_pipeline::source::Span;
 pub struct PlanFact {
     /// The subject: `runs`, `kept`, `memory`.
     pub about: &'static str,
-    /// In words.
+    /// The fact in words.
     pub text: String,
     /// The place in a document that causes it, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,9 +1,9 @@
 //! Properties that hold for every valid pipeline, tried on random ones.
 //!
 //! A random pipeline is made so that it is valid: passes come in an order of their own, each overwrites resources or
-//! updates them after the last writer, and reads what is written before it (all of it, or one mip), a named older version, or an earlier frame
-//! of a history, which may be one that it writes itself. Some leave a buffer to a later pass, of bytes that follow the
-//! viewport.
+//! updates them after the last writer, and reads what is written before it (all of it, or one mip), a named older
+//! version, or an earlier frame of a history, which may be one that it writes itself. Some leave a buffer to a later
+//! pass, of bytes that follow the viewport.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -78,7 +78,8 @@ fn planned(passes: &[RandomPass], count: usize, options: &PlanOptions) -> Plan {
     with_unrelated(passes, count, options, None)
 }
 
-/// The same with one pass more, declared at a position, that has nothing to do with the others and may have an effect.
+/// A planned random pipeline with one further pass that shares no resource with the others. `unrelated` is its
+/// position, and whether it has a side effect.
 fn with_unrelated(
     passes: &[RandomPass],
     count: usize,

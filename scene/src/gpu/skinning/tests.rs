@@ -60,8 +60,8 @@ fn figure() -> Scene {
     crate::load(&path).expect("a scene")
 }
 
-/// Holds the device's vertices to the processor's in some poses; the farthest that a coordinate is off, as a part of the
-/// largest.
+/// Holds the device's vertices to the processor's in some poses; the farthest that a coordinate is off, as a part of
+/// the largest.
 #[track_caller]
 fn assert_alike(scene: &Scene, poses: &[Pose]) -> f64 {
     let Some(gpus) = devices() else { return 0.0 };
@@ -93,8 +93,8 @@ fn the_device_moves_the_figure_as_the_processor_does() {
     println!("the figure: {:.1e} of the largest coordinate", assert_alike(&scene, &poses));
 }
 
-/// The figure thrice in one scene: once as it is, once scaled unevenly and far from the origin, once mirrored and almost
-/// flat, with joints of their own each time.
+/// The figure thrice in one scene: once as it is, once scaled unevenly and far from the origin, once mirrored and
+/// almost flat, with joints of their own each time.
 fn crowd() -> Scene {
     let mut scene = figure();
     let skinned: Vec<Draw> = scene.draws().filter(|draw| draw.skin.is_some()).collect();

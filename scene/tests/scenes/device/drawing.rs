@@ -154,7 +154,8 @@ fn a_skinned_mesh_is_drawn_where_its_joints_are() {
     assert_eq!(drawn.at(0.25, 0.25), NOTHING);
 }
 
-/// The middles of a grid of places are inside or outside of the triangle that the processor computes, as they are drawn.
+/// The middles of a grid of places are inside or outside of the triangle that the processor computes, as they are
+/// drawn.
 #[test]
 fn a_morphed_mesh_is_drawn_where_the_cpu_puts_its_vertices() {
     let Some(gpu) = gpu::device() else { return };

@@ -1,7 +1,8 @@
 //! Passes that are added: of a node kind with the settings that it requires, or as a use of a subgraph.
 //!
-//! The settings are those of a pass of the same kind, where the pipeline has one. Else each is as the schema says it can
-//! be: the first word, a number, the first resource. What is added so parses, and its diagnostics say what it lacks.
+//! The settings are those of a pass of the same kind, where the pipeline has one. Else each is as the schema says it
+//! can be: the first word, a number, the first resource. What is added so parses, and its diagnostics say what it
+//! lacks.
 
 use std::path::{Component, Path};
 

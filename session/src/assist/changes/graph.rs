@@ -60,7 +60,8 @@ impl<'a> Graph<'_, 'a> {
         self.context.composed.files.iter().filter(has).copied().collect()
     }
 
-    /// The file in which a pass is changed: the pipeline's own, if it says something of it, else the one that declares it.
+    /// The file in which a pass is changed: the pipeline's own, if it says something of it, else the one that declares
+    /// it.
     pub(super) fn file_of(&self, id: Id) -> Result<FileId, ChangeError> {
         let files = self.files_of(self.name(id));
         let (own, declared) =

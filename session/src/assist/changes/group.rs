@@ -1,10 +1,10 @@
 //! Passes that become a subgraph, with a use of it in their place.
 //!
-//! Resources and data that the passes refer to become inputs of the same names, so that the passes keep their texts. The
-//! passes behind which they have to run become those of the use. Others name them by their new names, `group.pass`.
+//! Resources and data that the passes refer to become inputs of the same names, so that the passes keep their texts.
+//! The passes behind which they have to run become those of the use. Others name them by their new names, `group.pass`.
 //!
-//! Limits: the passes stand in the pipeline's own file; a resource that they use in two versions of passes outside is not
-//! told apart.
+//! Limits: the passes stand in the pipeline's own file; a resource that they use in two versions of passes outside is
+//! not told apart.
 
 use std::collections::{BTreeMap, BTreeSet};
 

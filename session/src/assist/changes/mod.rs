@@ -1,13 +1,13 @@
 //! Changes of a pipeline's graph: passes that are connected, added, switched off, renamed, moved, grouped and removed.
 //!
-//! A graph that is drawn is a view of texts, so each change is [`Edits`](crate::graph::edit::Edits) of the files in which the passes stand. Comments
-//! and layout stay, and the inverse gives the texts back byte for byte. A change is made of the functions of
-//! [`edit`](crate::graph::edit) alone, and says nothing of whether the pipeline is right afterwards: plan the edited texts
-//! for that.
+//! A graph that is drawn is a view of texts, so each change is [`Edits`](crate::graph::edit::Edits) of the files in
+//! which the passes stand. Comments and layout stay, and the inverse gives the texts back byte for byte. A change is
+//! made of the functions of [`edit`](crate::graph::edit) alone, and says nothing of whether the pipeline is right
+//! afterwards: plan the edited texts for that.
 //!
-//! Passes have the names of the text: a round of a loop (`down.1`) and a part of a subgraph (`soft.up`) stand for the pass
-//! that is written (`down`, `soft`). What a pass takes over from shared settings is changed in the pass, and stays as it is
-//! in the others.
+//! Passes have the names of the text: a round of a loop (`down.1`) and a part of a subgraph (`soft.up`) stand for the
+//! pass that is written (`down`, `soft`). What a pass takes over from shared settings is changed in the pass, and stays
+//! as it is in the others.
 //!
 //! Limits: a file with a syntax error is not changed, nor is one that comes with the module; a name that an expression
 //! chooses (`"=soft ? &blurred : &sharp"`) is left to its author.

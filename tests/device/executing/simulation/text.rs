@@ -1,5 +1,5 @@
-//! The text of a random graph: its passes under shuffled keys, with what orders every two accesses of one subresource range
-//! of which one writes.
+//! The text of a random graph: its passes under shuffled keys, with what orders every two accesses of one subresource
+//! range of which one writes.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;

@@ -13,8 +13,8 @@
 //!
 //! Each is given for the [`BANDS`]: band 0 holds all evaluated pixels, band *k* leaves out those nearer than *k*
 //! pixels to a shadow edge. Contact leak is leak over the pixels that something very near shadows, without those on
-//! an edge. Soft errors are those of the grey itself against the visible part of a light with an extent; the penumbra is
-//! where that is between 0.02 and 0.98. A score whose denominator is zero does not exist, and no limit on it is met.
+//! an edge. Soft errors are those of the grey itself against the visible part of a light with an extent; the penumbra
+//! is where that is between 0.02 and 0.98. A score whose denominator is zero does not exist, and no limit on it is met.
 
 use super::alignment::alignment_hint;
 use super::error::TruthError;

@@ -144,8 +144,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The edges that hold whatever the order of the writers is: from a named version to its reader, and from the writers
-    /// to who reads the newest version where others are stated to be behind it.
+    /// The edges that hold whatever the order of the writers is: from a named version to its reader, and from the
+    /// writers to who reads the newest version where others are stated to be behind it.
     fn add_certain(&mut self, resource: ResourceHandle) {
         let list = &self.accesses[resource.index()];
         let names = named_writers(self.pipeline, list, 0..list.len());

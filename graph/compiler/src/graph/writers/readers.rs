@@ -8,13 +8,13 @@
 //! without a mip (layer) means all of them.
 //!
 //! **Toggles.** A pass that can be off never covers what is below it for a reader that can run without it: such a
-//! reader is connected to the writers below too, as far as it [sees](crate::regions::visible) them in some state. What is left
-//! without one is an error, unless the contents of the frame before are there.
+//! reader is connected to the writers below too, as far as it [sees](crate::regions::visible) them in some state. What
+//! is left without one is an error, unless the contents of the frame before are there.
 //!
-//! Cost: each reader looks back only to the first write that covers its subresource range. Up to [`SHOWN_EDGES`] writers
-//! before and behind each access, and up to [`DIRECT_READS`] that it reads, have edges also if they could be left out.
-//! Writers of different subresource ranges that can be off are looked through as `visible` describes: for many of them,
-//! reads can get [coarse](crate::Graph::is_coarse).
+//! Cost: each reader looks back only to the first write that covers its subresource range. Up to [`SHOWN_EDGES`]
+//! writers before and behind each access, and up to [`DIRECT_READS`] that it reads, have edges also if they could be
+//! left out. Writers of different subresource ranges that can be off are looked through as `visible` describes: for
+//! many of them, reads can get [coarse](crate::Graph::is_coarse).
 
 use std::cmp::Reverse;
 use std::collections::{HashMap, HashSet};

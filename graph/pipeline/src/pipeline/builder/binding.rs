@@ -37,7 +37,7 @@ pub enum BindObject {
     Sampler(SamplerBind),
     /// The members of a uniform block, each with an expression.
     Values(ValuesBind),
-    /// The same, whose members have to lie at given offsets.
+    /// The members of a uniform block at given offsets, each with an expression.
     Block(BlockBind),
     /// Blackboard data, and expressions for members of the block that it does not publish.
     Data(DataBind),
@@ -166,9 +166,9 @@ impl TypedPipeline {
 /// Matches the members of a block with published values by name.
 ///
 /// A member takes a value of exactly its type. An array of scalars also fills a vector of as many components, or an
-/// array of `vec4` (whose last may be filled in part), since uniform blocks cannot hold arrays of scalars. Of an array of
-/// structs each member takes an array of its own, published as "array.member". Members that `values` names are filled
-/// otherwise.
+/// array of `vec4` (whose last may be filled in part), since uniform blocks cannot hold arrays of scalars. Of an array
+/// of structs each member takes an array of its own, published as "array.member". Members that `values` names are
+/// filled otherwise.
 ///
 /// # Errors
 /// A sentence for each member that no value fits.

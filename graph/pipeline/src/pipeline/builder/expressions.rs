@@ -44,8 +44,8 @@ impl Evaluate for PassBuilder<'_> {
 }
 
 impl PassBuilder<'_> {
-    /// Evaluates settings of a CPU node that are live: what they follow from can change from frame to frame, and they are
-    /// given to [`update`](crate::work::CpuNode::update) then.
+    /// Evaluates settings of a CPU node that are live: what they follow from can change from frame to frame, and they
+    /// are given to [`update`](crate::work::CpuNode::update) then.
     pub fn live<T>(&mut self, evaluate: impl FnOnce(&mut Self) -> T) -> T {
         let outer = std::mem::replace(&mut self.is_live, true);
         let result = evaluate(self);

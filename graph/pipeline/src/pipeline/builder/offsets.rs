@@ -1,8 +1,8 @@
 //! Declared offsets of a block's members, compared with those in the shader.
 //!
-//! A block of values is laid out by the struct of the shader. For who has a layout given from elsewhere (push constants of
-//! an engine that is ported), the struct that has it is written out, with `@size` of the member before each gap. Members
-//! without an offset follow behind those that have one.
+//! A block of values is laid out by the struct of the shader. For who has a layout given from elsewhere (push constants
+//! of an engine that is ported), the struct that has it is written out, with `@size` of the member before each gap.
+//! Members without an offset follow behind those that have one.
 
 use std::collections::BTreeMap;
 

@@ -17,8 +17,8 @@ impl PassBuilder<'_> {
     }
 
     /// The attributes of one buffer: each with its name, its vertex format, and its first byte (without it, behind the
-    /// one before), and the bytes of all. `pointer` is that of the list. An attribute that the shader does not read is a
-    /// diagnostic; so is a format that does not fit the shader's type.
+    /// one before), and the bytes of all. `pointer` is that of the list. An attribute that the shader does not read is
+    /// a diagnostic; so is a format that does not fit the shader's type.
     pub fn vertex_attributes(
         &mut self,
         program: ProgramHandle,

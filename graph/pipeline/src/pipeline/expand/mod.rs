@@ -9,8 +9,8 @@
 //! ```
 //!
 //! An instance shares the document's entry with all others and carries its own [`Environment`]; nothing of the text is
-//! copied or decoded twice. Passes of a subgraph are named `soften.half`, rounds of a loop `down.0`, `down.1`, … A loop
-//! over a number counts from 0; over a list it takes each element. A subgraph that is used in a loop is named
+//! copied or decoded twice. Passes of a subgraph are named `soften.half`, rounds of a loop `down.0`, `down.1`, … A
+//! loop over a number counts from 0; over a list it takes each element. A subgraph that is used in a loop is named
 //! `soften.0.half`. What a use says of order, toggles and side effects holds for all passes of the instance.
 //!
 //! Limits: 4,096 rounds of a loop, 65,536 passes in all, subgraphs 16 levels deep.
@@ -318,7 +318,7 @@ impl<'a, 's> Expander<'a, 's> {
         self.gaps.push((pass.name.clone(), pass.entry));
     }
 
-    /// The value of an expression that decides what there is.
+    /// The value of an expression that decides which passes exist.
     fn structural(
         &mut self,
         value: &document::Value,

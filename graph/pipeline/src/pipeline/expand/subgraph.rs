@@ -1,9 +1,9 @@
 //! The scope of names in one use of a subgraph: its inputs, parameters and derived values.
 //!
-//! An input stands for a resource of the user, with the version and the frame that the user names; one that is handed on
-//! through several subgraphs keeps the place of the outermost user, who can mend it. A parameter has the value that `with`
-//! gives, an expression in the scope of the user, else its default. What follows from live parameters of the pipeline is
-//! noted with its expression, so that it is evaluated again when they change.
+//! An input stands for a resource of the user, with the version and the frame that the user names; one that is handed
+//! on through several subgraphs keeps the place of the outermost user, who can mend it. A parameter has the value that
+//! `with` gives, an expression in the scope of the user, else its default. What follows from live parameters of the
+//! pipeline is noted with its expression, so that it is evaluated again when they change.
 //!
 //! Limits: what is misspelt under `with` is the diagnostic, and that the key which was meant is missing is not said.
 

@@ -4,8 +4,8 @@
 //! "constraints": { "order": { "holds": "=near < far", "message": "nothing lies between the planes" } }
 //! ```
 //!
-//! One that does not hold is a diagnostic of the severity that it says, at its condition, with the parameters and features
-//! that the condition follows from, through derived values too, and where each was set.
+//! One that does not hold is a diagnostic of the severity that it says, at its condition, with the parameters and
+//! features that the condition follows from, through derived values too, and where each was set.
 //!
 //! Limits: sizes, which are not known yet, have no part in constraints; a subgraph has none of its own.
 

@@ -2,7 +2,8 @@
 //!
 //! A section that is missing only because its key is misspelt would have every name in it missing too. Where the key
 //! has a fix, everything behind is checked as if it had been made, so that the document has the diagnostics that it
-//! will have then; [`as_written`](umbragraph_text::compose::as_written) lets their pointers name the section as it is written.
+//! will have then; [`as_written`](umbragraph_text::compose::as_written) lets their pointers name the section as it is
+//! written.
 
 use std::collections::BTreeMap;
 
@@ -25,7 +26,7 @@ pub fn check_schema(document: &Document, registry: &Registry) -> Diagnostics {
     with_formats(document, diagnostics)
 }
 
-/// The same diagnostics, with those about formats as they are where a format is chosen.
+/// Moves diagnostics about texture formats to the place where the format is chosen.
 fn with_formats(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
     let named = |diagnostic: Diagnostic| {
         let is_word =
@@ -39,8 +40,8 @@ fn with_formats(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
     diagnostics.into_iter().map(named).collect()
 }
 
-/// A declaration without a type: a file that extends another gives a parameter a value in this form, so the name is that of
-/// none, and those that there are tell which one was meant.
+/// A declaration without a type: a file that extends another gives a parameter a value in this form, so the name is
+/// that of none, and those that there are tell which one was meant.
 fn with_declared(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
     let pointer = diagnostic.pointer.clone();
     let way: Vec<&str> = pointer.split('/').collect();
@@ -92,8 +93,8 @@ fn suggested_section(diagnostic: &Diagnostic) -> Option<&str> {
     Some(edit.replacement.trim_matches('"'))
 }
 
-/// The document with the sections that misspelt keys mean, so that nothing is missing for their sake; `None` where there
-/// are no such keys.
+/// The document with the sections that misspelt keys mean, so that nothing is missing for their sake; `None` where
+/// there are no such keys.
 pub(super) fn as_suggested(document: &Document, schema_diagnostics: &Diagnostics) -> Option<Document> {
     let entries = document.root.entries()?;
     // What a file below says under the right key stays as it is.

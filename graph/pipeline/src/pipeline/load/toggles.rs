@@ -101,8 +101,8 @@ fn unknown(document: &Document, mentions: &[Mention<'_>], diagnostics: &mut Diag
     }
 }
 
-/// In which frames a pass runs, by its own toggle and those of the subgraphs around it. Diagnostic: two that differ,
-/// unless one of them is not declared.
+/// The toggle condition of a pass: its own, or that of a subgraph around it. Reports two that differ, unless one is
+/// not declared.
 pub(super) fn condition(
     entry: &Entry,
     pointer: &str,

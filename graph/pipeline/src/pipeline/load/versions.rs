@@ -17,8 +17,8 @@ use umbragraph_text::expression::ExpressionKind;
 use umbragraph_text::language::{Expr, Written};
 use umbragraph_text::source::Span;
 
-/// Lets a version that names a loop or a use of a subgraph mean the one that the last of its passes writes: the last round,
-/// and of the passes of a use the one that follows all others. Diagnostics: several of which none is the last.
+/// Lets a version that names a loop or a use of a subgraph mean the one that the last of its passes writes: the last
+/// round, and of the passes of a use the one that follows all others. Diagnostics: several of which none is the last.
 pub(super) fn name_last_writers(
     passes: &mut [Pass],
     passthroughs: &mut BTreeMap<ResourceHandle, Passthrough>,
@@ -113,8 +113,8 @@ fn last_writer(
     }
 }
 
-/// Finds versions that no pass writes. Of what passes with such a version use, nothing is certain: neither their order is
-/// known, nor whose contents they read.
+/// Finds versions that no pass writes. Of what passes with such a version use, nothing is certain: neither their order
+/// is known, nor whose contents they read.
 pub(super) fn check_versions(
     passes: &[Pass],
     absent: &BTreeSet<String>,

@@ -5,9 +5,9 @@
 //! instance in front: `blur.half`. A pass of a loop sees the loop's variable. An [`Environment`] is the map from the
 //! one to the other; it is made once for each instance and shared by all of its passes.
 //!
-//! Expressions of a subgraph that the pipeline itself declares see the parameters, features and resources of the pipeline
-//! too. Those of a subgraph in a file of its own do not: what the file means depends on what it is given under `with`, not
-//! on which names a pipeline happens to have.
+//! Expressions of a subgraph that the pipeline itself declares see the parameters, features and resources of the
+//! pipeline too. Those of a subgraph in a file of its own do not: what the file means depends on what it is given under
+//! `with`, not on which names a pipeline happens to have.
 //!
 //! Expressions are closed over their environment when they are parsed: locals become literals, names of resources
 //! become those outside, and so do references: `"=&chain@down[level - 1]"`.
@@ -200,7 +200,8 @@ impl Environment {
             .or_else(|_| expression::evaluate(&self.close(expression, is_resource), scope))
     }
 
-    /// Whether the texts that enumerations are compared with are words of theirs, in an expression as it is written here.
+    /// Whether the texts that enumerations are compared with are words of theirs, in an expression as it is written
+    /// here.
     ///
     /// # Errors
     /// The first that is not.
@@ -229,12 +230,14 @@ impl Environment {
         VIEWPORT.contains(&name) || !self.is_file && !self.inputs.contains_key(head)
     }
 
-    /// The same expression with names as they are outside. `is_resource` says of a name outside whether it is one.
+    /// Rewrites an expression from names inside a subgraph to names outside. `is_resource` tells whether a name
+    /// outside is a resource.
     pub fn close(&self, expression: &Expression, is_resource: &dyn Fn(&str) -> bool) -> Expression {
         self.close_with(expression, &|name| self.closed(name, is_resource))
     }
 
-    /// The same, where locals that follow from parameters are names too.
+    /// Rewrites an expression to names outside, as [`Self::close`] does. Locals that follow from parameters become
+    /// those parameters.
     pub(crate) fn close_live(
         &self,
         expression: &Expression,
@@ -319,7 +322,7 @@ pub(crate) fn reference_in(text: &str, name: &str) -> Option<Range<usize>> {
     found.find(|range| is_end(range.end) && text[..range.start].ends_with('&'))
 }
 
-/// The same expression with something else in place of each name.
+/// Replaces each name of an expression.
 pub fn with_names(expression: &Expression, replaced: &dyn Fn(&str) -> ExpressionKind) -> Expression {
     let mut expression = expression.clone();
     expression.visit_mut(&mut |inner| {

@@ -2,9 +2,9 @@
 //!
 //! A resource `color` with `"lifetime": "history"` and two frames is three resources to everything behind this file:
 //! `color`, which this frame writes, and `color@-1` and `color@-2`, which nothing writes and which hold what the last
-//! frames left. So a read of an earlier frame waits for no writer of this one, and no writer for it. What ties the three
-//! together is their [`History`]: one format and size, copies that take turns, and that a pass that reads an earlier
-//! frame keeps those alive that write this one.
+//! frames left. So a read of an earlier frame waits for no writer of this one, and no writer for it. What ties the
+//! three together is their [`History`]: one format and size, copies that take turns, and that a pass that reads an
+//! earlier frame keeps those alive that write this one.
 
 use crate::pipeline::resource::{History, Resource, ResourceKind};
 use crate::pipeline::resources::value;

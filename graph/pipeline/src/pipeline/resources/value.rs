@@ -1,7 +1,7 @@
 //! Expressions in declarations of resources whose values are needed when a pipeline is loaded.
 //!
-//! Sizes wait for the plan, since they depend on the size of the frame. Two values cannot wait: the number of frames of a
-//! history, since each is a resource, and a computed format (`"format": "=moment_format"`), since shaders are checked
+//! Sizes wait for the plan, since they depend on the size of the frame. Two values cannot wait: the number of frames of
+//! a history, since each is a resource, and a computed format (`"format": "=moment_format"`), since shaders are checked
 //! against it. Both see parameters, features and derived values.
 
 use crate::pipeline::names::expression_diagnostic::expression_diagnostic;

@@ -7,8 +7,8 @@
 //! - what can stand somewhere, with its description, for every document, with null for whatever has a name;
 //! - what has to be there, and that nothing is null, under `else` of `"if": { "required": ["extends"] }`.
 //!
-//! A pass that `extends` shared settings is taken apart in the same way, and a group of those is a pass of which nothing
-//! has to be there.
+//! A pass that `extends` shared settings is taken apart in the same way, and a group of those is a pass of which
+//! nothing has to be there.
 //!
 //! Only definitions in which something is required appear a second time, and there only the way to it. Elements of
 //! lists have to be whole wherever they stand, since a list is replaced as a whole.

@@ -6,9 +6,9 @@
 //!
 //! `"required_features": ["float32-filterable"]` does the same for optional features of WebGPU, which no profile has by
 //! itself (`webgpu+float32-filterable` has one), but a device may; and for parts of WebGPU's core mode that OpenGL and
-//! compatibility mode lack, such as `"view-formats"` ([`Capability`]). Where the profile has less, the feature is off by
-//! default and cannot be switched on, nor can those that require it; so that one pipeline takes the better way on each
-//! device without anybody switching anything. A preset cannot switch it on there either. Such a profile has no
+//! compatibility mode lack, such as `"view-formats"` ([`Capability`]). Where the profile has less, the feature is off
+//! by default and cannot be switched on, nor can those that require it; so that one pipeline takes the better way on
+//! each device without anybody switching anything. A preset cannot switch it on there either. Such a profile has no
 //! configurations with it; a profile that has it has both.
 
 use crate::pipeline::settings::overrides::Override;
@@ -30,8 +30,8 @@ pub struct Lacking {
     pub place: Span,
 }
 
-/// The first limit, or feature of WebGPU, of which a profile has less than a feature requires: the feature itself, or one
-/// that it requires to be on.
+/// The first limit, or feature of WebGPU, of which a profile has less than a feature requires: the feature itself, or
+/// one that it requires to be on.
 pub fn lacking(entry: &Entry, features: &[Entry], profile: &TargetProfile) -> Option<Lacking> {
     lacking_within(entry, features, profile, features.len())
 }

@@ -4,9 +4,9 @@
 //! "derived": { "closer": "=reverse_z ? 'greater' : 'less'", "taps": "=soft ? 16 : 1" }
 //! ```
 //!
-//! A derived value is no choice of anybody's: it follows from what is chosen, and expressions see it by its name as they
-//! see a parameter. The values of one section are computed in the order in which they need one another, however they
-//! stand; what is left then needs itself. In a subgraph they see its parameters, and what the subgraph sees of the
+//! A derived value is no choice of anybody's: it follows from what is chosen, and expressions see it by its name as
+//! they see a parameter. The values of one section are computed in the order in which they need one another, however
+//! they stand; what is left then needs itself. In a subgraph they see its parameters, and what the subgraph sees of the
 //! pipeline.
 //!
 //! Limits: sizes of resources and `viewport`, which are not known yet, have no part in derived values.

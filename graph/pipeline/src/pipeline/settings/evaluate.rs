@@ -1,7 +1,7 @@
 //! Typed settings of expressions: of a pass that is declared, or of a CPU node whose live settings have changed.
 //!
-//! A node kind that takes over live settings evaluates them in one function over [`Evaluate`], and calls it twice: when a
-//! pass is declared ([`PassBuilder::live`](super::PassBuilder::live)), and when a live parameter has changed
+//! A node kind that takes over live settings evaluates them in one function over [`Evaluate`], and calls it twice: when
+//! a pass is declared ([`PassBuilder::live`](super::PassBuilder::live)), and when a live parameter has changed
 //! ([`CpuNode::update`](crate::work::CpuNode::update)). So both ask the same of a value.
 
 use std::fmt::Display;

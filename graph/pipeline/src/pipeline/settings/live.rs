@@ -1,9 +1,9 @@
 //! Live parameters: those that can change from frame to frame without another plan.
 //!
 //! A parameter is *live* where its value reaches only what each frame sets anew: members of blocks, settings that a CPU
-//! node takes over ([`crate::work::CpuNode::update`]), clear values, the stencil reference, the blend constant, the counts
-//! of dispatches and draws. It is *structural* where something follows from it that is made once: sizes, formats, shader
-//! variants and overrides, states of pipelines, references, which passes there are.
+//! node takes over ([`crate::work::CpuNode::update`]), clear values, the stencil reference, the blend constant, the
+//! counts of dispatches and draws. It is *structural* where something follows from it that is made once: sizes,
+//! formats, shader variants and overrides, states of pipelines, references, which passes there are.
 //!
 //! The parameters of an expression are read off its names, in all branches, through derived values and through the
 //! parameters of subgraphs. The argument of `len` does not count, since a live list keeps its length.
@@ -69,12 +69,12 @@ pub struct Constraint {
 /// The parameters that each value follows from, and those that are structural so far.
 #[derive(Debug, Default)]
 pub(crate) struct Dependence {
-    /// For each name that expressions can see the parameters that it follows from.
+    /// The parameters that each name follows from, for names that expressions can use.
     of: BTreeMap<String, BTreeSet<String>>,
     /// The number of parameters.
     parameters: usize,
     pub(crate) structural: BTreeMap<String, Structural>,
-    /// In an order in which each follows from parameters and those before it.
+    /// Values that follow from parameters, each after those that it depends on.
     pub(crate) following: Vec<Following>,
 }
 

@@ -39,7 +39,7 @@ impl StaticScope {
         self.derived.get(name).copied()
     }
 
-    /// The same, with derived values.
+    /// Adds derived values.
     #[must_use]
     pub fn with_derived(mut self, derived: &BTreeMap<String, Derived>) -> Self {
         for (name, one) in derived {
@@ -50,7 +50,7 @@ impl StaticScope {
         self
     }
 
-    /// The same, with values that subgraphs are given.
+    /// Adds the values that a subgraph is given.
     #[must_use]
     pub fn with_given(mut self, given: &BTreeMap<String, Value>) -> Self {
         given.iter().for_each(|(name, value)| self.set(name, value.clone()));
@@ -70,7 +70,7 @@ impl StaticScope {
         self.values.get_mut(name)
     }
 
-    /// The same, with names that are declared, but have no value because of diagnostics.
+    /// Adds names that are declared, but have no value because of diagnostics.
     #[must_use]
     pub fn with_broken(self, broken: BTreeSet<String>) -> Self {
         Self { broken, ..self }

@@ -87,8 +87,9 @@ pub(crate) fn parameters(
     parameters
 }
 
-/// Gives every feature its value, and checks what they require of the profile, and require and exclude of one another. A
-/// preset is for every target, so what one of `presets` switches on counts only where the profile has what it requires.
+/// Gives every feature its value, and checks what they require of the profile, and require and exclude of one another.
+/// A preset is for every target, so what one of `presets` switches on counts only where the profile has what it
+/// requires.
 pub(crate) fn features(
     declarations: &BTreeMap<String, FeatureDeclaration>,
     entries: &[Entry],
@@ -179,8 +180,9 @@ pub(crate) fn features(
     features
 }
 
-/// Sees to it that of each group exactly one feature is on: what is chosen switches off what is on by default alone, and
-/// where the target lacks what the default requires, the next feature of the group in the document stands in for it.
+/// Sees to it that of each group exactly one feature is on: what is chosen switches off what is on by default alone,
+/// and where the target lacks what the default requires, the next feature of the group in the document stands in for
+/// it.
 fn groups(
     declarations: &BTreeMap<String, FeatureDeclaration>,
     entries: &[Entry],

@@ -38,7 +38,7 @@ pub(crate) struct Shared {
     pub(crate) resources: Vec<Resource>,
     pub(crate) resource_index: HashMap<String, ResourceHandle>,
     pub(crate) geometry: BTreeMap<String, GeometryDeclaration>,
-    /// By geometry the filters that a host of it states.
+    /// The filters that the host of each geometry declares.
     pub(crate) filters: BTreeMap<String, Vec<String>>,
     pub(crate) programs: Programs,
     pub(crate) diagnostics: Diagnostics,
@@ -54,7 +54,7 @@ pub(crate) struct Shared {
 }
 
 impl Shared {
-    /// Before the first pass is declared.
+    /// The state before any pass is declared.
     pub(crate) fn new(
         scope: StaticScope,
         dependence: Dependence,
@@ -129,7 +129,7 @@ impl Shared {
         }
     }
 
-    /// The same of a name.
+    /// Makes structural what a name follows from, because of the setting at a place.
     pub(crate) fn fix_name(&mut self, name: &str, environment: &Environment, at: &dyn Fn() -> Structural) {
         if !self.dependence.is_settled()
             && let Some(name) = environment.followed(name)

@@ -14,7 +14,7 @@ use crate::rendering::templates::TemplateSet;
 /// Includes within includes that are taken apart.
 const MAX_DEPTH: usize = 16;
 
-/// Takes a template apart.
+/// Splits a template into parts.
 pub(super) fn divide(set: &TemplateSet, template: &str) -> Option<Parts> {
     let mut division =
         Division { set, parts: Parts::default(), definitions: Vec::new(), depth: 0, known: BTreeMap::new() };

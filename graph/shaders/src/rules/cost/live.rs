@@ -10,7 +10,7 @@ use naga::{Expression, Handle};
 #[derive(Debug, Default)]
 pub(super) struct Lives {
     now: usize,
-    /// By expression: the scalars, where it is made, and where it is used last.
+    /// The scalars of each expression, the position that makes it, and its last use.
     values: Vec<Option<(u64, usize, usize)>>,
     loops: Vec<Range<usize>>,
 }

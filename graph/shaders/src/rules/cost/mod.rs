@@ -4,14 +4,14 @@
 //! function ──walk──▶ operations, how often it calls which function, registers ──total──▶ cost of an entry point
 //! ```
 //!
-//! Every function is counted once ([`of`]); what it calls is added where functions come together ([`total`]). The unit is one
-//! scalar operation of one invocation; [`WEIGHTS`] says how many of them everything else counts for.
+//! Every function is counted once ([`of`]); what it calls is added where functions come together ([`total`]). The unit
+//! is one scalar operation of one invocation; [`WEIGHTS`] says how many of them everything else counts for.
 //!
 //! It is a figure to compare variants and versions of one shader by, the same on every machine. It is no time: it knows
-//! nothing of caches, bandwidth, how many invocations run at once, or what a driver's compiler removes. Both sides of a branch
-//! count, since a group whose invocations disagree runs both. A loop counts as often as it runs at most, where its bounds
-//! are constants or overrides at their defaults, and else [`UNKNOWN_TRIPS`] times; `unknown_loops` says how many do.
-//! Registers are the most scalars alive at once, with all local variables: compilers need fewer.
+//! nothing of caches, bandwidth, how many invocations run at once, or what a driver's compiler removes. Both sides of a
+//! branch count, since a group whose invocations disagree runs both. A loop counts as often as it runs at most, where
+//! its bounds are constants or overrides at their defaults, and else [`UNKNOWN_TRIPS`] times; `unknown_loops` says how
+//! many do. Registers are the most scalars alive at once, with all local variables: compilers need fewer.
 
 mod live;
 mod trips;
@@ -124,7 +124,7 @@ impl Operations {
 }
 
 impl<K> Spent<K> {
-    /// The same with functions known by something else; calls of unknown ones are left out.
+    /// The costs with other keys for called functions; calls of unknown functions are left out.
     pub(crate) fn by<L>(&self, id: impl Fn(&K) -> Option<L>) -> Spent<L> {
         let call =
             |call: &Call<K>| Some(Call { callee: id(&call.callee)?, times: call.times, live: call.live });

@@ -1,5 +1,5 @@
-//! The number of times that a loop runs at most, where its bounds are known: a variable that starts at a constant, is compared with one,
-//! and grows by one.
+//! The number of times that a loop runs at most, where its bounds are known: a variable that starts at a constant, is
+//! compared with one, and grows by one.
 //!
 //! Limits: a variable that the body writes or hands to a function is not followed, nor is one whose start depends on
 //! control flow.

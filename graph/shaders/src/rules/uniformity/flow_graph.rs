@@ -44,7 +44,7 @@ impl FlowGraph {
         self.dependents[to as usize].push(from);
     }
 
-    /// All that depends on a node, however indirectly.
+    /// The nodes that depend on `target`, directly or not.
     pub(super) fn depending_on(&self, target: Node) -> Depending<'_> {
         let mut next = vec![NONE; self.dependents.len()];
         next[target as usize] = target;

@@ -1,9 +1,9 @@
 //! Uniform control flow, as WGSL demands it.
 //!
 //! Derivatives, sampling with an implicit level, barriers, `workgroupUniformLoad` and subgroup operations have meaning
-//! only where all invocations of a quad, workgroup or subgroup come together. WGSL has an analysis that decides, from the
-//! text alone, whether they do (<https://www.w3.org/TR/WGSL/#uniformity>); a browser rejects a module that fails it. naga
-//! looks at barriers and similar only, and not at fragment stages.
+//! only where all invocations of a quad, workgroup or subgroup come together. WGSL has an analysis that decides, from
+//! the text alone, whether they do (<https://www.w3.org/TR/WGSL/#uniformity>); a browser rejects a module that fails
+//! it. naga looks at barriers and similar only, and not at fragment stages.
 //!
 //! Functions are visited callees first. A graph of each function (`flow_graph`) records the dependencies of control
 //! flow and values (`walk`, `expressions`). A value that must be uniform and depends on something that may differ
@@ -36,7 +36,7 @@ use summary::Finding;
 pub(crate) use summary::Summary;
 use walk::Walk;
 
-/// At most so many places are named of the way to a reason.
+/// The maximum number of places that a message names on the way to a reason.
 const REASONS: usize = 6;
 
 /// Uniformity violations in the order of the text; warnings if the module lowers their severity.

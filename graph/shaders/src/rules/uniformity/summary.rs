@@ -87,7 +87,7 @@ impl Need {
         }
     }
 
-    /// The same at a call of the function in which it is.
+    /// The requirement as it stands at a call of the function that has it.
     pub(super) fn called_at(&self, place: Span, function: &str, is_value: bool) -> Self {
         let text = match &self.called {
             None => format!("{} is here", self.operation.name()),

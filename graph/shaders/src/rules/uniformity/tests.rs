@@ -1,4 +1,5 @@
-//! Uniform and non-uniform code, one rule after the other; `tests/pictures/second_compiler.rs` compares the whole with `tint`.
+//! Uniform and non-uniform code, one rule after the other; `tests/pictures/second_compiler.rs` compares the whole with
+//! `tint`.
 
 use super::found;
 

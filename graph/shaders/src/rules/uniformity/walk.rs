@@ -45,7 +45,7 @@ pub(super) struct Walk<'a> {
     start: Node,
     pub(super) values: Vec<Option<Node>>,
     pub(super) arguments: Vec<Node>,
-    /// For pointers to variables: the nodes of the value behind them at the start, and after the call.
+    /// Nodes of the value behind each pointer parameter, before and after the call.
     contents: Vec<Option<(Node, Node)>>,
     /// The values of local variables, then those behind pointer arguments.
     pub(super) state: Vec<Node>,
@@ -335,7 +335,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Carries the values of variables to the end of the innermost loop or switch, or of the round of the innermost loop.
+    /// Carries the values of variables to the end of the innermost loop or switch, or of the round of the innermost
+    /// loop.
     fn leave(&mut self, is_round: bool) {
         let mut frames = self.frames.iter_mut().rev();
         let Some(frame) = frames.find(|frame| frame.is_loop || !is_round) else { return };

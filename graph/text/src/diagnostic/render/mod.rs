@@ -238,7 +238,8 @@ fn json_place(place: &Place, pointer: &str, sources: &Sources) -> serde_json::Va
     }
 }
 
-/// A JSON pointer as seen from its file. A subgraph in a file of its own stands in the composed document under its path.
+/// A JSON pointer as seen from its file. A subgraph in a file of its own stands in the composed document under its
+/// path.
 fn in_file<'a>(name: &str, pointer: &'a str) -> &'a str {
     let below = pointer.strip_prefix(pointer_join("/subgraphs", name).as_str());
     below.filter(|below| below.is_empty() || below.starts_with('/')).unwrap_or(pointer)

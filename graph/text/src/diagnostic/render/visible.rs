@@ -9,7 +9,7 @@
 
 use std::borrow::Cow;
 
-/// The same text with `\u{1b}` for each character that is a command; line ends and tabs stay.
+/// The text with `\u{1b}` for each control character; line ends and tabs stay.
 pub fn visible(text: &str) -> Cow<'_, str> {
     written(text, |character| format!("\\u{{{:x}}}", u32::from(character)))
 }

@@ -4,14 +4,14 @@
 //! that keeps comments and the author's line breaks (`scan`), and the tree is printed (`print`). Keys and scalars are
 //! copied letter by letter: no value can change.
 //!
-//! As in gofmt the author decides where lines end, and the formatter everything else. A container that stands on one line
-//! stays on one if it fits into [`WIDTH`] characters; one that is broken stays broken, and its members that share a line
-//! go on sharing it while they fit. A container on one line that is too long is broken with one member per line, an array
-//! of scalars with as many as fit; where a container has one member, which is a container itself, the two open and close
-//! together: `[{ … }]`. At most one blank line stands between two members.
+//! As in gofmt the author decides where lines end, and the formatter everything else. A container that stands on one
+//! line stays on one if it fits into [`WIDTH`] characters; one that is broken stays broken, and its members that share
+//! a line go on sharing it while they fit. A container on one line that is too long is broken with one member per line,
+//! an array of scalars with as many as fit; where a container has one member, which is a container itself, the two open
+//! and close together: `[{ … }]`. At most one blank line stands between two members.
 //!
-//! Comments stay with what they are about: those behind an element on its line, those before the next. Between a key and
-//! its value there is no room for any; they go before the key.
+//! Comments stay with what they are about: those behind an element on its line, those before the next. Between a key
+//! and its value there is no room for any; they go before the key.
 //!
 //! Formatting twice is formatting once.
 

@@ -1,4 +1,4 @@
-//! From the tree to the canonical text.
+//! Prints the tree as canonical text.
 
 use serde_json::Value;
 

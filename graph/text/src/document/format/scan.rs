@@ -1,4 +1,4 @@
-//! From raw tokens to the tree, comments shared out between the elements that they stand at.
+//! Builds the tree from raw tokens, with each comment attached to its element.
 //!
 //! The text has been parsed before; nothing is checked again. What cannot be read nevertheless ends the tree early and
 //! without a panic.

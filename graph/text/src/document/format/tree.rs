@@ -22,7 +22,7 @@ impl Gap {
 
 /// A comment, with its signs.
 pub(super) struct Comment {
-    /// Without space at the ends of its lines; lines end with `\n`.
+    /// The comment without trailing spaces; lines end with `\n`.
     pub(super) text: String,
     /// The gap before it.
     pub(super) gap: Gap,

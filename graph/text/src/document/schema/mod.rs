@@ -3,8 +3,9 @@
 //! The schemas come from `schemars`, that is, from the very types that the tree is decoded into afterwards; so what an
 //! editor is told, what is checked here and what the decoder accepts are one thing. The dialect is the part of JSON
 //! Schema 2020-12 that such schemas use: `type`, `properties`, `required`, `additionalProperties`,
-//! `propertyNames.pattern` (names only), `pattern` (signs of strings only), `items`, `prefixItems`, `minItems`, `maxItems`, `enum`, `const`, `minimum`,
-//! `maximum`, `exclusiveMinimum`, `anyOf`, `oneOf`, `allOf`, `$ref` into `$defs`.
+//! `propertyNames.pattern` (names only), `pattern` (signs of strings only), `items`, `prefixItems`, `minItems`,
+//! `maxItems`, `enum`, `const`, `minimum`, `maximum`, `exclusiveMinimum`, `anyOf`, `oneOf`, `allOf`, `$ref` into
+//! `$defs`.
 //!
 //! Alternatives (`oneOf`, `anyOf`) give poor messages when every branch reports. Here the value chooses its branch
 //! first: by its JSON type, then by the one key that the branch requires, then by the fewest diagnostics; only the

@@ -1,8 +1,8 @@
 //! The pictures of a whole run: every pipeline with every preset, debug view and scene, and the lessons.
 //!
 //! Presets and debug views are asked of the command, which lists them where it is given one that does not exist. The
-//! most telling pictures come first, so that a run that is interrupted has them: the defaults, then the presets, then the
-//! debug views, then presets and views together.
+//! most telling pictures come first, so that a run that is interrupted has them: the defaults, then the presets, then
+//! the debug views, then presets and views together.
 
 use std::path::Path;
 use std::process::Command;

@@ -2,13 +2,15 @@
 //!
 //! A pixel of a picture that differs by more than 8 levels counts as one of:
 //!
-//! * **edge**: within a pixel of a discontinuity of the reference: its depth or normal ([`creases`]), its shadow term, or,
-//!   in debug views and lessons, what they show themselves; which side of an edge the middle of a pixel is on is the
-//!   rounding of a driver;
-//! * **filtering**: the difference is gone where both draw the scene with textures that are sampled at the nearest texel;
-//! * **placement**: no further than 8 levels from what the reference itself draws there once its camera is turned by a small
-//!   part of a pixel to each side ([`crate::variant`]): a rasterizer with few bits for parts of a pixel moves surfaces as far,
-//!   and a step at which the picture jumps (a cell of noise, a texel of a shadow map) then lies on another side;
+//! * **edge**: within a pixel of a discontinuity of the reference: its depth or normal ([`creases`]), its shadow term,
+//!   or, in debug views and lessons, what they show themselves; which side of an edge the middle of a pixel is on is
+//!   the rounding of a driver;
+//! * **filtering**: the difference is gone where both draw the scene with textures that are sampled at the nearest
+//!   texel;
+//! * **placement**: no further than 8 levels from what the reference itself draws there once its camera is turned by a
+//!   small part of a pixel to each side ([`crate::variant`]): a rasterizer with few bits for parts of a pixel moves
+//!   surfaces as far, and a step at which the picture jumps (a cell of noise, a texel of a shadow map) then lies on
+//!   another side;
 //! * **unexplained**: what is left.
 
 use umbragraph_test_support::image::Picture;
@@ -113,8 +115,8 @@ impl Difference {
     }
 }
 
-/// The texels at which depth jumps or its slope changes: silhouettes and creases. Depth after projection is flat along a
-/// flat surface, so that its second difference is none there.
+/// The texels at which depth jumps or its slope changes: silhouettes and creases. Depth after projection is flat along
+/// a flat surface, so that its second difference is none there.
 pub(crate) fn creases(depth: &[f32], width: usize) -> Vec<bool> {
     let height = depth.len() / width.max(1);
     let mut creases = vec![false; depth.len()];

@@ -1,8 +1,8 @@
 //! Pictures and scores of the command, kept in files so that a run goes on where an earlier one ended.
 //!
-//! A picture is drawn by a process of its own. Beside it lies a text with what the command said: its first line is `drawn`
-//! or a failure, the others are features that were off. All of it belongs to one state of the command, of the pipelines
-//! and of the scenes: their hash is in a file, and where it is another one, everything is drawn again.
+//! A picture is drawn by a process of its own. Beside it lies a text with what the command said: its first line is
+//! `drawn` or a failure, the others are features that were off. All of it belongs to one state of the command, of the
+//! pipelines and of the scenes: their hash is in a file, and where it is another one, everything is drawn again.
 
 use std::collections::VecDeque;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};

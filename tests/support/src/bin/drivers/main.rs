@@ -1,10 +1,10 @@
 //! A table of all that each driver of the machine draws: `cargo xtask drivers`.
 //!
-//! Every pipeline is rendered with each preset, debug view and scene of the project ([`case`]), and so is every lesson, with
-//! each driver ([`driver`]). A picture that differs from lavapipe's is taken apart by cause ([`difference`]); shadows are
-//! scored against rays. The table is written to a file, from the pictures that there are: they are kept, and a run goes on
-//! where the one before ended. The status is 1 if a driver fails, has shadows of another score, or pictures that differ in
-//! more than a share of pixels that nothing explains.
+//! Every pipeline is rendered with each preset, debug view and scene of the project ([`case`]), and so is every lesson,
+//! with each driver ([`driver`]). A picture that differs from lavapipe's is taken apart by cause ([`difference`]);
+//! shadows are scored against rays. The table is written to a file, from the pictures that there are: they are kept,
+//! and a run goes on where the one before ended. The status is 1 if a driver fails, has shadows of another score, or
+//! pictures that differ in more than a share of pixels that nothing explains.
 //!
 //! usage: drivers COMMAND FOLDER TABLE [--quick] [--only PIPELINE] [--minutes N]
 

@@ -1,5 +1,6 @@
 //! Variants of a scene, whose pictures tell why two drivers differ: [`Variant::Nearest`] leaves no driver a texture to
-//! filter, and [`Variant::Turned`] moves every surface by a small part of a pixel, as the rounding of a rasterizer does.
+//! filter, and [`Variant::Turned`] moves every surface by a small part of a pixel, as the rounding of a rasterizer
+//! does.
 
 use std::path::{Path, PathBuf};
 
