@@ -9,6 +9,7 @@ import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
 import { EditorState, StateEffect, Transaction } from "@codemirror/state";
 import { EditorView, drawSelection, highlightActiveLine, highlightActiveLineGutter, keymap, lineNumbers } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
+import { wrapping } from "./wrap.js";
 
 const colour = (light, dark) => `light-dark(${light}, ${dark})`;
 const colours = HighlightStyle.define([
@@ -61,7 +62,7 @@ export class Editor {
         lineNumbers(), foldGutter(), lintGutter(), history(), drawSelection(),
         invertedEffects.of((one) => one.effects.filter((effect) => effect.is(joined))), indentOnInput(), bracketMatching(),
         highlightActiveLine(), highlightActiveLineGutter(), highlightSelectionMatches(),
-        EditorView.lineWrapping, indentUnit.of("  "), language, syntaxHighlighting(colours),
+        wrapping, indentUnit.of("  "), language, syntaxHighlighting(colours),
         keymap.of([...completionKeymap, ...defaultKeymap, ...historyKeymap, ...foldKeymap, ...searchKeymap, ...lintKeymap, indentWithTab]),
         EditorView.contentAttributes.of({ "aria-label": `The text of ${path}`, tabindex: "0" }),
         this.#extension(path),

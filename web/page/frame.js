@@ -105,7 +105,13 @@ export class Frame {
 
   /** Sets a live parameter; a value that it does not take is an error. */
   async set(name, value) {
-    await this.#painter?.ask("set", { name, value });
+    const painter = this.#painter;
+    try {
+      await painter?.ask("set", { name, value });
+    } catch (error) {
+      // One that replaces it begins with all values.
+      if (painter === this.#painter) throw error;
+    }
   }
 
   play(on) {

@@ -20,3 +20,15 @@ export const solved = (page, count) =>
   page.waitForFunction((count) => document.querySelectorAll("#course .tasks > .done").length === count, count, WAIT);
 
 export const frames = (page) => page.evaluate(() => Number(document.documentElement.dataset.frames ?? 0));
+
+/** Puts the cursor into a word of the editor, so many characters in, with the editor's search. */
+export async function go(page, word, right) {
+  const content = page.locator(".cm-content");
+  await content.press("Control+Home");
+  await content.press("Control+f");
+  await page.locator("input[name=search]").fill(word);
+  await page.locator("[name=next]").click();
+  await page.locator("[name=close]").click();
+  await content.press("ArrowLeft");
+  for (let at = 0; at < right; at++) await content.press("ArrowRight");
+}

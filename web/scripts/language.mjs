@@ -1,18 +1,6 @@
 // The language server in the page: completion, hover, and a rename that reaches a file that no tab shows.
 import assert from "node:assert/strict";
-import { WAIT, state, text } from "./hands.mjs";
-
-/** Puts the cursor into a word of the editor, so many characters in, with the editor's search. */
-async function go(page, word, right) {
-  const content = page.locator(".cm-content");
-  await content.press("Control+Home");
-  await content.press("Control+f");
-  await page.locator("input[name=search]").fill(word);
-  await page.locator("[name=next]").click();
-  await page.locator("[name=close]").click();
-  await content.press("ArrowLeft");
-  for (let at = 0; at < right; at++) await content.press("ArrowRight");
-}
+import { WAIT, go, state, text } from "./hands.mjs";
 
 const content = (page) => text(page, ".cm-content");
 

@@ -35,5 +35,5 @@ export function report(site, files) {
   if (!process.env.UMBRAGRAPH_BLESS) return;
   const table = ["| part | MB, compressed | aim, at most | loaded |", "|---|---|---|---|", ...rows.map((row) => `| ${row.join(" | ")} |`)].join("\n");
   const text = readFileSync(DOCUMENT, "utf8");
-  writeFileSync(DOCUMENT, text.replace(/(<!-- sizes -->\n)[^]*?(\n<!-- \/sizes -->)/, (_, before, after) => before + table + after));
+  writeFileSync(DOCUMENT, text.replace(/(<!-- sizes -->\n)[^]*?(\n<!-- \/sizes -->)/, (_, before, after) => `${before}${table}${after}`));
 }
