@@ -31,7 +31,8 @@ const doing = (work) => async (event) => {
 /**
  * Connects the dialog. `page.begin(name, kind)` gives the files of a new folder, `page.used()` the files of the pipeline
  * that is shown, the pipeline first, `page.values()` what was set; `page.open(pipeline, scene, values)` opens what is in a
- * folder; `page.write(files)` gives texts to the workers; `page.revert()` takes all changes back. Returns what takes a zip.
+ * folder; `page.write(files)` gives texts to the workers; `page.revert()` takes all changes back. Returns what takes a file that is
+ * dropped on the page: a zip, or a scene for `page.take_scene`.
  */
 export function listen_to_folder(page) {
   const packed = () => {
@@ -86,5 +87,13 @@ export function listen_to_folder(page) {
     bring_zip(bytes);
   });
   $("project-revert").onclick = doing(page.revert);
-  return bring_zip;
+
+  return async (bytes, name) => {
+    if (!name.endsWith(".zip")) return page.take_scene(bytes, name);
+    try {
+      bring_zip(bytes);
+    } catch (error) {
+      page.notice(error.message);
+    }
+  };
 }

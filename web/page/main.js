@@ -10,7 +10,7 @@ import { beside } from "./graph/beside.js";
 import { Graph } from "./graph/graph.js";
 import { LanguageClient } from "./language.js";
 import { keep_frame, keep_offline } from "./offline.js";
-import { listed } from "./problems.js";
+import { told } from "./problems.js";
 import { parse, pipeline_address } from "./route.js";
 import { fill, filter } from "./settings.js";
 import { keep, pack, unpack } from "./share.js";
@@ -95,29 +95,7 @@ function tell({ diagnostics, milliseconds }, is_all) {
   const words = errors ? plural(errors, "error") : warnings ? plural(warnings, "warning") : is_all ? "proven in every configuration" : "valid";
   state.textContent = words;
   state.title = `${is_all ? "Every configuration was checked" : "One configuration was planned"} in ${milliseconds.toFixed(0)} ms`;
-  problems(diagnostics);
-}
-
-function problems(diagnostics) {
-  const here = diagnostics.filter((one) => one.place?.file === shown && one.place.line);
-  const range = ({ line, column, end_line, end_column }) => {
-    const from = editor.offset(line, column);
-    return { from, to: Math.max(from, editor.offset(end_line, end_column)) };
-  };
-  const changes = (fix) => fix.map(({ place, replacement }) => ({ ...range(place), insert: replacement }));
-  const mend = (one) => one.fix?.every(({ place }) => place?.file === shown) && (() => editor.edit(changes(one.fix)));
-  editor.underline(here.map((one) => ({
-    ...range(one.place), severity: one.severity === "note" ? "info" : one.severity,
-    message: `${one.message}${one.help ? `\n${one.help}` : ""}`,
-    actions: mend(one) ? [{ name: "Mend", apply: () => mend(one)() }] : [],
-  })));
-  $("problems").replaceChildren(listed(diagnostics, {
-    mend,
-    go({ file, line, column }) {
-      if (text_of(file)) show(file);
-      if (line) editor.go(editor.offset(line, column));
-    },
-  }));
+  $("problems").replaceChildren(told(diagnostics, editor, shown, (path) => text_of(path) && show(path)));
 }
 
 function notice(text) {
@@ -295,7 +273,7 @@ function revert(path) {
 
 // ---------------------------------------------------------------- project
 
-const bring_zip = listen_to_folder({
+const take_dropped = listen_to_folder({
   begin: (name, kind) => checker.ask("project", { name, of: kind }),
   used: () => [chosen.pipeline, ...(planned ? used_files() : [])],
   values() {
@@ -303,6 +281,8 @@ const bring_zip = listen_to_folder({
     return preset || [parameters, features].some((set) => Object.keys(set).length) ? JSON.parse(values()) : null;
   },
   write,
+  notice,
+  take_scene: (bytes, name) => frame.take_scene(bytes, name),
   open(pipeline = chosen.pipeline, scene, found) {
     fill_choices(chosen);
     history.pushState(null, "", pipeline_address(pipeline, scene));
@@ -315,15 +295,6 @@ const bring_zip = listen_to_folder({
     show(pipeline);
   },
 });
-
-async function take_dropped(bytes, name) {
-  if (!name.endsWith(".zip")) return frame.take_scene(bytes, name);
-  try {
-    bring_zip(bytes);
-  } catch (error) {
-    notice(error.message);
-  }
-}
 
 // ---------------------------------------------------------------- choices
 

@@ -1,4 +1,4 @@
-// Screenshots for docs/web.md: `node screens.mjs SITE FOLDER` writes WebP files, five screens in light or dark.
+// Screenshots for docs/web.md: `node screens.mjs SITE FOLDER` writes WebP files, screens in light or dark.
 import { mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { program, start } from "./browser.mjs";
@@ -19,10 +19,11 @@ const SCREENS = {
     await solved(page, 1);
     await drawn(page);
   }],
-  editor: ["#pipeline=pipelines/learn/33-effects.json&scene=courtyard", "light", async (page) => {
+  editor: ["#pipeline=pipelines/learn/27-ssao.json&scene=foliage", "light", async (page) => {
     await state(page, "fine");
     await drawn(page);
-    await go(page, '"&color@sky"', 2);
+    await go(page, '"&occlusion_2"', 2);
+    for (const _ of "occlusion_2") await page.locator(".cm-content").press("Delete");
     await page.locator(".cm-content").press("Control+Space");
     await page.locator(".cm-tooltip-autocomplete li").first().waitFor(WAIT);
   }],
@@ -30,11 +31,6 @@ const SCREENS = {
     await state(page, "fine");
     await drawn(page);
     await page.click("#open-project");
-  }],
-  graph: ["#pipeline=pipelines/learn/27-ssao.json&scene=figure", "dark", async (page) => {
-    await state(page, "fine");
-    await page.click("#tab-graph");
-    await page.waitForTimeout(2000);
   }],
 };
 
