@@ -1,4 +1,4 @@
-// The lists at the top, and tabs.
+// The lists at the top, tabs, and the theme.
 import { element } from "./element.js";
 import { changed, files, original, other_scenes } from "./texts.js";
 import { is_pipeline } from "./zip.js";
@@ -32,4 +32,11 @@ export function move_among_tabs(list, key) {
   const to = (at + (key === "ArrowRight" ? 1 : list.children.length - 1)) % list.children.length;
   list.children[to].click();
   list.children[to].focus();
+}
+
+/** From light to dark, or back. */
+export function switch_theme() {
+  const { dataset } = document.documentElement;
+  const is_dark = dataset.theme ? dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+  dataset.theme = is_dark ? "light" : "dark";
 }

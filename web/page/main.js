@@ -1,5 +1,5 @@
 // The page: a pipeline's text at the left, what becomes of it at the right.
-import { fill_choices, move_among_tabs } from "./choices.js";
+import { fill_choices, move_among_tabs, switch_theme } from "./choices.js";
 import { Course, is_solved, step_of } from "./course.js";
 import { Editor } from "./editor.js";
 import { element } from "./element.js";
@@ -16,6 +16,7 @@ import { fill, filter } from "./settings.js";
 import { keep, pack, unpack } from "./share.js";
 import { listen_to_drops, listen_to_stage } from "./stage.js";
 import { changed, files, original, scene_bytes, take, templates, text_of } from "./texts.js";
+import { VALUES, Values } from "./values.js";
 import { Answerer } from "./worker.js";
 
 const $ = (id) => document.getElementById(id);
@@ -30,11 +31,8 @@ let shown = null;
 /** The last answer of the checker that had a plan. */
 let planned = null;
 
-const values = () => {
-  const { preset, parameters, features } = chosen;
-  return JSON.stringify({ format: 1, ...(preset && { preset }), parameters, features });
-};
-
+const hand = new Values(chosen);
+const values = () => hand.text;
 // ---------------------------------------------------------------- checking
 
 /** What was changed as of the last answer: with it the checker begins again when it dies. */
@@ -95,7 +93,7 @@ function tell({ diagnostics, milliseconds }, is_all) {
   const words = errors ? plural(errors, "error") : warnings ? plural(warnings, "warning") : is_all ? "proven in every configuration" : "valid";
   state.textContent = words;
   state.title = `${is_all ? "Every configuration was checked" : "One configuration was planned"} in ${milliseconds.toFixed(0)} ms`;
-  $("problems").replaceChildren(told(diagnostics, editor, shown, (path) => text_of(path) && show(path)));
+  $("problems").replaceChildren(told(diagnostics, editor, shown, (path) => (path === VALUES || text_of(path)) && show(path)));
 }
 
 function notice(text) {
@@ -115,11 +113,16 @@ const language = new LanguageClient({
 
 const editor = new Editor($("editor"), {
   changed: edited,
-  extension: (path) => language.extension(path),
+  extension: (path) => (path === VALUES ? [] : language.extension(path)),
 });
 for (const event of ["focusin", "pointerenter"]) $("editor").addEventListener(event, () => language.start());
 
 function edited(path, text) {
+  if (path === VALUES) {
+    hand.type(text);
+    filled = "";
+    return void check();
+  }
   take(path, text);
   write({ [path]: text });
   mark_tabs();
@@ -138,8 +141,13 @@ const short = (path) => path.replace(/^pipelines\//, "");
 function show(path) {
   if (!open.includes(path)) open.push(path);
   shown = path;
-  editor.show(path, text_of(path));
+  editor.show(path, path === VALUES ? values() : text_of(path));
   mark_tabs();
+}
+
+/** Shows the parameter file anew, if it is shown. */
+function show_values() {
+  if (shown === VALUES) show(VALUES);
 }
 
 function mark_tabs() {
@@ -167,7 +175,7 @@ function fill_open() {
   const option = (path) => element("option", { value: path, textContent: short(path) });
   $("open").replaceChildren(
     element("option", { value: "", textContent: "Open…" }),
-    element("optgroup", { label: "Files of the pipeline" }, ...used.map(option)),
+    element("optgroup", { label: "Files of the pipeline" }, ...used.map(option), option(VALUES)),
     element("optgroup", { label: "Changed" }, ...Object.keys(changed).filter((path) => !used.includes(path)).sort().map(option)),
     element("optgroup", { label: "Templates" }, ...Object.keys(templates).map(option)),
   );
@@ -201,7 +209,8 @@ function show_plan() {
 }
 
 function set(kind, name, value, is_live) {
-  chosen[kind][name] = value;
+  hand.take({ [kind]: { [name]: value } });
+  show_values();
   if (!is_live) return void check();
   frame.set(name, value).catch((error) => notice(error.message));
   judge();
@@ -256,11 +265,10 @@ const course = new Course($("course"), {
 
 const judge = () => answered && course.judge({ ...answered, values: chosen });
 
-function set_values({ preset = chosen.preset, parameters = {}, features = {} }) {
-  chosen.preset = preset;
-  Object.assign(chosen.parameters, parameters);
-  Object.assign(chosen.features, features);
+function set_values(found) {
+  hand.take(found);
   filled = "";
+  show_values();
   check();
 }
 
@@ -276,10 +284,7 @@ function revert(path) {
 const take_dropped = listen_to_folder({
   begin: (name, kind) => checker.ask("project", { name, of: kind }),
   used: () => [chosen.pipeline, ...(planned ? used_files() : [])],
-  values() {
-    const { preset, parameters, features } = chosen;
-    return preset || [parameters, features].some((set) => Object.keys(set).length) ? JSON.parse(values()) : null;
-  },
+  values: () => (hand.is_set ? values() : null),
   write,
   notice,
   take_scene: (bytes, name) => frame.take_scene(bytes, name),
@@ -287,7 +292,7 @@ const take_dropped = listen_to_folder({
     fill_choices(chosen);
     history.pushState(null, "", pipeline_address(pipeline, scene));
     go();
-    if (found) set_values(found);
+    if (found) edited(VALUES, found);
   },
   revert() {
     const { pipeline } = chosen;
@@ -299,7 +304,8 @@ const take_dropped = listen_to_folder({
 // ---------------------------------------------------------------- choices
 
 function choose(pipeline) {
-  Object.assign(chosen, { pipeline, preset: "", parameters: {}, features: {} });
+  chosen.pipeline = pipeline;
+  hand.clear();
   open.length = 0;
   planned = answered = null;
   $("pipeline").value = pipeline;
@@ -344,7 +350,8 @@ function listen() {
     frame.take_scene();
   };
   $("preset").onchange = () => {
-    Object.assign(chosen, { preset: $("preset").value, parameters: {}, features: {} });
+    hand.clear($("preset").value);
+    show_values();
     check();
   };
   $("open").onchange = () => {
@@ -367,12 +374,7 @@ function listen() {
     $("share").textContent = "Copied";
     setTimeout(() => ($("share").textContent = "Copy link"), 1500);
   };
-  $("theme").onclick = () => {
-    const dark = document.documentElement.dataset.theme
-      ? document.documentElement.dataset.theme === "dark"
-      : matchMedia("(prefers-color-scheme: dark)").matches;
-    document.documentElement.dataset.theme = dark ? "light" : "dark";
-  };
+  $("theme").onclick = switch_theme;
   const views = [...$("views").children];
   const pick = (picked) => {
     for (const tab of views) {

@@ -3,9 +3,9 @@
 // In the page, a template has the name by which pipelines call it. In a folder it lies below `shaders/`, where
 // `umbragraph check FILE --templates shaders` finds it. `values.json` holds what was set by hand, as a parameter file.
 import { strFromU8, strToU8, unzipSync, zipSync } from "fflate";
+import { VALUES } from "./values.js";
 
 const FOLDER = "shaders/";
-const VALUES = "values.json";
 /** The largest file that is read from a zip, and the largest sum, in bytes. */
 const LARGEST = 64 << 20;
 const LARGEST_SUM = 256 << 20;
@@ -23,10 +23,10 @@ export const is_pipeline = (path, text) =>
 /** The name in the page of a file of a folder. */
 export const page_name = (path) => (is_template(path) ? path.replace(/^(.*\/)?shaders\//, "") : path);
 
-/** The zip of a folder: texts and scenes by path, and the values that were set. */
+/** The zip of a folder: texts and scenes by path, and the parameter file of what was set. */
 export function to_zip(folder, files, scenes, values) {
   const entries = Object.entries(files).map(([path, text]) => [is_template(path) ? FOLDER + path : path, strToU8(text)]);
-  if (values) entries.push([VALUES, strToU8(`${JSON.stringify(values, null, 2)}\n`)]);
+  if (values) entries.push([VALUES, strToU8(values)]);
   entries.push(...scenes);
   entries.sort(([one], [other]) => (one < other ? -1 : 1));
   const named = entries.map(([path, bytes]) => [`${folder}/${path}`, bytes]);
@@ -52,7 +52,7 @@ export function from_zip(bytes) {
   for (const path of paths.sort()) {
     const inside = folder ? path.slice(folder.length + 1) : path;
     if (is_scene(inside)) found.scenes.set(inside, read[path]);
-    else if (inside === VALUES) found.values = JSON.parse(strFromU8(read[path]));
+    else if (inside === VALUES) found.values = strFromU8(read[path]);
     else found.files[page_name(inside)] = strFromU8(read[path]);
   }
   return found;

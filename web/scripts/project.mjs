@@ -75,6 +75,23 @@ export const project = (command, open) => ({
     await other.context().close();
   },
 
+  async "the parameter file is a tab, and controls follow it"() {
+    const page = await open("#pipeline=pipelines/mantis.json");
+    await state(page, "fine");
+    await page.locator("#parameters-filter_radius").fill("3");
+    await page.selectOption("#open", "values.json");
+    await page.waitForFunction(() => document.querySelector(".cm-content").textContent.includes('"filter_radius": 3'), null, WAIT);
+    await replace(page, '"filter_radius": 3', '"filter_radius": 99');
+    await state(page, "error");
+    assert.match(await text(page, "#problems .where"), /^values\.json:\d/);
+    await replace(page, '"filter_radius": 99', '"filter_radius": 5');
+    await state(page, "fine");
+    assert.equal(await page.inputValue("#parameters-filter_radius"), "5");
+    await page.locator(".cm-content").press("Control+z");
+    await state(page, "error");
+    await page.context().close();
+  },
+
   async "a reload keeps what was changed"() {
     const page = await open("#pipeline=pipelines/learn/01-smallest.json");
     await state(page, "fine");
