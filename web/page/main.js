@@ -70,7 +70,7 @@ async function check() {
     if (!answer.plan) return $("graph").hidden || show_graph();
     planned = answer.plan;
     show_plan();
-    frame.draw();
+    if (!answer.diagnostics.some(({ severity }) => severity === "error")) frame.draw();
     later = setTimeout(() => check_all(number), CHECK_AFTER);
   } catch {
     // The notice says it.
@@ -184,7 +184,6 @@ function fill_open() {
 // ---------------------------------------------------------------- plan
 
 const megabytes = (bytes) => `${(bytes / 2 ** 20).toFixed(1)} MiB`;
-
 let filled = "";
 
 function show_plan() {
