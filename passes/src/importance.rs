@@ -65,7 +65,7 @@ impl Importance {
         cadence(1.0 / self.part(), most)
     }
 
-    /// The part of the texels of a light that fills the picture, along a side.
+    /// The side of the light's map, as a fraction of that of a light which fills the frame.
     fn part(&self) -> f64 {
         (self.coverage * self.proximity * self.priority.min(1.0)).sqrt()
     }

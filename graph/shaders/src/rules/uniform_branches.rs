@@ -239,7 +239,7 @@ impl Visit<'_> {
         expressions.into_iter().fold(Dependencies::default(), |all, one| all.and(self.of(one)))
     }
 
-    /// Something left open. More than 64 of them in one function count as anything else.
+    /// The dependencies on an open input, such as a parameter. Beyond 64 of them in one function, on anything.
     fn open(&mut self, open: Open) -> Dependencies {
         let all = &mut self.branches.open;
         let at = all.iter().position(|known| *known == open).unwrap_or_else(|| {

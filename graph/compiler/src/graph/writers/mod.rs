@@ -267,7 +267,7 @@ impl<'a> Builder<'a> {
         false
     }
 
-    /// The graph of what was connected.
+    /// Returns the graph with all connected passes and versions.
     pub(crate) fn finish(self) -> Graph {
         let order = self.sorted();
         let edges: usize = self.next.iter().map(SmallVec::len).sum();

@@ -85,7 +85,7 @@ impl PassBuilder<'_> {
     }
 }
 
-/// The struct in WGSL whose members lie at their offsets, which are in order and leave room.
+/// The WGSL of a struct whose members lie at given, ascending offsets, with padding between them.
 fn laid_out(name: &str, members: &[Member], placed: &[(&Member, u32)]) -> String {
     let mut written = Vec::new();
     if let Some((_, first @ 1..)) = placed.first() {

@@ -54,7 +54,7 @@ pub struct Environment {
 /// The resource that is passed to an input of a subgraph.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Input {
-    /// The resource of the user.
+    /// The resource that the user of the subgraph passes.
     pub(crate) reference: Reference,
     /// The resource as the user wrote it; the outermost user where the input is handed on.
     pub(crate) given: Given,
