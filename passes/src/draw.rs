@@ -31,7 +31,7 @@ pub struct Draw {
     /// yields it.
     pub geometry: Word<String>,
     /// The filter of the host's meshes: a word that the host knows. The pipelines that come with the module write
-    /// "opaque", "transparent" (blended meshes) and "casters". Where maps are kept, they write "static_casters" and
+    /// "opaque", "transparent" (blended meshes) and "casters", for motion vectors "moving". Where maps are kept, they write "static_casters" and
     /// "dynamic_casters".
     pub mesh_filter: String,
     /// The blackboard data whose views are drawn, such as what a camera or a cascade fit publishes.

@@ -23,6 +23,8 @@ pub mod filters {
     pub const OPAQUE: &str = "opaque";
     /// Draws that are blended over the opaque ones, back to front.
     pub const TRANSPARENT: &str = "transparent";
+    /// Opaque draws that can move: drawn for motion vectors.
+    pub const MOVING: &str = "moving";
     /// Draws that cast shadows.
     pub const CASTERS: &str = "casters";
     /// Casters that stay where they are: the maps of them are kept from frame to frame.

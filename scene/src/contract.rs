@@ -12,7 +12,8 @@ use umbragraph_pipeline::wgpu_types::VertexFormat;
 use umbragraph_test_support::environment::{BLESS, is_set, process};
 
 use crate::interface::{
-    ALPHA_MASKED, DETAILS, MAPS, MaterialBlock, MaterialDetailBlock, ObjectBlock, STREAMS,
+    ALPHA_MASKED, DETAILS, MAPS, MaterialBlock, MaterialDetailBlock, MotionBlock, ObjectBlock, PREVIOUS,
+    STREAMS,
 };
 
 type Members = [(&'static str, ValueType, &'static str)];
@@ -91,6 +92,16 @@ fn details() -> String {
     )
 }
 
+/// The motion of objects, for the passes that write it.
+fn motion() -> String {
+    format!(
+        "{{# The motion of a placed mesh of scenes. {NOTE} #}}\n\
+         {}\n{{% if instanced %}}\n@group(3) @binding(1) var<storage, read> motions: array<Motion>;\n\
+         {{% else %}}\n@group(3) @binding(1) var<uniform> motion: Motion;\n{{% endif %}}\n",
+        structure("Motion", MotionBlock::MEMBERS),
+    )
+}
+
 /// The geometry that pipelines declare.
 fn geometry() -> String {
     let members = |members: &Members| {
@@ -107,6 +118,7 @@ fn geometry() -> String {
     let vertex: Vec<String> = (STREAMS.iter())
         .map(|(name, format, _)| (*name, *format))
         .chain(DETAILS.iter().map(|(name, format, _)| (*name, *format)))
+        .chain([(PREVIOUS.0, PREVIOUS.1)])
         .map(|(name, format)| format!("\"{name}\": \"{}\"", attribute_format(format)))
         .collect();
     let last = maps(&MAPS[1..]);
@@ -116,7 +128,7 @@ fn geometry() -> String {
          {{\n  \"$schema\": \"../../pipeline.schema.json\",\n  \"format\": 1,\n  \"name\": \"scene_geometry\",\n\n  \
          \"geometry\": {{\n    \"scene\": {{\n      \"vertex\": {{ {} }},\n      \"material\": {{\n        \
          \"material\": {{ {} }},\n{}        \"material_detail\": {{ {} }},\n{}\n      }},\n      \
-         \"object\": {{ \"object\": {{ {} }} }},\n      \"variants\": [\"{ALPHA_MASKED}\", \"double_sided\", \"pbr\"]\n    \
+         \"object\": {{ \"object\": {{ {} }}, \"motion\": {{ {} }} }},\n      \"variants\": [\"{ALPHA_MASKED}\", \"double_sided\", \"pbr\"]\n    \
          }}\n  }},\n\n  \"passes\": {{}}\n}}\n",
         vertex.join(", "),
         members(MaterialBlock::MEMBERS),
@@ -124,6 +136,7 @@ fn geometry() -> String {
         members(MaterialDetailBlock::MEMBERS),
         last.trim_end_matches(",\n"),
         members(ObjectBlock::MEMBERS),
+        members(MotionBlock::MEMBERS),
     )
 }
 
@@ -138,6 +151,7 @@ fn templates_and_pipelines_state_the_contract() {
     for (file, text) in [
         ("shaders-templates/lib/scene_blocks.wgsl.jinja", blocks()),
         ("shaders-templates/lib/scene_details.wgsl.jinja", details()),
+        ("shaders-templates/lib/scene_motion.wgsl.jinja", motion()),
         ("pipelines/base/scene_geometry.json", geometry()),
     ] {
         let found = std::fs::read_to_string(root.join(file)).unwrap_or_default();

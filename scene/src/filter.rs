@@ -1,7 +1,7 @@
 //! Draw filters of passes: the words that a pipeline may write under `filter`.
 //!
-//! `all`, `opaque` (alpha-masked ones included) and `transparent` (alpha mode `BLEND`) select visible draws; `casters`,
-//! `static_casters` and `dynamic_casters` are for shadow maps. Transparent draws cast no shadows, and are always issued
+//! `all`, `opaque` (alpha-masked ones included) and `transparent` (alpha mode `BLEND`) select visible draws, `moving` the
+//! opaque ones that an animation can move; `casters`, `static_casters` and `dynamic_casters` are for shadow maps. Transparent draws cast no shadows, and are always issued
 //! back to front, in passes of any order. A pipeline without a pass for them omits them; [`left_out`] counts them in a
 //! warning.
 
@@ -16,7 +16,7 @@ use crate::scene::{Draw, Scene};
 
 /// The words that a pipeline may write under `filter`.
 pub const FILTERS: &[&str] =
-    &["all", "opaque", "transparent", "casters", "static_casters", "dynamic_casters"];
+    &["all", "opaque", "transparent", "moving", "casters", "static_casters", "dynamic_casters"];
 
 /// Whether a pass with a filter wants a draw of a scene; none where the filter is not in [`FILTERS`].
 pub fn wants(filter: &str, scene: &Scene, draw: Draw) -> bool {
@@ -29,6 +29,7 @@ pub(crate) fn wants_draw(filter: &str, draw: Draw, is_blended: bool) -> bool {
         "all" => true,
         "opaque" => !is_blended,
         "transparent" => is_blended,
+        "moving" => draw.dynamic && !is_blended,
         "casters" => draw.cast_shadow,
         "static_casters" => draw.cast_shadow && !draw.dynamic,
         "dynamic_casters" => draw.cast_shadow && draw.dynamic,

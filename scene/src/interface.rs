@@ -37,6 +37,9 @@ pub(crate) const STREAMS: [(&str, VertexFormat, u64); 3] = [
     ("texcoord", VertexFormat::Float32x2, 8),
 ];
 
+/// The stream of positions in the pose before, for motion vectors.
+pub(crate) const PREVIOUS: (&str, VertexFormat, u64) = ("previous_position", VertexFormat::Float32x3, 12);
+
 /// The attributes of [`VertexDetail`]: name, format, and offset.
 pub(crate) const DETAILS: [(&str, VertexFormat, u64); 3] = [
     ("texcoords", VertexFormat::Float32x4, std::mem::offset_of!(VertexDetail, texcoords) as u64),
@@ -193,6 +196,14 @@ block! {
     }
 }
 
+block! {
+    /// The block of the motion of a placed primitive in shaders.
+    MotionBlock {
+        /// From the mesh's space to the world, in the pose before.
+        previous_world_from_object: [[f32; 4]; 4] = ValueType::MAT4,
+    }
+}
+
 /// The properties of a draw of a scene.
 pub fn properties(scene: &Scene, draw: Draw) -> PropertySet {
     let is_double_sided = scene.material(draw).double_sided;
@@ -215,6 +226,7 @@ pub fn any_scene() -> HostInterface {
     let interface = STREAMS.into_iter().map(stream).fold(HostInterface::new(), HostInterface::vertices);
     let interface = interface
         .vertices(HostVertexBuffer::new(size_of::<VertexDetail>() as u64, DETAILS))
+        .vertices(stream(PREVIOUS))
         .material(MaterialBlock::slot("material", 0))
         .material(MaterialDetailBlock::slot("material_detail", 0));
     let interface = MAPS.into_iter().fold(interface, |interface, map| {
@@ -224,6 +236,7 @@ pub fn any_scene() -> HostInterface {
     });
     interface
         .object(ObjectBlock::slot("object", BLOCK_STRIDE))
+        .object(MotionBlock::slot("motion", BLOCK_STRIDE))
         .properties(PROPERTIES, (0..1 << PROPERTIES.len()).map(PropertySet))
         .filters(FILTERS)
 }
@@ -257,6 +270,7 @@ mod tests {
             (&interface.material[0], MaterialBlock::SIZE),
             (&interface.material[1], MaterialDetailBlock::SIZE),
             (&interface.object[0], ObjectBlock::SIZE),
+            (&interface.object[1], MotionBlock::SIZE),
         ] {
             let HostResourceKind::Block { members, size, .. } = &slot.kind else { panic!("{slot:?}") };
             assert_eq!(*size, bytes);

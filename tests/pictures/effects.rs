@@ -113,7 +113,7 @@ const EFFECTS: [(&str, &str, &[&str]); 6] = [
         &["ambient_occlusion.noisy", "ambient_occlusion.smooth", "occlusion"],
     ),
     ("fog", "fog", &[]),
-    ("temporal", "temporal.", &["temporal.gathered", "temporal.gathered@-1"]),
+    ("temporal", "temporal.", &["temporal.gathered", "temporal.gathered@-1", "temporal.motion"]),
     ("bloom", "bloom.", &["bloom.chain"]),
     (
         "auto_exposure",

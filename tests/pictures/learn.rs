@@ -27,7 +27,7 @@ fn names() -> Vec<String> {
 #[test]
 fn every_lesson_opens_with_a_comment_and_is_valid() {
     let names = names();
-    assert_eq!(names.len(), 33, "a new lesson needs a test of its own here");
+    assert_eq!(names.len(), 34, "a new lesson needs a test of its own here");
     for name in names {
         let text = std::fs::read_to_string(root().join(format!("pipelines/learn/{name}.json"))).unwrap();
         assert!(text.starts_with("// "), "{name}");
@@ -48,6 +48,13 @@ fn effects_are_uses_of_their_files() {
     );
     assert!(at("expose.apply") < at("present"));
     assert_eq!(size(&outcome, "find_occlusion.noisy"), (320, 240));
+}
+
+#[test]
+fn motion_is_drawn_between_what_is_seen_and_the_mean() {
+    let order: Vec<_> = lesson("34-motion").order().into_iter().map(str::to_owned).collect();
+    let at = |name: &str| order.iter().position(|pass| pass == name).expect("a pass");
+    assert!(at("shade") < at("move") && at("move") < at("gather"), "{order:?}");
 }
 
 #[test]

@@ -18,6 +18,7 @@ mod lights;
 mod materials;
 mod moment_shadows;
 mod moments;
+mod motion;
 mod nebula;
 mod penumbrae;
 mod picture_effects;

@@ -10,7 +10,7 @@ use super::markdown::table;
 use super::page::{Entry, Page};
 
 /// A struct of the contract: its name, the template that declares it, and its purpose.
-const STRUCTS: [(&str, &str, &str); 5] = [
+const STRUCTS: [(&str, &str, &str); 6] = [
     (
         "Surface",
         "lib/surface.wgsl.jinja",
@@ -34,6 +34,12 @@ const STRUCTS: [(&str, &str, &str); 5] = [
          `normal_texture` and `normal_sampler`.",
     ),
     ("Object", "lib/scene_blocks.wgsl.jinja", "A placed mesh (group 3)."),
+    (
+        "Motion",
+        "lib/scene_motion.wgsl.jinja",
+        "The motion of a placed mesh (group 3), beside the vertex attribute `previous_position`: where joints and morph \
+         targets had the vertex in the frame before. A host of other meshes replaces `lib/motion.wgsl.jinja`.",
+    ),
 ];
 
 pub(super) fn page() -> Page {

@@ -94,18 +94,18 @@ pub(super) fn record(
         DrawOrder::State => {
             for item in &items[..first_blended] {
                 if wanted(item, pass) {
-                    state.issue(item, pass);
+                    state.issue(item, geometry, pass);
                 }
             }
         }
         DrawOrder::FrontToBack => {
             sort(items, 0..first_blended, |item| wanted(item, pass).then(|| distance(item)), &mut sorted);
-            sorted.iter().for_each(|(_, at)| state.issue(&items[*at as usize], pass));
+            sorted.iter().for_each(|(_, at)| state.issue(&items[*at as usize], geometry, pass));
         }
     }
     let blended = first_blended..items.len();
     sort(items, blended, |item| wanted(item, pass).then(|| -distance(item)), &mut sorted);
-    sorted.iter().for_each(|(_, at)| state.issue(&items[*at as usize], pass));
+    sorted.iter().for_each(|(_, at)| state.issue(&items[*at as usize], geometry, pass));
 }
 
 /// The draws of a range that have a key, by their keys.
@@ -125,10 +125,12 @@ fn sort(
 struct State {
     properties: Option<(PropertySet, bool)>,
     material: Option<usize>,
+    /// Whether the previous positions are those of vertices that move.
+    has_previous: Option<bool>,
 }
 
 impl State {
-    fn issue(&mut self, item: &Item, pass: &mut dyn DrawPass) {
+    fn issue(&mut self, item: &Item, geometry: &Geometry, pass: &mut dyn DrawPass) {
         if self.properties.is_none_or(|(properties, _)| properties != item.properties) {
             self.properties = Some((item.properties, pass.set_properties(item.properties)));
             // Another pipeline may have another layout.
@@ -140,6 +142,11 @@ impl State {
         if self.material != Some(item.draw.material) {
             self.material = Some(item.draw.material);
             pass.set_material(item.draw.material as u32);
+        }
+        let has_previous = geometry.has_previous(&item.part);
+        if self.has_previous != Some(has_previous) {
+            self.has_previous = Some(has_previous);
+            geometry.bind_previous(has_previous, pass.render_pass());
         }
         pass.set_object(item.object);
         pass.render_pass().draw_indexed(item.indices(), item.part.first_vertex, 0..1);

@@ -2,8 +2,9 @@
 //!
 //! All primitives share one buffer for each stream. A static primitive is stored once, however often it is placed;
 //! each draw that joints or morph targets move has a range of its own, which is written when the pose changes
-//! ([`super::skinning`]). Those of skinned draws come first, so that a storage binding of them is no larger than they
-//! are.
+//! ([`super::skinning`]). Those of skinned draws come first, so that a storage binding of them is no larger than they are;
+//! then those of morphed ones, so that a buffer of previous positions ends there. All other vertices have the
+//! positions of now as their previous ones.
 
 use glam::{DMat3, DMat4};
 use std::collections::BTreeMap;
@@ -13,9 +14,12 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 use crate::codes;
-use crate::interface::{BLOCK_STRIDE, STREAMS};
+use crate::interface::{BLOCK_STRIDE, PREVIOUS, STREAMS};
 use crate::mesh::VertexDetail;
 use crate::scene::{Draw, Scene};
+
+/// The slot of previous positions, behind those that [`Geometry::bind`] fills.
+const PREVIOUS_SLOT: u32 = STREAMS.len() as u32 + 1;
 
 /// The ranges of a primitive in the buffers.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,6 +37,8 @@ pub(super) struct Geometry {
     /// The streams of positions and of normals, those of skinned draws first.
     pub(super) positions: wgpu::Buffer,
     pub(super) normals: wgpu::Buffer,
+    /// Positions in the pose before, of the vertices that move by themselves.
+    pub(super) previous: wgpu::Buffer,
     texcoords: wgpu::Buffer,
     /// The other attributes, of the first vertices up to the last that has some.
     details: wgpu::Buffer,
@@ -41,6 +47,8 @@ pub(super) struct Geometry {
     parts: BTreeMap<(usize, usize, Option<usize>), Part>,
     /// The number of vertices of skinned draws.
     pub(super) skinned_vertices: u32,
+    /// The number of vertices of skinned and morphed draws.
+    moved_vertices: u32,
 }
 
 /// The key of a stored part: mesh, primitive, and the draw's number if it has vertices of its own.
@@ -56,7 +64,7 @@ pub(super) fn check_limits(scene: &Scene, limits: &wgpu::Limits) -> Result<(), D
         if known.insert(key(scene, number, draw)) {
             let primitive = scene.primitive(draw);
             vertices += primitive.positions.len() as u64;
-            if primitive.details.is_some() || draw.skin.is_some() {
+            if primitive.details.is_some() || scene.has_own_vertices(draw) {
                 detailed += primitive.positions.len() as u64;
             }
             indices += scene.primitive(draw).indices.len() as u64 * 2;
@@ -98,9 +106,12 @@ impl Geometry {
         let (mut positions, mut normals, mut texcoords) = (Vec::new(), Vec::new(), Vec::new());
         let mut details: Vec<VertexDetail> = Vec::new();
         let (mut indices, mut parts) = (Vec::<u32>::new(), BTreeMap::new());
-        let mut skinned_vertices = 0;
+        let (mut skinned_vertices, mut moved_vertices) = (0, 0);
         let mut draws: Vec<(usize, Draw)> = scene.draws_of_all_details().enumerate().collect();
-        draws.sort_by_key(|(_, draw)| (draw.skin.is_none(), scene.primitive(*draw).details.is_none()));
+        draws.sort_by_key(|(_, draw)| {
+            let is_fixed = !scene.has_own_vertices(*draw);
+            (draw.skin.is_none(), is_fixed, scene.primitive(*draw).details.is_none())
+        });
         for (number, draw) in draws {
             parts.entry(key(scene, number, draw)).or_insert_with(|| {
                 let primitive = scene.primitive(draw);
@@ -128,6 +139,9 @@ impl Geometry {
             if draw.skin.is_some() {
                 skinned_vertices = positions.len() as u32;
             }
+            if scene.has_own_vertices(draw) {
+                moved_vertices = positions.len() as u32;
+            }
         }
         let buffer = |label: &str, contents: &[u8], usage: wgpu::BufferUsages| {
             // A buffer may not be empty, nor may a binding of it.
@@ -138,17 +152,46 @@ impl Geometry {
         let vertices = wgpu::BufferUsages::VERTEX;
         let is_written = skinned_vertices > 0 && device.limits().max_storage_buffers_per_shader_stage > 0;
         let moved = if is_written { vertices | wgpu::BufferUsages::STORAGE } else { vertices };
-        let moved = if cfg!(test) { moved | wgpu::BufferUsages::COPY_SRC } else { moved };
+        let moved =
+            if moved_vertices > 0 || cfg!(test) { moved | wgpu::BufferUsages::COPY_SRC } else { moved };
         let label = |stream: usize| format!("scene {}", STREAMS[stream].0);
         Self {
             positions: buffer(&label(0), bytemuck::cast_slice(&positions), moved),
             normals: buffer(&label(1), bytemuck::cast_slice(&normals), moved),
+            previous: buffer(
+                "scene previous_position",
+                bytemuck::cast_slice(&positions[..moved_vertices as usize]),
+                vertices,
+            ),
             texcoords: buffer(&label(2), bytemuck::cast_slice(&texcoords), vertices),
             details: buffer("scene details", bytemuck::cast_slice(&details), vertices),
             indices: buffer("scene indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             parts,
             skinned_vertices,
+            moved_vertices,
         }
+    }
+
+    /// Keeps the positions of vertices that move as their previous ones, in a command buffer that is submitted here.
+    pub(super) fn keep_positions(&self, device: &wgpu::Device, queue: &wgpu::Queue) {
+        if self.moved_vertices > 0 {
+            let descriptor = wgpu::CommandEncoderDescriptor { label: Some("scene previous positions") };
+            let mut encoder = device.create_command_encoder(&descriptor);
+            let bytes = u64::from(self.moved_vertices) * PREVIOUS.2;
+            encoder.copy_buffer_to_buffer(&self.positions, 0, &self.previous, 0, bytes);
+            queue.submit([encoder.finish()]);
+        }
+    }
+
+    /// Whether the vertices of a part have previous positions of their own.
+    pub(super) fn has_previous(&self, part: &Part) -> bool {
+        i64::from(part.first_vertex) < i64::from(self.moved_vertices)
+    }
+
+    /// Binds the previous positions of vertices that move, or those of now.
+    pub(super) fn bind_previous(&self, has_previous: bool, pass: &mut wgpu::RenderPass<'static>) {
+        let stream = if has_previous { &self.previous } else { &self.positions };
+        pass.set_vertex_buffer(PREVIOUS_SLOT, stream.slice(..));
     }
 
     /// The part of a draw; `number` is its index among the draws.

@@ -80,11 +80,13 @@ impl SceneResources {
         }
         resources.objects.write_all(queue, scene, pose);
         resources.skinning.write(queue, &resources.geometry, scene, pose);
+        resources.geometry.keep_positions(device, queue);
         Ok(resources)
     }
 
     /// Writes what has changed since the last pose: draws that can move, and skinned vertices. The scene must be the
-    /// one that was uploaded.
+    /// one that was uploaded. Call it once in each frame, of a scene at rest too: the pose of the call before is the
+    /// previous one of motion vectors.
     ///
     /// Command buffers that are submitted later draw the new pose, whether they are recorded already or not; those
     /// submitted before have drawn the old one. Where joints have moved skinned meshes, their vertices are moved by
@@ -92,6 +94,7 @@ impl SceneResources {
     /// than four storage buffers in it, leaves that to the processor.
     pub fn update(&mut self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
         let (held, moves) = &mut self.pose;
+        self.objects.write_motion(queue, scene, held);
         *moves += u64::from(scene.draws_of_all_details().any(|draw| scene.moves(draw, held, pose)));
         held.clone_from(pose);
         for item in self.items.iter_mut().filter(|item| item.draw.dynamic) {
@@ -120,7 +123,7 @@ impl DrawSource for SceneResources {
     }
 
     fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>> {
-        (binding == "object").then(|| self.objects.binding())
+        self.objects.binding(binding)
     }
 
     fn draw(&self, pass: &mut dyn DrawPass) {

@@ -1,62 +1,100 @@
-//! One uniform block for each draw.
+//! Two uniform blocks for each draw: its place, and its place in the pose before.
 
 use glam::{DMat4, Mat4};
 use std::num::NonZeroU64;
 use umbragraph_executor::wgpu;
 
 use super::geometry::normal_matrix;
-use crate::interface::{BLOCK_STRIDE, ObjectBlock};
+use crate::interface::{BLOCK_STRIDE, MotionBlock, ObjectBlock};
 use crate::pose::Pose;
 use crate::scene::{Draw, Scene};
 
 /// The blocks of all draws, in the order of the scene.
 pub(super) struct Objects {
-    buffer: wgpu::Buffer,
+    places: wgpu::Buffer,
+    motions: wgpu::Buffer,
 }
 
 impl Objects {
     pub(super) fn new(device: &wgpu::Device, scene: &Scene) -> Self {
         let count = scene.draws_of_all_details().len().max(1) as u64;
-        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("scene objects"),
-            size: count * u64::from(BLOCK_STRIDE),
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        Self { buffer }
+        let buffer = |label| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: count * u64::from(BLOCK_STRIDE),
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        Self { places: buffer("scene objects"), motions: buffer("scene motions") }
     }
 
-    /// One block; a dynamic offset moves it to the others.
-    pub(super) fn binding(&self) -> wgpu::BindingResource<'_> {
-        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-            buffer: &self.buffer,
-            offset: 0,
-            size: NonZeroU64::new(u64::from(ObjectBlock::SIZE)),
-        })
+    /// One block by its name; a dynamic offset moves it to the others.
+    pub(super) fn binding(&self, name: &str) -> Option<wgpu::BindingResource<'_>> {
+        let (buffer, size) = match name {
+            "object" => (&self.places, ObjectBlock::SIZE),
+            "motion" => (&self.motions, MotionBlock::SIZE),
+            _ => return None,
+        };
+        let size = NonZeroU64::new(u64::from(size));
+        Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size }))
     }
 
+    /// Writes where all draws stand in a pose, at rest.
     pub(super) fn write_all(&self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
-        let stride = BLOCK_STRIDE as usize;
-        let mut bytes = vec![0; scene.draws_of_all_details().len() * stride];
-        for (draw, bytes) in scene.draws_of_all_details().zip(bytes.chunks_exact_mut(stride)) {
-            bytes[..size_of::<ObjectBlock>()].copy_from_slice(bytemuck::bytes_of(&block(draw, pose)));
-        }
-        if !bytes.is_empty() {
-            queue.write_buffer(&self.buffer, 0, &bytes);
-        }
+        write_whole(queue, &self.places, scene, |draw| block(draw, pose));
+        write_whole(queue, &self.motions, scene, |draw| motion(draw, pose));
     }
 
+    /// Writes where the draws that can move stand in a pose.
     pub(super) fn write_dynamic(&self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
-        for (number, draw) in scene.draws_of_all_details().enumerate().filter(|(_, draw)| draw.dynamic) {
-            let offset = number as u64 * u64::from(BLOCK_STRIDE);
-            queue.write_buffer(&self.buffer, offset, bytemuck::bytes_of(&block(draw, pose)));
-        }
+        write_moving(queue, &self.places, scene, |draw| block(draw, pose));
+    }
+
+    /// Writes where the draws that can move stood in the pose before.
+    pub(super) fn write_motion(&self, queue: &wgpu::Queue, scene: &Scene, previous: &Pose) {
+        write_moving(queue, &self.motions, scene, |draw| motion(draw, previous));
+    }
+}
+
+/// Writes the block of each draw.
+fn write_whole<T: bytemuck::Pod>(
+    queue: &wgpu::Queue,
+    buffer: &wgpu::Buffer,
+    scene: &Scene,
+    block: impl Fn(Draw) -> T,
+) {
+    let stride = BLOCK_STRIDE as usize;
+    let mut bytes = vec![0; scene.draws_of_all_details().len() * stride];
+    for (draw, bytes) in scene.draws_of_all_details().zip(bytes.chunks_exact_mut(stride)) {
+        bytes[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(&block(draw)));
+    }
+    if !bytes.is_empty() {
+        queue.write_buffer(buffer, 0, &bytes);
+    }
+}
+
+/// Writes the block of each draw that can move.
+fn write_moving<T: bytemuck::Pod>(
+    queue: &wgpu::Queue,
+    buffer: &wgpu::Buffer,
+    scene: &Scene,
+    block: impl Fn(Draw) -> T,
+) {
+    for (number, draw) in scene.draws_of_all_details().enumerate().filter(|(_, draw)| draw.dynamic) {
+        let offset = number as u64 * u64::from(BLOCK_STRIDE);
+        queue.write_buffer(buffer, offset, bytemuck::bytes_of(&block(draw)));
     }
 }
 
 /// The matrix from the space of a draw's vertices to the world. Skinned vertices are in the world already.
 pub(super) fn world_from_object(draw: Draw, pose: &Pose) -> DMat4 {
     if draw.skin.is_some() { DMat4::IDENTITY } else { pose.world(draw.node) }
+}
+
+fn motion(draw: Draw, previous: &Pose) -> MotionBlock {
+    let world = world_from_object(draw, previous).as_mat4();
+    MotionBlock { previous_world_from_object: world.to_cols_array_2d() }
 }
 
 fn block(draw: Draw, pose: &Pose) -> ObjectBlock {

@@ -285,7 +285,7 @@ fn a_filter_that_scenes_do_not_know_is_found_without_a_scene() {
     std::fs::write(&path, document.replace("opaqe", "what else")).unwrap();
     let said = text(&run(&["check", path.to_str().unwrap()]).stderr);
     assert!(
-        said.contains("it knows all, opaque, transparent, casters, static_casters, dynamic_casters"),
+        said.contains("it knows all, opaque, transparent, moving, casters, static_casters, dynamic_casters"),
         "{said}"
     );
 }

@@ -264,5 +264,5 @@ crate::codes! {
         "A CPU pass sets a value that it did not declare, or more views or elements than declared. That is a defect of the node kind.";
     /// A filter that the host does not know.
     UNKNOWN_FILTER = "UG0805", "unknown filter",
-        "A draw pass names a `mesh_filter` that the host's draw source does not know; or the host does not say which it knows. The filters of a pipeline stand in its plan (`umbragraph plan`); those of the pipelines that come with the module are `opaque`, `transparent`, `casters`, `static_casters` and `dynamic_casters`. A host states with `HostInterface::filters` which of them it tells apart, and draws in each pass what `DrawPass::filter` names.";
+        "A draw pass names a `mesh_filter` that the host's draw source does not know; or the host does not say which it knows. The filters of a pipeline stand in its plan (`umbragraph plan`); those of the pipelines that come with the module are `opaque`, `transparent`, `moving`, `casters`, `static_casters` and `dynamic_casters`. A host states with `HostInterface::filters` which of them it tells apart, and draws in each pass what `DrawPass::filter` names.";
 }

@@ -13,6 +13,9 @@
 //! The dispatches are submitted on their own, after the matrices have been written to the queue. Work submitted before
 //! sees the old pose, later work the new one, as with `Queue::write_buffer`. A pose with the same joints and weights
 //! costs nothing. The CPU handles draws with [morph targets](crate::morph), skinned or not.
+//!
+//! Before a pose is written, the positions of the one before are copied to the stream of previous positions, and once
+//! more when the pose has come to rest.
 
 mod device;
 mod host;
@@ -38,6 +41,10 @@ pub(super) struct Skinning {
     next: Vec<DMat4>,
     /// The morph target weights as last written; `None` before the first pose.
     weights: Option<Vec<f32>>,
+    /// The device that copies positions.
+    copier: wgpu::Device,
+    /// Whether the pose before moved vertices, so that their previous positions are not those of now.
+    has_moved: bool,
 }
 
 /// A skinned draw and the ranges of its vertices and joints.
@@ -57,12 +64,20 @@ impl Skinning {
         let (morphing, draws): (Vec<Skinned>, Vec<Skinned>) =
             moved.iter().partition(|moved| scene.morphs(moved.draw));
         let fits = DeviceSkinning::fits(&device.limits(), scene, &draws, geometry.skinned_vertices);
-        let (device, host) = if fits && !draws.is_empty() {
+        let (skinning, host) = if fits && !draws.is_empty() {
             (Some(DeviceSkinning::new(device, scene, &draws, geometry)), morphing)
         } else {
             (None, moved)
         };
-        Self { device, host: HostSkinning::new(host), joints: Vec::new(), next: Vec::new(), weights: None }
+        Self {
+            device: skinning,
+            host: HostSkinning::new(host),
+            joints: Vec::new(),
+            next: Vec::new(),
+            weights: None,
+            copier: device.clone(),
+            has_moved: false,
+        }
     }
 
     /// Moves the vertices of all skinned draws to where a pose has them.
@@ -74,7 +89,13 @@ impl Skinning {
         let weights = || self.host.nodes().flat_map(|node| pose.weights(node)).copied();
         let weights_are_there =
             self.weights.as_ref().is_some_and(|known| weights().eq(known.iter().copied()));
-        if joints_are_there && weights_are_there {
+        let moves = !(joints_are_there && weights_are_there);
+        // Copied before the writes below, which the next submission carries out.
+        if self.weights.is_some() && (moves || self.has_moved) {
+            geometry.keep_positions(&self.copier, queue);
+        }
+        self.has_moved = moves;
+        if !moves {
             return;
         }
         self.weights = Some(weights().collect());
