@@ -41,6 +41,7 @@ impl Pages {
     }
 
     /// The paths of templates, sorted.
+    #[cfg(not(feature = "gpu"))]
     pub(crate) fn templates(&self) -> Vec<String> {
         let memory = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let mut paths: Vec<String> = memory.0.keys().filter(|path| is_template(path)).cloned().collect();
