@@ -5,7 +5,7 @@
 
 use std::io::Read;
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -64,6 +64,16 @@ pub(crate) fn run(time: Duration, only: Option<&'static Target>) -> Result<bool,
     Ok(all.iter().all(|each| each.counts.failures.is_empty()))
 }
 
+/// Whether someone has ended a process: no input raises these signals.
+fn is_stopped(status: ExitStatus) -> bool {
+    #[cfg(unix)]
+    let signal = std::os::unix::process::ExitStatusExt::signal(&status);
+    #[cfg(not(unix))]
+    let signal: Option<i32> = status.code().and(None);
+    // SIGHUP, SIGINT and SIGTERM.
+    matches!(signal, Some(1 | 2 | 15))
+}
+
 impl Running {
     /// Tries a slice of inputs.
     fn go_on(&mut self) -> Result<(), String> {
@@ -117,6 +127,9 @@ impl Running {
             }
         }
         let said = errors.join().unwrap_or_default();
+        if end.is_some_and(is_stopped) {
+            return Err(format!("the worker of `{}` was stopped from outside", self.target.name));
+        }
         match end.map(|status| status.code()) {
             // It has gone through all, with failures or without.
             Some(Some(0 | 1)) => return Ok(count),
