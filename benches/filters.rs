@@ -1,9 +1,9 @@
 //! Shadow filters of `pipelines/awsm.json` at 1920 × 1080: the time of each on each kind of light, on whatever adapter
 //! there is.
 //!
-//! The figure of `examples/scenes/figure.glb` fills the picture, in one light. Times are those of the GPU, by
-//! timestamps: of drawing the maps, of writing and blurring moments, and of shading all pixels with the filter in it;
-//! the minimum of several frames. Lines `ratio filters/KIND/FILTER VALUE` are moments and shading, divided by shading
+//! The figure of `examples/scenes/figure.glb` fills the picture; one light shines. Timestamps give the time that the GPU
+//! takes to draw the maps, to write and blur moments, and to shade all pixels with the filter in it: the minimum of several
+//! frames. Lines `ratio filters/KIND/FILTER VALUE` are moments and shading, divided by shading
 //! with the filter "hard" in the same run.
 //!
 //! The claims beside are what other systems say of theirs, on a desktop GPU of 2020 at 1920 × 1080 with four cascades:

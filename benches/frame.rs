@@ -7,8 +7,8 @@
 //! 3070, maps and lighting; `mantis`: fitting on the processor, casters, and the part of shading that filters with nine
 //! taps).
 //!
-//! Lines `ratio frame/… VALUE` are the claims of the processor: ours divided by theirs. Times of a GPU in software
-//! are not divided by those of one in hardware.
+//! Lines `ratio frame/… VALUE` divide our time on the processor by the one that a system claims. A GPU in software gets no
+//! such line: the claims are of hardware.
 //!
 //! `cargo bench --bench frame`
 

@@ -1,9 +1,9 @@
 //! The cost of the shaders of `pipelines/awsm.json` before its first frame, by filter and by the features that are on.
 //!
-//! For each setting, in a process of its own with nothing compiled kept by Mesa: the distinct modules of its passes,
-//! their bytes as WGSL and as SPIR-V (overrides resolved), the time to make all pipelines, that of the first frame of
-//! 64 by 36 of the interior with its eight lights, and of a process that does nothing else the processor's time on all
-//! threads, outside of the kernel (Linux alone tells). Then each module of the last setting by itself.
+//! Each setting has a process of its own, with Mesa's cache off. It prints the distinct modules of the passes, their bytes as
+//! WGSL and as SPIR-V with overrides resolved, and two times: to make all pipelines, and to draw the first frame, 64 by 36
+//! pixels of the interior with its eight lights. On Linux the processor's time of all threads follows, without the kernel's.
+//! Last comes each module of the last setting by itself.
 //!
 //! `cargo bench --bench variants`
 

@@ -208,8 +208,8 @@ pub(crate) struct CheckArguments {
     /// The form of the diagnostics: human (on standard error), json, github, sarif or junit (on standard output).
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: DiagnosticsFormat,
-    /// Checks one configuration, that of the given settings or the defaults, instead of every one that the features
-    /// which are given no value can reach.
+    /// Checks one configuration: the given settings, and defaults for the rest. Without it every value of the features that
+    /// are not given is checked.
     #[arg(long)]
     pub(crate) config: bool,
     /// Has each plan checked by a second algorithm that shares no code with what made it.

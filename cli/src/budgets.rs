@@ -4,9 +4,9 @@
 //! { "pipelines/p.json": { "texts": 400, "passes": { "*": { "cost": 4000 }, "shade": { "cost": 9000, "bindings": 24 } } } }
 //! ```
 //!
-//! A pipeline is named by its path from the folder of the file, as in a lock. `"*"` is the budget of a figure in every
-//! pass that has none of its own. The figures are those of the lock, and each profile is held to them. The prover
-//! counts them without a GPU. A figure above its budget is an error at the budget.
+//! A pipeline is named by its path from the folder of the file, as in a lock. `"*"` is the budget of every pass that names
+//! none for a figure. Figures are those of the lock, counted by the prover without a GPU; each profile keeps to the budget. A
+//! figure above its budget is an error at the budget.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

@@ -75,6 +75,9 @@ fn rays_are_kept_and_an_answer_is_the_same_with_them() {
     // Another time of an animation has other rays.
     said(&["--at", "0.5"]);
     assert_eq!(kept().len(), 4);
+    // So has another camera.
+    said(&["--camera", "random:3"]);
+    assert!(kept().len() > 4);
 }
 
 /// The default filter of `awsm` is wider than posts and limbs, which it washes out; the preset is not.

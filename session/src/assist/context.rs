@@ -7,6 +7,7 @@ use serde_json::Value as Json;
 use super::rules::Rules;
 use super::site::{Site, Spot};
 use crate::choice::Choice;
+use crate::files::FileTable;
 use crate::graph::compose::{Composed, Layer};
 use crate::graph::document::{Document, Value, pointer_join};
 use crate::graph::language::node_kind;
@@ -24,6 +25,7 @@ pub(super) struct Context<'a> {
     pub(super) composed: &'a Composed,
     pub(super) model: &'a Model,
     pub(super) sources: &'a Sources,
+    pub(super) files: &'a FileTable,
     pub(super) schema: &'a Arc<Json>,
     pub(super) kind: FileKind,
     pub(super) file: FileId,

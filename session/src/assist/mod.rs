@@ -186,6 +186,7 @@ impl Session {
             composed,
             model,
             sources,
+            files: &self.files,
             schema: &schema,
             kind,
             file,

@@ -50,6 +50,7 @@ fn command(words: &[&str]) -> Result<bool, String> {
                         let read = number.parse().ok().filter(|number| (0.0..=1e6).contains(number));
                         minutes = read.ok_or_else(|| format!("--minutes is `{number}`, which is no time"))?;
                     }
+                    [name @ ("--minutes" | "--target")] => return Err(format!("`{name}` needs a value")),
                     ["--target", name] => only = Some(targets::named(name)?),
                     other => return Err(format!("`{}` is no option of run", other.join(" "))),
                 }

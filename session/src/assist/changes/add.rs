@@ -51,7 +51,7 @@ impl Graph<'_, '_> {
                 uses(kind, &mut inputs.map(|(_, one)| one.name.as_str()))
             }
             (None, None, Some(inputs)) => {
-                let path = if kind.contains(':') {
+                let path = if self.is_bundled(kind) {
                     kind.to_owned()
                 } else {
                     relative(&folder(Path::new(&file)), Path::new(kind))

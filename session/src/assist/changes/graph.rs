@@ -29,6 +29,11 @@ impl<'a> Graph<'_, 'a> {
         Ok((id, PassAt { id, pointer: &declaration.pointer, value }))
     }
 
+    /// Whether a name is that of a file with a scheme, which comes with the module.
+    pub(super) fn is_bundled(&self, name: &str) -> bool {
+        name.split_once(':').is_some_and(|(scheme, _)| self.context.files.has_scheme(scheme))
+    }
+
     pub(super) fn name(&self, id: Id) -> &'a str {
         &self.context.model.declaration(id).name
     }
@@ -45,7 +50,7 @@ impl<'a> Graph<'_, 'a> {
     /// A file to be changed.
     pub(super) fn draft(&self, file: FileId) -> Result<(String, Draft), ChangeError> {
         let (name, text) = self.file(Span::new(file, 0..0));
-        if name.contains(':') {
+        if self.is_bundled(&name) {
             return Err(ChangeError::Bundled(name));
         }
         let draft = Draft::new(&name, text)?;
@@ -79,7 +84,7 @@ impl<'a> Graph<'_, 'a> {
         let id = model.find(K::Pass, written).filter(|_| resource.is_none()).or(resource);
         let id = id.ok_or_else(|| ChangeError::Unknown(from.to_owned()))?;
         let edits = rename_declaration(sources, composed, model, id, to)?;
-        match edits.keys().find(|name| name.contains(':')) {
+        match edits.keys().find(|name| self.is_bundled(name)) {
             Some(name) => Err(ChangeError::Bundled(name.clone())),
             None => Ok(edits),
         }
