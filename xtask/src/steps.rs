@@ -45,11 +45,19 @@ pub(crate) fn steps(nextest: bool, wasm: bool, second: Option<&'static str>) -> 
     } else {
         "test --workspace --features umbragraph/watch --lib --bins --tests --examples --no-fail-fast"
     };
-    let browser = Step::cargo(
-        "browser",
-        "clippy --target wasm32-unknown-unknown --package umbragraph-web --keep-going -- -D warnings",
-    )
-    .needs(Clippy);
+    // The two libraries of the page.
+    let browser = [
+        Step::cargo(
+            "browser",
+            "clippy --target wasm32-unknown-unknown --package umbragraph-web --keep-going -- -D warnings",
+        )
+        .needs(Clippy),
+        Step::cargo(
+            "browser without a GPU",
+            "clippy --target wasm32-unknown-unknown --package umbragraph-web --no-default-features --keep-going -- -D warnings",
+        )
+        .needs(Clippy),
+    ];
     let second = second.map(|manifest| {
         let run = if nextest { "nextest run" } else { "test" };
         let mut step = Step::cargo("second driver", run).with("VK_DRIVER_FILES", manifest);
@@ -79,7 +87,7 @@ pub(crate) fn steps(nextest: bool, wasm: bool, second: Option<&'static str>) -> 
             .with("RUSTDOCFLAGS", "-D warnings")
             .needs(Rustdoc),
     ];
-    steps.into_iter().chain(second).chain(wasm.then_some(browser)).collect()
+    steps.into_iter().chain(second).chain(wasm.then_some(browser).into_iter().flatten()).collect()
 }
 
 #[cfg(test)]
@@ -127,7 +135,8 @@ mod tests {
     #[test]
     fn what_browsers_run_is_checked_where_their_target_is_installed() {
         assert!(line(&steps(true, true, None), "browser").contains("--target wasm32-unknown-unknown"));
-        assert!(steps(true, false, None).iter().all(|step| step.name != "browser"));
+        assert!(steps(true, false, None).iter().all(|step| !step.name.starts_with("browser")));
+        assert!(line(&steps(true, true, None), "browser without a GPU").contains("--no-default-features"));
     }
 
     #[test]
