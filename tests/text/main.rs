@@ -31,6 +31,7 @@ mod resizing;
 mod rust_sources;
 mod scene_writers;
 mod session;
+mod stability;
 mod structure;
 mod systems;
 #[cfg(feature = "gltf")]

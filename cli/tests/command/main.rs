@@ -16,6 +16,7 @@ mod render_failures;
 mod report;
 mod score;
 mod shader_tests;
+mod stability;
 mod status;
 mod streams;
 mod swimming;
