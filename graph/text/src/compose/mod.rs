@@ -18,6 +18,7 @@
 
 mod disk;
 mod files;
+mod format_number;
 mod insert;
 mod merge;
 mod provenance;
@@ -29,6 +30,7 @@ pub use disk::{
     Disk, Named, Unreachable, files_below, find_below, meant_beside, read_bytes, read_source, unreadable,
 };
 pub use files::{Files, Memory, add_bytes};
+pub use format_number::other_format;
 pub use insert::insert;
 pub use merge::SECTIONS;
 pub use provenance::{SharedPlaces, as_written};
@@ -210,7 +212,10 @@ impl Composer<'_> {
     }
 
     fn compose_value(&mut self, mut root: Value, path: &Path, mut below: Option<Value>) -> Option<Value> {
-        if self.misspells_a_file_key(&root) && !self.is_lenient {
+        let other = other_format(&root);
+        let is_unreadable = other.is_some();
+        self.diagnostics.extend(other);
+        if (is_unreadable || self.misspells_a_file_key(&root)) && !self.is_lenient {
             return None;
         }
         let bases = self.named_files(&root, "extends");

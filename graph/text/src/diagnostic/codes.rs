@@ -57,6 +57,9 @@ crate::codes! {
     /// A value outside the limits of the schema.
     OUT_OF_BOUNDS = "UG0108", "value out of bounds",
         "A number, or the length of a list, is outside what its place allows.";
+    /// A file in a format that this version does not know.
+    OTHER_FORMAT = "UG0110", "file of another format",
+        "The number under `\"format\"` of a pipeline, a part of one or a parameter file is not one that this version reads. A later version reads earlier formats too; an earlier one cannot know what a later format means, so it says nothing else of the file.";
     /// A name that cannot be a name.
     BAD_NAME = "UG0201", "bad name",
         "Names of parameters, features, resources and passes start with a letter and go on with letters, digits and underscores, so that expressions can use them. `viewport`, `true` and `false` are taken, and a feature and a parameter cannot share a name.";

@@ -43,7 +43,8 @@ pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, sha
             .filter(|resource| !matches!(resource.kind, ResourceKind::Data(None)))
             .map(|resource| resource.name.as_str());
         let message = format!("no pass publishes the data \"{name}\"");
-        let written = (shared.sources.text(place) == format!("\"{name}\"")).then_some(place);
+        let is_reference = shared.sources.text(place) == format!("\"&{name}\"");
+        let written = is_reference.then(|| place.inside(2..2 + name.len()));
         let diagnostic = Diagnostic::error(codes::NOT_PUBLISHED, place, message).pointer(pointer);
         let diagnostic = diagnostic.suggest(&name, published, written, |_| {
             "a CPU pass, such as a camera, has to publish it".to_owned()

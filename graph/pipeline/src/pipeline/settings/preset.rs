@@ -15,6 +15,7 @@ use crate::pipeline::settings::overrides::{Override, Overrides};
 use crate::pipeline::settings::setting::{
     SettingKind, declared, decode_feature, decode_parameter, not_there,
 };
+use umbragraph_text::compose::other_format;
 use umbragraph_text::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use umbragraph_text::document::{self, Document, Entry, pointer_join};
 use umbragraph_text::language::{FeatureDeclaration, ParameterDeclaration};
@@ -41,6 +42,10 @@ impl ParameterFile {
             diagnostics.push(diagnostic.help("write { \"parameters\": { } }"));
             return file;
         };
+        if let Some(diagnostic) = other_format(&document.root) {
+            diagnostics.push(diagnostic);
+            return file;
+        }
         for entry in entries {
             let wrong = |wanted: &str| {
                 let message = format!("\"{}\" is {wanted}, this is {}", entry.key, entry.value.kind_name());

@@ -1,0 +1,26 @@
+//! The number of the format that a file is written in: one that this version does not know ends the reading of the file.
+//!
+//! What such a file says may mean something else, so the number is the only mistake that is reported.
+
+use crate::diagnostic::{Diagnostic, codes};
+use crate::document::{Kind, Value};
+
+/// The format of this version.
+const KNOWN: f64 = 1.0;
+
+/// The diagnostic of a file that says `"format"` with a number other than 1. A missing key, or a value that is no
+/// number, is left to the schema.
+pub fn other_format(root: &Value) -> Option<Diagnostic> {
+    let value = root.get("format")?;
+    let Kind::Number(number) = &value.kind else { return None };
+    let number = number.as_f64()?;
+    let help = if number > KNOWN {
+        "a newer version of umbragraph reads it; a file for this version says \"format\": 1"
+    } else {
+        "write \"format\": 1"
+    };
+    (number != KNOWN).then(|| {
+        let message = format!("this file is of format {number}; this version reads format {KNOWN}");
+        Diagnostic::error(codes::OTHER_FORMAT, value.span, message).pointer("/format").help(help)
+    })
+}
