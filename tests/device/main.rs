@@ -11,6 +11,7 @@ mod engine;
 mod executing;
 mod executor;
 mod live_parameters;
+mod long_run;
 mod narrowed;
 mod own_meshes;
 mod own_scenes;

@@ -51,6 +51,10 @@ export class Frame {
         if (failed) return cover(failed);
         cover("");
         $("time").textContent = `${frame.recorded.toFixed(1)} ms to record, ${frame.total.toFixed(0)} ms to the end of the frame`;
+        if (frame.is_planned) {
+          performance.clearMarks("planned frame");
+          performance.mark("planned frame", { detail: frame });
+        }
         document.documentElement.dataset.frames = Number(document.documentElement.dataset.frames ?? 0) + 1;
       },
     });
@@ -127,6 +131,18 @@ export class Frame {
   reset() {
     this.#view = [0, 0, 1];
     this.look(0, 0, 1);
+  }
+
+  /** What a texture holds in a frame of its own: `NAME`, or `NAME@PASS` after a pass. */
+  contents(reference, mip) {
+    const asked = this.#state.asked();
+    if (!this.#is_opened || !asked) return Promise.reject(new Error("nothing is drawn yet"));
+    return this.#painter.ask("contents", { ...asked, reference, mip });
+  }
+
+  /** The numbers of a texel of the last contents. */
+  texel(x, y) {
+    return this.#painter.ask("texel", { x, y });
   }
 
   /** Saves the last frame as a file. */

@@ -94,6 +94,9 @@ function tell({ diagnostics, milliseconds }, is_all) {
   state.textContent = words;
   state.title = `${is_all ? "Every configuration was checked" : "One configuration was planned"} in ${milliseconds.toFixed(0)} ms`;
   $("problems").replaceChildren(told(diagnostics, editor, shown, (path) => (path === VALUES || text_of(path)) && show(path)));
+  if (is_all) return;
+  performance.clearMarks("diagnostics");
+  performance.mark("diagnostics");
 }
 
 function notice(text) {
@@ -218,7 +221,7 @@ function set(kind, name, value, is_live) {
 /** Asks the checker about the pipeline as it is chosen. */
 const ask = (kind, asked) => checker.ask(kind, { path: chosen.pipeline, values: values(), size: SIZE, ...asked });
 
-const graph = new Graph($("graph"), beside({ ask, editor, text_of, show, shown: () => shown }));
+const graph = new Graph($("graph"), beside({ ask, editor, text_of, show, shown: () => shown, frame: () => frame }));
 
 async function show_graph() {
   const number = asked;

@@ -11,11 +11,28 @@ let painter = null;
 let plain = null;
 let size = [1, 1];
 let project = null;
+/** The last contents of a texture that were asked for. */
+let contents = null;
 let left = 0;
 let playing = false;
 let seconds = 0;
 let index = 0;
 let running = false;
+
+/** Milliseconds in the browser's creation of shaders and pipelines since the last frame. */
+let created = 0;
+for (const name of ["createShaderModule", "createRenderPipeline", "createComputePipeline"]) {
+  const create = self.GPUDevice?.prototype[name];
+  if (!create) continue;
+  GPUDevice.prototype[name] = function (...given) {
+    const begin = performance.now();
+    const made = create.apply(this, given);
+    created += performance.now() - begin;
+    return made;
+  };
+}
+/** Whether the next frame is the first of a plan. */
+let is_planned = false;
 
 const answers = {
   async open({ canvas, is_plain }) {
@@ -31,6 +48,7 @@ const answers = {
   pipeline({ path, values, ...asked }) {
     size = asked.size;
     const answer = JSON.parse(painter.pipeline(project, path, values, ...size));
+    is_planned = true;
     changed();
     return answer;
   },
@@ -49,6 +67,14 @@ const answers = {
   async read() {
     return await painter.read();
   },
+  async contents({ path, values, reference, mip }) {
+    contents?.free();
+    contents = null;
+    contents = await painter.contents(project, path, values, reference, mip, index++, seconds);
+    const { width, height, mips } = contents;
+    return { width, height, mips, ranges: [...contents.ranges()], rgba: contents.rgba() };
+  },
+  texel: ({ x, y }) => [...(contents?.texel(x, y) ?? [])],
 };
 
 /** What is asked and drawn goes one after another: the library lends itself to one at a time. */
@@ -87,7 +113,8 @@ async function draw() {
           return self.postMessage({ lost });
         }
         if (!is_drawn) return;
-        self.postMessage({ frame: { recorded, total: performance.now() - begin, seconds } });
+        self.postMessage({ frame: { recorded, total: performance.now() - begin, seconds, created, is_planned } });
+        [created, is_planned] = [0, false];
       });
     } catch (error) {
       left = 0;

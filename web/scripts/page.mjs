@@ -35,6 +35,24 @@ const steps = {
     assert.ok(new Set(new Uint32Array(texels.buffer)).size > 1000, "the picture has few colours");
   },
 
+  async "a click on a pass shows what it writes, with numbers"(page) {
+    await page.click("#tab-graph");
+    await page.locator('#graph svg [data-pass="sky"]').click(WAIT);
+    const picture = page.locator("#graph .contents canvas:not([hidden])");
+    await picture.waitFor(WAIT);
+    const shown = await picture.evaluate((canvas) => {
+      const texels = new Uint32Array(canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer);
+      return { colors: new Set(texels).size, of: canvas.dataset.shows };
+    });
+    assert.match(shown.of, /@sky$/);
+    assert.ok(shown.colors > 100, `the contents of ${shown.of} have ${shown.colors} colors`);
+    await picture.hover({ position: { x: 40, y: 40 } });
+    await page.waitForFunction(() => /^\d+, \d+: [-\d.e]+/.test(document.querySelector("#graph .contents output").textContent), null, WAIT);
+    await page.locator("#graph .contents select").first().selectOption({ index: 0 });
+    await page.waitForFunction((of) => document.querySelector("#graph .contents canvas").dataset.shows !== of, shown.of, WAIT);
+    await page.click("#tab-frame");
+  },
+
   async "a live parameter draws again, and a structural one plans again"(page) {
     const before = await frames(page);
     await page.locator("#parameters-blend").fill("0.4");

@@ -11,6 +11,7 @@ import { page_works } from "./page.mjs";
 import { graph_works } from "./graph.mjs";
 import { decode } from "./png.mjs";
 import { serve } from "./serve.mjs";
+import { times } from "./times.mjs";
 
 const ROOT = fileURLToPath(new URL("../..", import.meta.url));
 const SIZE = [320, 180];
@@ -150,6 +151,7 @@ async function main([site, command]) {
     await page.close();
     failures.push(...(await page_works(browser, { address, site, command })));
     failures.push(...(await graph_works(browser, address)));
+    await times(browser, address);
     if (failures.length) console.log(`${failures.length} failed: ${failures.join(", ")}`);
     return failures.length === 0;
   } finally {

@@ -11,6 +11,8 @@
 // The macros of wasm-bindgen write unsafe code; there is none in this crate.
 #![cfg_attr(target_family = "wasm", allow(unsafe_code))]
 
+#[cfg(all(target_family = "wasm", feature = "gpu"))]
+mod contents;
 #[cfg(target_family = "wasm")]
 mod graph;
 #[cfg(all(target_family = "wasm", not(feature = "gpu")))]
@@ -24,6 +26,8 @@ mod project;
 #[cfg(target_family = "wasm")]
 mod settings;
 
+#[cfg(all(target_family = "wasm", feature = "gpu"))]
+pub use contents::Contents;
 #[cfg(all(target_family = "wasm", not(feature = "gpu")))]
 pub use language::Language;
 #[cfg(all(target_family = "wasm", feature = "gpu"))]

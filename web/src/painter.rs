@@ -3,11 +3,14 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use serde_json::Value;
-use umbragraph::diagnostic::Diagnostics;
-use umbragraph::executor::read_bytes;
-use umbragraph::frame::Camera;
+use umbragraph::Plan;
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph::executor::{read_back, read_bytes};
+use umbragraph::frame::{Camera, FrameInput};
 use umbragraph::glam::{DQuat, DVec3};
 use umbragraph::low_level::compiler::PlanOptions;
+use umbragraph::low_level::pipeline::TypedPipeline;
+use umbragraph::low_level::shader::TargetProfile;
 use umbragraph::low_level::source::Sources;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::scene::{NoFiles, Pose, Scene, from_slice};
@@ -15,6 +18,7 @@ use umbragraph::wgpu;
 use wasm_bindgen::prelude::wasm_bindgen;
 use web_sys::OffscreenCanvas;
 
+use crate::contents::{Contents, Extended};
 use crate::picture::Picture;
 use crate::project::Project;
 use crate::settings;
@@ -138,9 +142,7 @@ impl Painter {
             return project.answer(diagnostics, Value::Null);
         };
         if let Some(pipeline) = &planned.report.pipeline {
-            let features = pipeline.device_features() & self.device.features();
-            let profile = pipeline.profile.clone().on_device(&self.device.limits(), self.flags);
-            let profile = if features.is_empty() { profile } else { profile.with_features(features) };
+            let profile = self.profile(pipeline);
             if profile != pipeline.profile
                 && let (Some(again), found) = project.planned(path, values, Some(profile), options.clone())
             {
@@ -194,22 +196,8 @@ impl Painter {
     /// Diagnostics as text, those of the device about earlier frames among them.
     pub fn frame(&mut self, index: u32, time: f64) -> Result<bool, Reason> {
         let Some(picture) = &mut self.picture else { return Ok(false) };
-        let [width, height] = picture.size();
-        let aspect = f64::from(width) / f64::from(height);
-        let (input, draws) = match &mut self.scene {
-            Some(Shown { scene, pose, draws }) => {
-                scene.pose_into(time, pose);
-                draws.update(&self.queue, scene, pose);
-                let input = scene.frame_input_of(pose, aspect, time);
-                let camera = self.view.around(&input.camera, input.scene_bounds.center());
-                (input.camera(camera), Some(&*draws))
-            }
-            None => {
-                let camera = Camera::look_at([0.0, 0.0, 1.0], [0.0; 3], 0.8, aspect);
-                (umbragraph::frame::FrameInput::new(camera), None)
-            }
-        };
-        let drawn = picture.draw(&self.device, &self.queue, &input.index(u64::from(index)), draws);
+        let (input, draws) = posed(&self.queue, &mut self.scene, self.view, picture.size(), index, time);
+        let drawn = picture.draw(&self.device, &self.queue, &input, draws);
         drawn.map_err(|found| in_words(&found, picture.sources()))?;
         if let Some(canvas) = &self.canvas {
             picture.show(&self.device, &self.queue, canvas)?;
@@ -229,6 +217,29 @@ impl Painter {
         bytes.map_err(|found| in_words(&found.into(), &Sources::new()))
     }
 
+    /// Draws a frame, and reads what a texture holds: `NAME`, at its end, or `NAME@PASS`, after a pass. `path` and `values`
+    /// are those that the last [`pipeline`](Self::pipeline) took.
+    ///
+    /// # Errors
+    /// A texture that cannot be read, in words; no frame.
+    #[allow(clippy::too_many_arguments)] // A page gives them by name.
+    pub async fn contents(
+        &mut self,
+        project: &mut Project,
+        path: &str,
+        values: &str,
+        reference: &str,
+        mip: u32,
+        index: u32,
+        time: f64,
+    ) -> Result<Contents, Reason> {
+        let texels = self.captured(project, (path, values), (reference, mip), (index, time));
+        let (plan, texture) = texels.map_err(|found| in_words(&found, project.sources()))?;
+        let texels = read_back(&self.device, &self.queue, &texture).await;
+        let texels = texels.map_err(|found| in_words(&found.into(), &Sources::new()))?;
+        Ok(Contents::new(&plan, reference, &texels))
+    }
+
     /// Waits until the device has done what was submitted.
     pub async fn done(&self) {
         let (sender, receiver) = futures_channel::oneshot::channel();
@@ -243,6 +254,69 @@ impl Painter {
     pub fn listen(&self) -> Listener {
         Listener(Some(self.device.push_error_scope(wgpu::ErrorFilter::Validation)))
     }
+}
+
+impl Painter {
+    /// The profile of a pipeline on this device.
+    fn profile(&self, pipeline: &TypedPipeline) -> TargetProfile {
+        let features = pipeline.device_features() & self.device.features();
+        let profile = pipeline.profile.clone().on_device(&self.device.limits(), self.flags);
+        if features.is_empty() { profile } else { profile.with_features(features) }
+    }
+
+    /// The plan that runs, and the texture that a frame's capture was copied to.
+    fn captured(
+        &mut self,
+        project: &mut Project,
+        (path, values): (&str, &str),
+        (reference, mip): (&str, u32),
+        (index, time): (u32, f64),
+    ) -> Result<(Arc<Plan>, wgpu::Texture), Diagnostics> {
+        let Some(picture) = &self.picture else { return Err(nothing_drawn()) };
+        let plan = picture.executor.plan().clone();
+        let extended = Extended::new(&plan, path, reference, mip)?;
+        project.write(&extended.path, &extended.text);
+        let (profile, options) = (self.profile(&plan.pipeline), picture.options().clone());
+        let (planned, diagnostics) = project.planned(&extended.path, values, Some(profile), options);
+        let Some(captures) = planned.and_then(|planned| planned.report.plan) else { return Err(diagnostics) };
+        let Some(picture) = &mut self.picture else { return Err(nothing_drawn()) };
+        let (input, draws) = posed(&self.queue, &mut self.scene, self.view, picture.size(), index, time);
+        let capture = (captures, extended.import.as_str());
+        let texture = picture.capture(&self.device, &self.queue, capture, &input, draws)?;
+        Ok((plan, texture))
+    }
+}
+
+/// The diagnostic of a question about a frame that there is not.
+fn nothing_drawn() -> Diagnostics {
+    let message = "nothing was drawn";
+    Diagnostic::error(codes::CAPTURE, Place::Nowhere, message).help("wait for the first frame").into()
+}
+
+/// The input of a frame at a time, and the meshes, if there is a scene.
+fn posed<'a>(
+    queue: &wgpu::Queue,
+    scene: &'a mut Option<Shown>,
+    view: View,
+    [width, height]: [u32; 2],
+    index: u32,
+    time: f64,
+) -> (FrameInput, Option<&'a SceneResources>) {
+    let aspect = f64::from(width) / f64::from(height);
+    let (input, draws) = match scene {
+        Some(Shown { scene, pose, draws }) => {
+            scene.pose_into(time, pose);
+            draws.update(queue, scene, pose);
+            let input = scene.frame_input_of(pose, aspect, time);
+            let camera = view.around(&input.camera, input.scene_bounds.center());
+            (input.camera(camera), Some(&*draws))
+        }
+        None => {
+            let camera = Camera::look_at([0.0, 0.0, 1.0], [0.0; 3], 0.8, aspect);
+            (FrameInput::new(camera), None)
+        }
+    };
+    (input.index(u64::from(index)), draws)
 }
 
 /// An open error scope.

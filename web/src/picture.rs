@@ -112,6 +112,43 @@ impl Picture {
         Ok(())
     }
 
+    /// Records and submits a frame with a plan that copies a texture, which is returned; then the plan before goes on.
+    pub(crate) fn capture(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        (plan, import): (Arc<Plan>, &str),
+        input: &FrameInput,
+        draws: Option<&SceneResources>,
+    ) -> Result<wgpu::Texture, Diagnostics> {
+        let running = self.executor.plan().clone();
+        let more = wgpu::TextureUsages::COPY_SRC;
+        let contents = imported_texture(device, &plan, import, more).ok_or_else(Diagnostics::new)?;
+        self.executor.set_plan(plan)?;
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut given: Vec<(&str, &wgpu::Texture)> =
+            self.imports.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
+        given.push((import, &contents));
+        let frame = Frame::new(input).imports(&given);
+        let frame = match draws {
+            Some(draws) => frame.draws(draws),
+            None => frame,
+        };
+        let recorded = self.executor.record(&mut encoder, &frame);
+        if recorded.is_ok() {
+            queue.submit([encoder.finish()]);
+        }
+        let again = self.executor.set_plan(running);
+        recorded?;
+        again?;
+        Ok(contents)
+    }
+
+    /// Sizes that CPU passes wanted, and the size of the picture.
+    pub(crate) fn options(&self) -> &PlanOptions {
+        &self.options
+    }
+
     /// Copies the picture to a canvas.
     pub(crate) fn show(
         &mut self,

@@ -2,8 +2,9 @@
 //!
 //! It runs the tests of every file that gets its cases or seeds from the shared helper
 //! (`tests/support/src/property.rs`), so that a new property needs no line here. Each round prints its own seed. Rounds
-//! repeat until the time is over or a test fails. The viewer's window comes last: 200 random edits of its files, and
-//! random input for half an hour, or for the given time if that is shorter.
+//! repeat until the time is over or a test fails. Then a scene moves for an hour while everything about its frame changes
+//! (`tests/device/long_run.rs`). The viewer's window comes last: 200 random edits of its files, and random input for half an
+//! hour. Both take the given time, if that is shorter.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -19,6 +20,9 @@ const EDITS: u32 = 20;
 
 /// The maximum time of random input to the viewer's window, in seconds.
 const WINDOW_SECONDS: u64 = 30 * 60;
+
+/// The maximum time of the run that looks for growth, in seconds.
+const LONG_SECONDS: u64 = 60 * 60;
 
 /// The duration, the number of cases and the first seed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -64,7 +68,25 @@ pub(crate) fn run(options: &Options) -> Result<bool, String> {
         }
         let goes_on = options.seconds.is_some_and(|seconds| start.elapsed() < Duration::from_secs(seconds));
         if !goes_on {
-            let seconds = options.seconds.map_or(WINDOW_SECONDS, |seconds| seconds.min(WINDOW_SECONDS));
+            let at_most = |most: u64| options.seconds.map_or(most, |seconds| seconds.min(most));
+            println!("\n==> a long run: UMBRAGRAPH_SEED={seed}");
+            let mut command = process::program("cargo");
+            command.args([
+                "test",
+                "--package",
+                "umbragraph",
+                "--test",
+                "device",
+                "--",
+                "a_long_run",
+                "--nocapture",
+            ]);
+            command.env("UMBRAGRAPH_SEED", seed.to_string());
+            command.env("UMBRAGRAPH_LONG_RUN", at_most(LONG_SECONDS).to_string());
+            if !process::cargo(&mut command)? {
+                return Err(format!("something grows, or leaves a trace: UMBRAGRAPH_SEED={seed}"));
+            }
+            let seconds = at_most(WINDOW_SECONDS);
             println!("\n==> the viewer: UMBRAGRAPH_SEED={seed}");
             return integrations::soak_viewer(seed, factor.saturating_mul(EDITS), seconds).map(|()| true);
         }

@@ -109,6 +109,77 @@ fn record_finds_textures_of_another_device_and_unknown_ones() {
 }
 
 #[test]
+fn imports_of_a_wrong_kind_are_named_with_both_values() {
+    let Some(gpu) = gpu::device() else { return };
+    let plan = gradient(SIZE);
+    let own = crate::common::gpu::import(&gpu, &plan, "target");
+    let mut executor = Executor::new(&gpu.device, &gpu.queue, plan, None).unwrap();
+    let like = wgpu::TextureDescriptor {
+        label: None,
+        size: own.size(),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: own.format(),
+        usage: own.usage(),
+        view_formats: &[],
+    };
+    let larger = wgpu::Extent3d { width: 65, ..own.size() };
+    let wrong = [
+        (
+            wgpu::TextureDescriptor { format: wgpu::TextureFormat::R8Unorm, ..like.clone() },
+            ["R8Unorm", "Rgba8Unorm"],
+        ),
+        (wgpu::TextureDescriptor { size: larger, ..like.clone() }, ["65 by 36", "64 by 36"]),
+        (
+            wgpu::TextureDescriptor {
+                sample_count: 4,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+                ..like.clone()
+            },
+            ["4 samples", "needs 1 and 1"],
+        ),
+        (
+            wgpu::TextureDescriptor { usage: wgpu::TextureUsages::COPY_SRC, ..like.clone() },
+            ["without the usage", "RENDER_ATTACHMENT"],
+        ),
+    ];
+    for (descriptor, words) in wrong {
+        let texture = gpu.device.create_texture(&descriptor);
+        let error = record(&gpu, &mut executor, None, &[("target", &texture)]).expect_err("a wrong texture");
+        assert_eq!(codes(&error), ["UG0802"], "{error}");
+        let said = error.to_string();
+        assert!(
+            said.contains("\"target\"") && words.iter().all(|word| said.contains(word)),
+            "{words:?}: {said}"
+        );
+        record(&gpu, &mut executor, None, &[("target", &own)]).unwrap_or_else(|error| panic!("{error}"));
+    }
+}
+
+#[test]
+fn another_size_in_each_of_1000_frames_leaves_nothing() {
+    let Some(gpu) = gpu::device() else { return };
+    let mut executor = Executor::new(&gpu.device, &gpu.queue, gradient(SIZE), None).unwrap();
+    let before = executor.statistics().pipelines;
+    let held = || gpu.device.generate_allocator_report().map_or(0, |report| report.total_allocated_bytes);
+    let mut counted = Vec::new();
+    let plans: Vec<Arc<Plan>> = (0..20).map(|at| gradient([1 + at * 37 % 200, 1 + at * 53 % 120])).collect();
+    for at in 0..1000usize {
+        executor.set_plan(plans[at * 7 % plans.len()].clone()).unwrap();
+        let target = crate::common::gpu::import(&gpu, executor.plan(), "target");
+        record(&gpu, &mut executor, None, &[("target", &target)])
+            .unwrap_or_else(|error| panic!("frame {at}: {error}"));
+        gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        counted.extend((at % 100 == 99).then(held));
+    }
+    assert_eq!(executor.statistics().pipelines, before);
+    // A tenth of what the frames drew into: a texture that nobody frees would be all of it.
+    let (first, last) = (counted[0], counted[counted.len() - 1]);
+    assert!(last <= first + 1_000_000, "bytes of the device grow: {counted:?}");
+}
+
+#[test]
 fn draws_that_fail_or_panic_name_their_pass_and_recover() {
     let Some(gpu) = gpu::device() else { return };
     let options = Options::new(SIZE[0], SIZE[1]).set("cascade_side", 256).feature("cached", true);

@@ -1,5 +1,6 @@
 // What a node of the graph is, in words, with all that one can do to it: everything that a drag does can be done here, too.
 import { element } from "../element.js";
+import { Contents } from "./contents.js";
 import { written } from "./drag.js";
 
 export const bytes = (count) => {
@@ -15,7 +16,7 @@ const facts = (...parts) => element("div", { className: "facts" }, ...parts);
 const tag = (text, kind = "") => element("span", { className: `tag ${kind}`, textContent: text });
 const button = (text, onclick, properties = {}) => element("button", { type: "button", textContent: text, onclick, ...properties });
 
-/** The panel of one node, or of all. `graph` has `report`, `passes`, `pick`, `go`, `slots`, `attempt` and `make`. */
+/** The panel of one node, or of all. `graph` has `report`, `passes`, `pick`, `go`, `slots`, `attempt`, `make` and `shows`. */
 export class Details {
   #graph;
   #number = 0;
@@ -36,11 +37,25 @@ export class Details {
       if (number !== this.#number) return;
       const is_drawn = found && own?.is_on !== false;
       this.parent.replaceChildren(...(is_drawn ? this.#pass(found, own, slots) : this.#absent(own, slots)));
+      if (is_drawn) this.#contents(found.writes, found.name);
     } else if (found && kind === "resource") {
       this.parent.replaceChildren(...this.#resource(found));
+      this.#contents([found.name]);
     } else {
       this.parent.replaceChildren(...this.#overview());
     }
+  }
+
+  /** The contents of textures that are drawn, the first at once. */
+  #contents(names, after) {
+    const { shows, report } = this.#graph;
+    const textures = report.resources.filter((one) => names.includes(one.name) && one.kind === "texture" && one.live);
+    if (!shows.is_drawn() || !textures.length) return;
+    textures.slice(0, 1).forEach((one) => {
+      const contents = new Contents(shows, one.name, one.written_in.map((column) => report.passes[column].name), after);
+      this.parent.append(contents.element);
+      contents.show();
+    });
   }
 
   #links(kind, names) {

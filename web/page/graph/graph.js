@@ -8,7 +8,8 @@ import { Canvas } from "./svg.js";
 
 /**
  * The view in an element of the page. `page` has `ask(kind, asked)`, which asks the checker about the pipeline;
- * `edit(edits)`, `undo()` and `redo()` of the editor; and `go(declared, is_focused)`, which shows a place `FILE:LINE`.
+ * `edit(edits)`, `undo()` and `redo()` of the editor; `go(declared, is_focused)`, which shows a place `FILE:LINE`; and
+ * `shows`, which tells contents of textures.
  */
 export class Graph {
   #page;
@@ -127,6 +128,11 @@ export class Graph {
       const found = node.dataset.resource && this.report.resources.find((one) => one.name === node.dataset.resource);
       if (found?.shares_with.length) node.classList.add("aliased");
     }
+  }
+
+  /** What contents of textures are asked of. */
+  get shows() {
+    return this.#page.shows;
   }
 
   #node(kind, name) {
