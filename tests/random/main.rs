@@ -5,6 +5,8 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+#[cfg(feature = "noop")]
+mod hosts;
 mod mutants;
 #[cfg(feature = "noop")]
 mod random_pipelines;

@@ -58,9 +58,7 @@ impl Environment {
         }
         let bytes = read_file(path)
             .map_err(|error| error.help("--environment names an equirectangular picture, .hdr or .exr"))?;
-        let is_exr = bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]);
-        let decoded = if is_exr { open_exr(&bytes) } else { radiance::decode(&bytes) };
-        match decoded {
+        match decoded(&bytes) {
             Ok(colors) => Ok(Some(Self { colors, written: None, is_read: false })),
             Err(error) => reject(
                 crate::codes::ENVIRONMENT,
@@ -99,6 +97,12 @@ impl Environment {
     pub(super) fn drawn(&mut self) {
         self.is_read = true;
     }
+}
+
+/// The picture of a file, by its first bytes.
+fn decoded(bytes: &[u8]) -> Result<Colors, String> {
+    let is_exr = bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]);
+    if is_exr { open_exr(bytes) } else { radiance::decode(bytes) }
 }
 
 /// The first layer with red, green and blue of an OpenEXR file.
@@ -156,6 +160,9 @@ fn resized(colors: &Colors, width: usize, height: usize) -> Vec<[f32; 3]> {
 
 #[cfg(test)]
 mod tests {
+    use umbragraph_test_support::property;
+    use umbragraph_test_support::random::Random;
+
     use super::*;
 
     #[test]
@@ -167,16 +174,53 @@ mod tests {
         assert_eq!((larger.len(), larger[1][0], larger[15][0]), (16, 1.0, 7.0));
     }
 
-    #[test]
-    fn open_exr_pictures_are_read_and_broken_ones_are_not() {
+    /// The bytes of an OpenEXR picture with a gradient.
+    fn gradient(width: usize, height: usize) -> Vec<u8> {
         use exr::prelude::*;
         let image = Image::from_channels(
-            (2, 1),
+            (width, height),
             SpecificChannels::rgb(|at: Vec2<usize>| (at.x() as f32, 0.5_f32, 4.0_f32)),
         );
         let mut file = std::io::Cursor::new(Vec::new());
         image.write().to_buffered(&mut file).expect("a file");
-        let bytes = file.into_inner();
+        file.into_inner()
+    }
+
+    #[test]
+    fn pictures_with_bytes_changed_are_numbers_or_errors() {
+        let run = [2, 2, 0, 9, 137, 128, 137, 64, 9, 0, 1, 2, 3, 4, 5, 6, 7, 8, 137, 136];
+        let radiance = [b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 9\n".as_slice(), &run].concat();
+        let seeds = [gradient(9, 5), gradient(1, 1), radiance];
+        let mut random = Random(property::seed());
+        let (mut read, cases) = (0, 200 * property::times() as usize);
+        for _ in 0..cases {
+            let mut bytes = random.one_of(&seeds);
+            for _ in 0..random.below(4) {
+                let at = random.below(bytes.len());
+                match random.below(4) {
+                    0 => bytes.truncate(at.max(1)),
+                    1 => bytes.insert(at, random.next() as u8),
+                    2 => drop(bytes.remove(at)),
+                    _ => bytes[at] = random.one_of(&[0, 1, 0x7f, 0x80, 0xff, random.clone().next() as u8]),
+                }
+                if bytes.is_empty() {
+                    break;
+                }
+            }
+            let Ok(colors) = decoded(&bytes) else { continue };
+            read += 1;
+            let texels = resized(&colors, 4, 2);
+            assert!(
+                texels.iter().flatten().all(|channel| channel.is_finite() && *channel >= 0.0),
+                "{texels:?}"
+            );
+        }
+        assert!(read * 10 > cases, "{read} of {cases} are pictures");
+    }
+
+    #[test]
+    fn open_exr_pictures_are_read_and_broken_ones_are_not() {
+        let bytes = gradient(2, 1);
         assert_eq!(open_exr(&bytes).expect("a picture").texels, [[0.0, 0.5, 4.0], [1.0, 0.5, 4.0]]);
         assert!(open_exr(&bytes[..bytes.len() / 2]).is_err());
         // A header of a few bytes that states terabytes.

@@ -96,6 +96,18 @@ pub(crate) const TARGETS: &[Target] = &[
         aim: 100_000,
     },
     Target {
+        name: "surroundings",
+        about: "HDR pictures, .hdr and .exr, with bytes changed: colors that are numbers, or an error",
+        kind: Kind::Tests {
+            package: "umbragraph-cli",
+            filter: "test(pictures_with_bytes_changed_are_numbers_or_errors)",
+            cases: 200,
+            most: 1_000,
+        },
+        files: &["cli/src/render/environment.rs", "cli/src/render/radiance.rs"],
+        aim: 100_000,
+    },
+    Target {
         name: "plans",
         about: "random graphs with toggles and partial writes: the plan holds what its verifier, written apart, asks of it",
         kind: Kind::Tests {
@@ -117,6 +129,18 @@ pub(crate) const TARGETS: &[Target] = &[
             most: 1_000,
         },
         files: &[EXECUTOR, COMPILER, PIPELINE, SHADERS, "tests/random/random_pipelines"],
+        aim: 20_000,
+    },
+    Target {
+        name: "hosts",
+        about: "live values, toggles, sizes and imports, right and wrong, on wgpu's backend without a driver: an error, or a frame",
+        kind: Kind::Tests {
+            package: "umbragraph",
+            filter: "test(hosts_that_do_anything)",
+            cases: 300,
+            most: 100,
+        },
+        files: &[EXECUTOR, COMPILER, "tests/random/hosts.rs"],
         aim: 20_000,
     },
     Target {
