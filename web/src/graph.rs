@@ -160,6 +160,8 @@ fn read(change: &Value) -> Option<Change> {
         "remove" => Change::Remove { pass: text("pass")? },
         "move" => Change::Move { pass: text("pass")?, before: text("before") },
         "add" => Change::Add { kind: text("kind")?, after: text("after") },
+        "declare" => Change::Declare { like: text("like") },
+        "forget" => Change::Forget { resource: text("resource")? },
         "group" => Change::Group { passes: texts("passes")?, name: text("name")? },
         _ => return None,
     })

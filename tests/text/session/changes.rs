@@ -157,6 +157,30 @@ fn added_pass_has_the_settings_that_its_kind_requires() {
 }
 
 #[test]
+fn added_resource_is_like_the_chosen_one() {
+    let declare = |like: Option<&str>| changed(TWO, &Change::Declare { like: like.map(str::to_owned) });
+    let line = "\"texture\": { \"texture\": { \"format\": \"rgba8unorm\", \"size\": \"=viewport\" } }";
+    for text in [declare(None), declare(Some("target"))] {
+        assert!(text.contains(line), "{text}");
+        assert_eq!(text.matches("imported").count(), 1, "{text}");
+    }
+    let bare = "{ \"format\": 1, \"name\": \"two\", \"passes\": {} }";
+    let text = changed(bare, &Change::Declare { like: None });
+    assert!(text.contains(&format!("\"resources\": {{ {line} }}")), "{text}");
+}
+
+#[test]
+fn removed_resource_is_one_that_nothing_uses() {
+    let forget = |name: &str| Change::Forget { resource: name.to_owned() };
+    let more = TWO.replacen("    \"target\":", "    // Of no use.\n    \"spare\": { \"texture\": { \"format\": \"r8unorm\", \"size\": 4 } },\n    \"target\":", 1);
+    assert_eq!(changed(&more, &forget("spare")), TWO);
+    let refused = change(&mut two(), "two.json", &forget("sharp")).unwrap_err().to_string();
+    assert!(refused.contains("\"sharp\" is used by ") && refused.contains("paint"), "{refused}");
+    let unknown = change(&mut two(), "two.json", &forget("nothing")).unwrap_err().to_string();
+    assert_eq!(unknown, "the pipeline's text has no \"nothing\"");
+}
+
+#[test]
 fn group_is_a_subgraph_with_a_use_in_its_place() {
     let text = changed(TWO, &Change::Group { passes: names(&["veil", "show"]), name: "both".to_owned() });
     for part in [
@@ -241,7 +265,11 @@ fn random_change(session: &mut Session, target: &Target, random: &mut Random) ->
     let root = &loaded.document()?.root;
     let resources: Vec<&str> = root.entries_of("resources").iter().map(|one| one.key.as_str()).collect();
     let name = format!("new_{}", random.below(1000));
-    Some(match random.below(8) {
+    Some(match random.below(10) {
+        8 => Change::Declare {
+            like: random.one_in(2).then(|| resources.first().copied().unwrap_or_default().to_owned()),
+        },
+        9 => Change::Forget { resource: (*resources.get(random.below(resources.len()))?).to_owned() },
         0 | 1 => {
             let slots = session.slots(target, &choice(), &pass).expect("nothing cancels");
             let slot = slots.get(random.below(slots.len()))?.keys.clone();
@@ -286,7 +314,8 @@ fn make(
             match left.iter().position(|kept| *kept == comment) {
                 Some(at) => drop(left.remove(at)),
                 None => assert!(
-                    matches!(one, Change::Remove { .. }) && removed.contains(&comment),
+                    matches!(one, Change::Remove { .. } | Change::Forget { .. })
+                        && removed.contains(&comment),
                     "{one:?} lost \"{comment}\" of {file}\n{new}"
                 ),
             }

@@ -73,7 +73,7 @@ impl Graph<'_, '_> {
     }
 
     /// A name that nothing has.
-    fn free_name(&self, stem: &str) -> String {
+    pub(super) fn free_name(&self, stem: &str) -> String {
         let is_taken = |name: &str| self.context.model.declarations().any(|(_, one)| one.name == name);
         let numbered = (2_u32..).map(|number| format!("{stem}_{number}"));
         let mut names = std::iter::once(stem.to_owned()).chain(numbered);

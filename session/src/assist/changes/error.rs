@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::graph::diagnostic::list_of;
 use crate::graph::edit::{EditError, Edits};
 
 /// A change that cannot be made.
@@ -25,6 +26,8 @@ pub enum ChangeError {
     Conditional(String),
     /// A resource that passes of a group use in several versions.
     Versions(String),
+    /// A resource that is to be removed, and what uses it.
+    Used(String, Vec<String>),
     /// Passes that stand in several files, or in one that is not the pipeline's own.
     Scattered,
     /// A text that is no longer what it was.
@@ -48,6 +51,13 @@ impl std::fmt::Display for ChangeError {
             }
             Self::Versions(name) => {
                 write!(f, "the passes use \"{name}\" in several versions of passes outside")
+            }
+            Self::Used(name, users) => {
+                write!(
+                    f,
+                    "\"{name}\" is used by {}; connect something else there first",
+                    list_of(users.iter().map(String::as_str))
+                )
             }
             Self::Scattered => f.write_str("these passes do not stand in one file of the pipeline"),
             Self::Gone => f.write_str("the text is no longer what the graph shows"),

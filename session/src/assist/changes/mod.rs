@@ -1,4 +1,5 @@
-//! Changes of a pipeline's graph: passes that are connected, added, switched off, renamed, moved, grouped and removed.
+//! Changes of a pipeline's graph: passes that are connected, added, switched off, renamed, moved, grouped and removed, and
+//! resources that are added, renamed and removed.
 //!
 //! A graph that is drawn is a view of texts, so each change is [`Edits`](crate::graph::edit::Edits) of the files in
 //! which the passes stand. Comments and layout stay, and the inverse gives the texts back byte for byte. A change is
@@ -18,6 +19,7 @@ mod error;
 mod graph;
 mod group;
 mod pass;
+mod resource;
 mod slots;
 
 use std::path::Path;
@@ -77,6 +79,16 @@ pub enum Change {
         /// The pass behind which it is written; without one it is the last.
         after: Option<String>,
     },
+    /// Adds a texture or a buffer.
+    Declare {
+        /// The resource whose format and size it has; without one it is a texture as large as the frame.
+        like: Option<String>,
+    },
+    /// Removes a resource that nothing uses.
+    Forget {
+        /// The resource.
+        resource: String,
+    },
     /// Makes passes a subgraph of the pipeline, and puts a use of it in their place.
     Group {
         /// The passes.
@@ -112,6 +124,8 @@ impl Session {
                 Change::Remove { pass } => graph.remove(pass),
                 Change::Move { pass, before } => graph.reorder(pass, before.as_deref()),
                 Change::Add { kind, after } => graph.add(kind, after.as_deref(), used.as_deref()),
+                Change::Declare { like } => graph.declare(like.as_deref()),
+                Change::Forget { resource } => graph.forget(resource),
                 Change::Group { passes, name } => graph.group(passes, name),
             })
         })
