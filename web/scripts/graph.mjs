@@ -315,6 +315,22 @@ const steps = {
     console.log(`  graph: ${made} random changes were made and undone`);
   },
 
+  async "a resource is added like the chosen one, and deleted again"(page) {
+    await open(page, "pipelines/learn/02-resources.json");
+    const before = await text(page);
+    const names = await page.locator("#graph svg [data-resource]").evaluateAll((nodes) => nodes.map((one) => one.dataset.resource));
+    await (await reveal(page, "resource", names[0])).click();
+    await press(page, /^Add resource$/);
+    const with_it = await another(page, before);
+    assert.equal(Object.keys(parts(with_it).value.resources).length, Object.keys(parts(before).value.resources).length + 1);
+    await fine(page);
+    await page.locator("#graph .details button", { hasText: /^Delete$/ }).click();
+    await page.locator("#graph .said", { hasText: "is used by" }).waitFor(WAIT);
+    assert.equal(await text(page), with_it);
+    assert.equal(await undo(page), 1);
+    assert.equal(await text(page), before);
+  },
+
   async "every lesson and system: connected, moved and undone, byte for byte"(page) {
     const all = await page.evaluate(() => [...document.querySelectorAll("#pipeline option")].map((one) => one.value));
     const wanted = all.filter((path) => /^pipelines\/learn\//.test(path) || SYSTEMS.some((name) => path === `pipelines/${name}.json`));

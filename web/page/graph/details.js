@@ -145,7 +145,8 @@ export class Details {
     const can_rename = !one.name.includes(".") && one.kind !== "data";
     return [
       ...this.#head(one.name, [tag(one.kind), tag(one.lifetime), tag(one.live ? "live" : "allocated nowhere", one.live ? "" : "off"),
-        ...(one.shares_with.length ? [tag("aliased")] : [])], one.declared, one.name, can_rename),
+        ...(one.shares_with.length ? [tag("aliased")] : [])], one.declared, one.name, can_rename,
+        can_rename ? [button("Delete", () => this.#graph.make({ change: "forget", resource: one.name }))] : []),
       facts(...titled("Format and size", element("p", { textContent: one.description || one.kind })),
       ...titled("Memory", element("p", { textContent: `${bytes(one.bytes)} in ${one.place}` }),
         element("p", {}, "Shares memory with ", ...this.#links("resource", one.shares_with))),

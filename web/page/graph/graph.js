@@ -48,6 +48,7 @@ export class Graph {
     const said = element("p", { className: "said", role: "status", hidden: true });
     const bar = element("div", { className: "tools" },
       button("add", "Add pass…", "Add a pass of a node kind, or a file that is a subgraph", () => this.#open_palette()),
+      button("declare", "Add resource", "Add a texture or buffer: like the chosen one, or as large as the frame", () => this.#declare()),
       button("group", "Group…", "Group the chosen passes as a subgraph", () => this.#open_group()),
       element("span", { className: "space" }),
       button("undo", "Undo", "Undo the last change of the text", () => page.undo()),
@@ -277,6 +278,12 @@ export class Graph {
     if (!added) return;
     this.#show_absent();
     this.pick_name("pass", added.name);
+  }
+
+  /** Adds a resource; its bar is in the picture once a pass uses it, so its line in the text is shown. */
+  async #declare() {
+    const like = this.#picked.kind === "resource" ? this.#picked.name : undefined;
+    await this.make({ change: "declare", like });
   }
 
   #chosen() {
