@@ -33,6 +33,8 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("caracal.json", include_str!("caracal.json")),
     ("effects/auto_exposure.json", include_str!("effects/auto_exposure.json")),
     ("effects/bloom.json", include_str!("effects/bloom.json")),
+    ("effects/depth_of_field.json", include_str!("effects/depth_of_field.json")),
+    ("effects/film.json", include_str!("effects/film.json")),
     ("effects/gtao.json", include_str!("effects/gtao.json")),
     ("effects/taa.json", include_str!("effects/taa.json")),
     ("extended/awsm_deferred.json", include_str!("extended/awsm_deferred.json")),

@@ -106,7 +106,7 @@ fn ambient_occlusion_beside_a_wall_follows_its_form() {
 }
 
 /// Effects of the flagship: the feature, the use of its subgraph, and the textures and buffers of its own.
-const EFFECTS: [(&str, &str, &[&str]); 6] = [
+const EFFECTS: [(&str, &str, &[&str]); 8] = [
     (
         "ambient_occlusion",
         "ambient_occlusion.",
@@ -114,7 +114,19 @@ const EFFECTS: [(&str, &str, &[&str]); 6] = [
     ),
     ("fog", "fog", &[]),
     ("temporal", "temporal.", &["temporal.gathered", "temporal.gathered@-1", "temporal.motion"]),
+    (
+        "depth_of_field",
+        "depth_of_field.",
+        &[
+            "depth_of_field.behind",
+            "depth_of_field.front",
+            "depth_of_field.half",
+            "depth_of_field.rows",
+            "depth_of_field.tiles",
+        ],
+    ),
     ("bloom", "bloom.", &["bloom.chain"]),
+    ("film", "film.", &["shown"]),
     (
         "auto_exposure",
         "auto_exposure.",

@@ -7,10 +7,12 @@ mod common;
 
 mod brdf;
 mod contact;
+mod depth_of_field;
 mod details;
 mod effects;
 mod environment;
 mod extended;
+mod film;
 mod fog;
 mod golden;
 mod learn;

@@ -15,6 +15,7 @@ use super::textures::view_descriptor;
 use crate::objects::creation::Creation;
 use umbragraph_compiler::{ImportDescriptor, Physical, Plan, TextureSize};
 use umbragraph_pipeline::diagnostic::Diagnostic;
+use umbragraph_pipeline::language::TextureShape;
 use umbragraph_pipeline::work::{ResourceHandle, TextureView};
 
 /// A texture of the host's that stands for a resource, or a part of one: a mip level, a layer of an array or a face of
@@ -247,12 +248,14 @@ pub fn imported_texture(
 ) -> Option<wgpu::Texture> {
     let resource = plan.resources.get(name).filter(|resource| resource.physical == Physical::Imported)?;
     let (format, size) = (resource.format?, resource.size?);
+    let shape = plan.pipeline.resource(resource.handle).texture().and_then(|one| one.view_dimension);
+    let is_volume = shape == Some(TextureShape::D3);
     Some(device.create_texture(&wgpu::TextureDescriptor {
         label: Some(name),
         size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: size.layers },
         mip_level_count: size.mips,
         sample_count: size.samples,
-        dimension: wgpu::TextureDimension::D2,
+        dimension: if is_volume { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 },
         format,
         usage: resource.usages.unwrap_or(wgpu::TextureUsages::empty()) | more,
         view_formats: resource.view_format.as_slice(),
