@@ -8,12 +8,16 @@ use super::accessor::{Accessors, Component};
 use super::extras::ObjectExtras;
 use super::morph;
 use super::report::Report;
+use super::tangents;
 use crate::codes;
 use crate::material::{Map, Material};
 use crate::mesh::{
     JointWeights, Mesh, Primitive, VertexDetail, bounds_of, fan_to_list, flat_normals, strip_to_list, unit,
 };
 use crate::morph::MorphTarget;
+
+/// The bytes of a vertex that tangents split: position, normal, texture coordinates and details.
+const BYTES_OF_SPLIT: u64 = 80;
 
 /// All meshes; primitives that are no triangles are left out with a warning.
 pub(super) fn read(accessors: &Accessors<'_>, materials: &[Material], report: &mut Report) -> Vec<Mesh> {
@@ -96,7 +100,7 @@ impl Reader<'_> {
             self.attribute::<f32, 2>(&semantic, "texture coordinate", report)
         });
         // A tangent that cannot be used is as good as missing.
-        let tangents = report.optional("tangents are found by the shader", |report| {
+        let tangents = report.optional("tangents are computed", |report| {
             let tangents = self.attribute::<f32, 4>(&Semantic::Tangents, "tangent", report).flatten();
             tangents.filter(|tangents| self.fits("TANGENT", Some(tangents.len()), &positions, report))
         });
@@ -160,6 +164,10 @@ impl Reader<'_> {
         };
         let bounds = bounds_of(&positions);
         self.check_texcoords(&maps, &sets, report);
+        let has_texcoords = match maps.iter().find(|(name, _)| *name == "normal") {
+            Some((_, map)) => sets.get(map.set as usize).is_some_and(Option::is_some),
+            None => false,
+        };
         let texcoords = match base_color_map {
             Some(map) => {
                 sets[map.set as usize].iter().flatten().map(|texcoord| map.texcoord(*texcoord)).collect()
@@ -171,6 +179,9 @@ impl Reader<'_> {
         if is_pbr && !report.charge(count as u64 * 48, at) {
             return None;
         }
+        // Given ones belong to given normals.
+        let tangents = tangents.filter(|_| normals.is_some());
+        let is_without = tangents.is_none();
         let details = is_pbr.then(|| VertexDetail::all(count, sets, tangents, colors));
         let smooth: Option<Vec<[f32; 3]>> = normals.map(|normals| normals.into_iter().map(unit).collect());
         let targets = json.targets.as_deref().unwrap_or_default();
@@ -187,12 +198,21 @@ impl Reader<'_> {
             targets,
             has_flat_normals: smooth.is_none(),
         };
-        match smooth {
-            Some(normals) => Some(Primitive { normals, ..primitive }),
+        let mut primitive = match smooth {
+            Some(normals) => Primitive { normals, ..primitive },
             None => report
                 .charge(primitive.indices.len() as u64 * (108 + 12 * primitive.targets.len() as u64), at)
-                .then(|| with_flat_normals(&primitive)),
+                .then(|| with_flat_normals(&primitive))?,
+        };
+        let normal_map = self.materials.get(material).and_then(|material| material.normal_map);
+        if let Some(map) = normal_map.filter(|_| is_without && has_texcoords) {
+            let before = primitive.positions.len();
+            tangents::add(&mut primitive, &map);
+            if !report.charge((primitive.positions.len() - before) as u64 * BYTES_OF_SPLIT, at) {
+                return None;
+            }
         }
+        Some(primitive)
     }
 
     /// The index of the material, glTF's default material where there is none.

@@ -36,6 +36,7 @@ mod placement;
 mod report;
 mod resource;
 mod skins;
+mod tangents;
 
 pub use limits::MAX_FILE_BYTES;
 pub use resource::{Folder, NoFiles, ResolveError, Resolver};
