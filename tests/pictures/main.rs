@@ -7,6 +7,7 @@ mod common;
 
 mod brdf;
 mod contact;
+mod coverage;
 mod depth_of_field;
 mod details;
 mod effects;
