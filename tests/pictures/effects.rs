@@ -1,16 +1,18 @@
 //! Effects of `pipelines/effects/` against closed forms, and what they cost where they are off.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
-use crate::common::gpu::{Host, import};
-use crate::common::{Outcome, SMALL_MAPS, With, check_file, check_with};
+use crate::common::gpu::{Host, import, scene};
+use crate::common::{Outcome, SMALL_MAPS, With, check_file, check_with, root};
 use glam::DVec3;
 use serde_json::json;
-use umbragraph::executor::read_back;
+use umbragraph::executor::{DryRun, read_back};
 use umbragraph::frame::Camera;
-use umbragraph::scene::{NoFiles, Scene, from_slice};
+use umbragraph::low_level::shader::TargetProfile;
+use umbragraph::scene::{NoFiles, Scene, from_slice, interface};
 use umbragraph_test_support::glb::container;
-use umbragraph_test_support::gpu;
+use umbragraph_test_support::{gpu, property};
 
 const SIZE: [u32; 2] = [320, 240];
 
@@ -174,32 +176,58 @@ fn effects_that_are_off_cost_nothing() {
     assert!(!phone.order().iter().any(is_effect), "{:?}", phone.order());
 }
 
-#[test]
-fn each_effect_goes_with_each_other() {
+/// Each pair of effects, and each effect with each other feature that changes the picture; not those that exclude each
+/// other.
+fn pairs() -> Vec<[&'static str; 2]> {
     let others = ["msaa", "deferred", "visibility_first", "fxaa"];
     let all: Vec<&str> = EFFECTS.iter().map(|(name, ..)| *name).chain(others).collect();
-    for (at, first) in all.iter().enumerate() {
-        for second in &all[at + 1..] {
-            // Many samples are taken of every pixel, or over frames.
-            let is_of_many = |other: &str| [*first, *second] == ["temporal", "msaa"] || other == "deferred";
-            if is_of_many(second) && [*first, *second].contains(&"msaa") {
-                continue;
-            }
-            let features: Vec<_> = all
-                .iter()
-                .map(|name| (*name, if name == first || name == second { "true" } else { "false" }))
-                .collect();
-            let outcome =
-                check_file("pipelines/umbra.json", &With { features: &features, ..With::default() });
-            let order = outcome.order();
-            for (feature, begins, _) in EFFECTS {
-                let is_on = feature == *first || feature == *second;
-                assert_eq!(
-                    order.iter().any(|name| name.starts_with(begins)),
-                    is_on,
-                    "{feature} of {first} and {second}"
-                );
-            }
+    let pairs =
+        all.iter().enumerate().flat_map(|(at, first)| all[at + 1..].iter().map(|second| [*first, *second]));
+    // Many samples are taken of every pixel, or over frames.
+    let excluded = [["temporal", "msaa"], ["msaa", "deferred"]];
+    pairs.filter(|pair| !excluded.contains(pair)).collect()
+}
+
+/// The plan of the flagship with these alone of all effects.
+fn with_pair(pair: [&str; 2], size: Option<[u32; 2]>) -> Outcome {
+    let all = EFFECTS.iter().map(|(name, ..)| *name).chain(["msaa", "deferred", "visibility_first", "fxaa"]);
+    let features: Vec<_> =
+        all.map(|name| (name, if pair.contains(&name) { "true" } else { "false" })).collect();
+    let parameters = if size.is_some() { SMALL_MAPS } else { &[] };
+    check_file("pipelines/umbra.json", &With { parameters, features: &features, size, ..With::default() })
+}
+
+#[test]
+fn each_effect_goes_with_each_other() {
+    let mut dry_run = pollster::block_on(DryRun::new(&TargetProfile::webgpu())).expect("a device");
+    for pair in pairs() {
+        let outcome = with_pair(pair, None);
+        let order = outcome.order();
+        for (feature, begins, _) in EFFECTS {
+            let is_on = pair.contains(&feature);
+            assert_eq!(order.iter().any(|name| name.starts_with(begins)), is_on, "{feature} of {pair:?}");
         }
+        let mut plan = outcome.plan().clone();
+        let hosts = &mut Arc::make_mut(&mut plan.pipeline).hosts;
+        hosts.insert(interface::GEOMETRY.into(), interface::any_scene().any_filter());
+        let said = pollster::block_on(dry_run.run(&Arc::new(plan)));
+        assert!(said.is_empty(), "{pair:?}: {said:?}");
+    }
+}
+
+/// One pair of twelve is drawn; the seed says which.
+#[test]
+fn pairs_of_effects_draw_a_picture() {
+    let Some(gpu) = gpu::device() else { return };
+    let figure = scene(&root().join("examples/scenes/figure.glb"));
+    // The environment is a picture of the host's.
+    let pairs: Vec<_> = pairs().into_iter().filter(|pair| !pair.contains(&"environment")).collect();
+    for pair in property::part(pairs, 12) {
+        let outcome = with_pair(pair, Some([96, 54]));
+        let mut host = Host::new(&gpu, &outcome, &figure);
+        let picture = host.picture(&figure.frame_input(96.0 / 54.0, 0.0));
+        let levels: BTreeSet<u8> = picture.rgba_pixels().map(|[red, ..]| red).collect();
+        println!("{pair:?}: {} levels", levels.len());
+        assert!(levels.len() > 60, "{pair:?}: the picture has the levels {levels:?}");
     }
 }

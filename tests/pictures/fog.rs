@@ -1,7 +1,7 @@
 //! Fog against integrals in 64 bits: what arrives through it, and what it scatters of light from all sides.
 
 use crate::common::gpu::Host;
-use crate::common::{SMALL_MAPS, With, check_file};
+use crate::common::{SMALL_MAPS, With, check_file, root};
 use serde_json::json;
 use umbragraph::frame::Camera;
 use umbragraph::scene::{NoFiles, Scene, from_slice};
@@ -37,7 +37,12 @@ fn wall(strength: f64) -> Scene {
 }
 
 /// The linear red of the middle column, from the top, of the wall in fog.
-fn column(strength: f64, (density, base, thickness): (f64, f64, f64), white: u32) -> Option<Vec<f64>> {
+fn column(
+    strength: f64,
+    (density, base, thickness): (f64, f64, f64),
+    white: u32,
+    half: &'static str,
+) -> Option<Vec<f64>> {
     let gpu = gpu::device()?;
     let [density, base, thickness] = [density, base, thickness].map(|value| value.to_string());
     let color = format!("[{white}, {white}, {white}]");
@@ -50,7 +55,13 @@ fn column(strength: f64, (density, base, thickness): (f64, f64, f64), white: u32
     let fog = fog.map(|(name, value)| (name, value.as_str()));
     let plain = [("tone_map", "\"none\""), ("ambient_sky", "[1, 1, 1]"), ("ambient_ground", "[1, 1, 1]")];
     let parameters: Vec<_> = SMALL_MAPS.iter().chain(&plain).chain(&fog).copied().collect();
-    let features = [("fog", "true"), ("bloom", "false"), ("fxaa", "false"), ("sky_light", "false")];
+    let features = [
+        ("fog", "true"),
+        ("half_resolution_fog", half),
+        ("bloom", "false"),
+        ("fxaa", "false"),
+        ("sky_light", "false"),
+    ];
     let with =
         With { parameters: &parameters, features: &features, size: Some([SIDE; 2]), ..With::default() };
     let outcome = check_file("pipelines/umbra.json", &with);
@@ -85,10 +96,15 @@ fn arrives(row: usize, density: f64, base: f64, thickness: f64) -> f64 {
 
 const CASES: [(f64, f64, f64); 4] = [(0.05, 0.0, 1e6), (0.3, 0.0, 1.5), (0.1, 5.0, 4.0), (0.0, 0.0, 8.0)];
 
+/// Each case at full and at half resolution.
+fn cases() -> impl Iterator<Item = ((f64, f64, f64), &'static str)> {
+    CASES.into_iter().flat_map(|case| [(case, "false"), (case, "true")])
+}
+
 #[test]
 fn light_arrives_through_fog_as_its_integral_says() {
-    for (density, base, thickness) in CASES {
-        let Some(column) = column(1.0, (density, base, thickness), 0) else { return };
+    for ((density, base, thickness), half) in cases() {
+        let Some(column) = column(1.0, (density, base, thickness), 0, half) else { return };
         for (row, value) in column.into_iter().enumerate() {
             let wanted = arrives(row, density, base, thickness);
             assert!(
@@ -103,9 +119,9 @@ fn light_arrives_through_fog_as_its_integral_says() {
 #[test]
 fn even_light_is_scattered_as_much_as_is_taken_away() {
     // What the wall itself reflects of it.
-    let Some(clear) = column(0.0, (0.0, 0.0, 8.0), 1) else { return };
-    for (density, base, thickness) in CASES {
-        let Some(column) = column(0.0, (density, base, thickness), 1) else { return };
+    let Some(clear) = column(0.0, (0.0, 0.0, 8.0), 1, "false") else { return };
+    for ((density, base, thickness), half) in cases() {
+        let Some(column) = column(0.0, (density, base, thickness), 1, half) else { return };
         for (row, value) in column.into_iter().enumerate() {
             let arrives = arrives(row, density, base, thickness);
             let wanted = clear[row] * arrives + (1.0 - arrives) / std::f64::consts::PI;
@@ -115,4 +131,26 @@ fn even_light_is_scattered_as_much_as_is_taken_away() {
             );
         }
     }
+}
+
+/// On a scene with shadows in the fog, the two resolutions differ by less than a level in the mean.
+#[test]
+fn half_resolution_keeps_the_shadows_in_fog() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = crate::common::gpu::scene(&root().join("examples/scenes/courtyard.glb"));
+    let [whole, half] = ["false", "true"].map(|half| {
+        let features =
+            [("fog", "true"), ("half_resolution_fog", half), ("whole_range", "true"), ("fxaa", "false")];
+        let parameters: Vec<_> = SMALL_MAPS.iter().copied().chain([("fog_density", "0.05")]).collect();
+        let with =
+            With { parameters: &parameters, features: &features, size: Some([160, 90]), ..With::default() };
+        let outcome = check_file("pipelines/umbra.json", &with);
+        let mut host = Host::new(&gpu, &outcome, &scene);
+        let input = scene.frame_input(16.0 / 9.0, 0.0);
+        host.picture(&input).rgba_pixels().flatten().collect::<Vec<u8>>()
+    });
+    let sum: u32 = whole.iter().zip(&half).map(|(one, two)| u32::from(one.abs_diff(*two))).sum();
+    let mean = f64::from(sum) / whole.len() as f64;
+    println!("{mean} levels apart");
+    assert!(mean < 1.0, "{mean} levels apart");
 }
