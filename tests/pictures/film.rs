@@ -143,9 +143,9 @@ fn neutral_film_changes_nothing() {
 /// The corners keep 1 - `vignette` of their light, by cos⁴ of an angle whose tangent grows with the distance.
 #[test]
 fn corners_lose_light_by_the_cosine_law() {
-    for vignette in [0.3, 0.75] {
+    for vignette in [0.3_f64, 0.75] {
         let Some(found) = developed(COLORS, &with(&json!({ "vignette": vignette })), None, 0) else { return };
-        let tangent = ((1.0 - vignette as f64).powf(-0.5) - 1.0).sqrt();
+        let tangent = ((1.0 - vignette).powf(-0.5) - 1.0).sqrt();
         let diagonal = f64::from(SIZE[0]).hypot(f64::from(SIZE[1])) / 2.0;
         assert_near(&found, 1e-4, |index| {
             let (x, y) = (index % SIZE[0] as usize, index / SIZE[0] as usize);

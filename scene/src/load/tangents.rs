@@ -37,8 +37,8 @@ impl Corners<'_> {
     /// Whether the library takes the primitive.
     fn fits(&self) -> bool {
         let Primitive { positions, normals, indices, .. } = self.primitive;
-        let values = positions.iter().flatten().chain(self.texcoords.iter().flatten());
-        if normals.len() != positions.len() || !values.into_iter().all(|value| value.abs() < MAX) {
+        let mut values = positions.iter().flatten().chain(self.texcoords.iter().flatten());
+        if normals.len() != positions.len() || !values.all(|value| value.abs() < MAX) {
             return false;
         }
         // Vertices with the same values are one to the library.
