@@ -1,6 +1,6 @@
 //! The number of the format that a file is written in: one that this version does not know ends the reading of the file.
 //!
-//! What such a file says may mean something else, so the number is the only mistake that is reported.
+//! Such a file may mean something else by the same words, so its number is the only mistake that is reported.
 
 use crate::diagnostic::{Diagnostic, codes};
 use crate::document::{Kind, Value};
