@@ -22,6 +22,7 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("awsm/filters.json", include_str!("awsm/filters.json")),
     ("awsm/lights.json", include_str!("awsm/lights.json")),
     ("awsm/moments.json", include_str!("awsm/moments.json")),
+    ("awsm/rays.json", include_str!("awsm/rays.json")),
     ("awsm/screen_visibility.json", include_str!("awsm/screen_visibility.json")),
     ("awsm/shading.json", include_str!("awsm/shading.json")),
     ("base/cascades.json", include_str!("base/cascades.json")),

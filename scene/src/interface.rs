@@ -18,6 +18,9 @@ use crate::scene::{Draw, Scene};
 /// The name of the geometry contract that scenes fulfil.
 pub const GEOMETRY: &str = "scene";
 
+/// The name of the buffer that pipelines import to trace rays through a scene ([`crate::trace::packed`]).
+pub const RAYS: &str = "scene_rays";
+
 /// The property of meshes with holes where their texture is transparent.
 pub const ALPHA_MASKED: &str = "alpha_masked";
 

@@ -51,6 +51,7 @@ pub mod pose;
 pub mod scene;
 pub mod skin;
 pub mod texture;
+pub mod trace;
 pub mod view;
 pub mod visibility;
 

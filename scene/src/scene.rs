@@ -4,6 +4,8 @@
 //! below rely on it. A scene without a camera gets one framed on its bounds, a scene without a light gets a directional
 //! light ([`default_view`]).
 
+use std::sync::Arc;
+
 use umbragraph_pipeline::diagnostic::Diagnostics;
 use umbragraph_pipeline::frame::{Bounds, FrameInput, Light};
 
@@ -25,14 +27,14 @@ use crate::view::SceneCamera;
 pub struct Scene {
     /// The name under which it was loaded.
     pub name: String,
-    /// All meshes of the file.
-    pub meshes: Vec<Mesh>,
+    /// All meshes of the file. Clones of a scene share them.
+    pub meshes: Arc<Vec<Mesh>>,
     /// All materials of the file and, last, glTF's default material.
     pub materials: Vec<Material>,
     /// All textures that materials use as base colour.
     pub textures: Vec<Texture>,
-    /// The images of those textures, decoded.
-    pub images: Vec<Image>,
+    /// The images of those textures, decoded. Clones of a scene share them.
+    pub images: Arc<Vec<Image>>,
     /// All nodes of the file.
     pub nodes: Vec<Node>,
     /// The cameras of the shown nodes, parents before children, in the order of the file.

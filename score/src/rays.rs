@@ -1,16 +1,14 @@
 //! Ray queries of a scene in a pose.
 //!
-//! Triangles lie in a bounding volume hierarchy (crate `bvh`, surface area heuristic) that is stored flat. Each node
-//! names the next node if a ray misses its box, so traversal needs no stack. Boxes are stored in 32 bits, rounded
-//! outwards; hits are computed in 64.
+//! Triangles lie in the bounding volume hierarchy that shaders trace, too ([`umbragraph_scene::trace`]). Each node names
+//! the next node if a ray misses its box, so traversal needs no stack. Boxes are stored in 32 bits, rounded outwards; hits
+//! are computed in 64.
 //!
-//! Memory: about 200 bytes per triangle, about 500 while the hierarchy is built.
+//! Memory: about 170 bytes per triangle, about 230 while the hierarchy is built.
 
-use bvh::aabb::{Aabb, Bounded};
-use bvh::bounding_hierarchy::BHShape;
-use bvh::bvh::Bvh;
 use glam::DVec3;
-use nalgebra::Point3;
+use umbragraph_scene::trace::hierarchy::{Box32, Hierarchy, INNER};
+use umbragraph_scene::trace::Node;
 use umbragraph_scene::{Pose, Scene};
 
 use crate::triangles::{Hit, Surface, Triangle, surface_of, triangles_of};
@@ -20,7 +18,7 @@ pub struct Rays<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) surfaces: Vec<Surface>,
     pub(crate) triangles: Vec<Triangle>,
-    nodes: Vec<Node>,
+    hierarchy: Hierarchy,
 }
 
 /// The surface that a camera sees along a ray.
@@ -36,63 +34,15 @@ pub struct Seen {
     pub counts: bool,
 }
 
-struct Node {
-    min: [f32; 3],
-    max: [f32; 3],
-    /// The first node inside the box; `u32::MAX` for a leaf.
-    entry: u32,
-    exit: u32,
-    triangle: u32,
-}
-
-/// A leaf of the hierarchy: the bounds of one triangle.
-struct Leaf {
-    bounds: [DVec3; 2],
-    node: usize,
-}
-
-impl Bounded<f64, 3> for Leaf {
-    fn aabb(&self) -> Aabb<f64, 3> {
-        let [min, max] = self.bounds.map(|corner| Point3::from(corner.to_array()));
-        Aabb::with_bounds(min, max)
-    }
-}
-
-impl BHShape<f64, 3> for Leaf {
-    fn set_bh_node_index(&mut self, index: usize) {
-        self.node = index;
-    }
-
-    fn bh_node_index(&self) -> usize {
-        self.node
-    }
-}
-
 impl<'a> Rays<'a> {
     /// Builds the hierarchy for a scene in a pose. Triangles with non-finite coordinates are left out.
     pub fn new(scene: &'a Scene, pose: &Pose) -> Self {
         let mut triangles = triangles_of(scene, pose);
         triangles.retain(|triangle| triangle.corners.iter().all(|corner| corner.is_finite()));
-        let leaf = |triangle: &Triangle| {
-            let [a, b, c] = triangle.corners;
-            Leaf { bounds: [a.min(b).min(c), a.max(b).max(c)], node: 0 }
-        };
-        let mut leaves: Vec<Leaf> = triangles.iter().map(leaf).collect();
-        let nodes = if leaves.is_empty() {
-            Vec::new()
-        } else {
-            let corner =
-                |point: &Point3<f64>, round: fn(f32) -> f32| [0, 1, 2].map(|axis| round(point[axis] as f32));
-            Bvh::build(&mut leaves).flatten_custom(&|bounds: &Aabb<f64, 3>, entry, exit, triangle| Node {
-                min: corner(&bounds.min, f32::next_down),
-                max: corner(&bounds.max, f32::next_up),
-                entry,
-                exit,
-                triangle,
-            })
-        };
+        let boxes: Vec<Box32> = triangles.iter().map(|triangle| Box32::around(triangle.corners)).collect();
+        let hierarchy = Hierarchy::build(&boxes);
         let surfaces = scene.draws().map(|draw| surface_of(scene, draw)).collect();
-        Self { scene, surfaces, triangles, nodes }
+        Self { scene, surfaces, triangles, hierarchy }
     }
 
     /// The number of triangles.
@@ -102,7 +52,7 @@ impl<'a> Rays<'a> {
 
     /// The size of triangles and boxes in bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.triangles.as_slice()) + size_of_val(self.nodes.as_slice())
+        size_of_val(self.triangles.as_slice()) + size_of_val(self.hierarchy.nodes())
     }
 
     /// A triangle by its index; panics on one that was never given.
@@ -181,13 +131,17 @@ impl<'a> Rays<'a> {
         visit: &mut impl FnMut(u32, &Triangle, &Surface, Hit) -> Option<f64>,
     ) {
         let inverse = direction.recip();
+        let nodes = self.hierarchy.nodes();
         let mut at = 0;
-        while let Some(node) = self.nodes.get(at as usize) {
-            if node.entry != u32::MAX {
-                at = if meets(node, origin, inverse, end) { node.entry } else { node.exit };
+        while let Some(node) = nodes.get(at as usize) {
+            if !meets(node, origin, inverse, end) {
+                at = node.exit;
                 continue;
             }
-            at = node.exit;
+            at += 1;
+            if node.triangle == INNER {
+                continue;
+            }
             let triangle = &self.triangles[node.triangle as usize];
             if let Some(hit) = triangle.hit(origin, direction) {
                 match visit(node.triangle, triangle, &self.surfaces[triangle.draw as usize], hit) {

@@ -1,13 +1,14 @@
 //! The world-space triangles of a scene in a pose.
 //!
-//! Positions are transformed in 64 bits: by the node of a draw, or by the joints of a skinned vertex, whose weights sum
-//! to one. Materials change hits: alpha masks have holes, and the camera does not see the back of a single-sided
-//! material. Light rays stop at either side, as casters are drawn.
+//! Positions are those of [`umbragraph_scene::trace`]: morphed, and moved by nodes or joints. Materials change hits: alpha
+//! masks have holes, and the camera does not see the back of a single-sided material. Light rays stop at either side, as
+//! casters are drawn.
 
-use glam::{DMat4, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use umbragraph_pipeline::wgpu_types::{AddressMode, FilterMode};
 use umbragraph_scene::material::AlphaMode;
 use umbragraph_scene::texture::{Image, Texture};
+use umbragraph_scene::trace::place;
 use umbragraph_scene::{Draw, Pose, Scene};
 
 /// A triangle in the world.
@@ -60,26 +61,10 @@ impl Triangle {
 
 /// All triangles that a scene shows in a pose, in the order of its draws.
 pub fn triangles_of(scene: &Scene, pose: &Pose) -> Vec<Triangle> {
-    let mut all = Vec::new();
+    let (mut all, mut places) = (Vec::new(), Vec::new());
     for (at, draw) in (0_u32..).zip(scene.draws()) {
+        place(scene, draw, pose, &mut places);
         let primitive = scene.primitive(draw);
-        let joints: Vec<DMat4> = scene.joint_transforms(draw.node, pose).collect();
-        let world = pose.world(draw.node);
-        let place = |vertex: usize| {
-            let point = DVec3::from_array(primitive.positions[vertex].map(f64::from));
-            match (&primitive.joints, draw.skin) {
-                (Some(moved), Some(_)) => {
-                    let parts = moved.joints[vertex].into_iter().zip(moved.weights[vertex]);
-                    let joint = |index: u16| joints.get(usize::from(index)).copied().unwrap_or(world);
-                    let moved = parts.filter(|(_, weight)| *weight > 0.0);
-                    moved
-                        .map(|(index, weight)| joint(index).transform_point3(point) * f64::from(weight))
-                        .sum()
-                }
-                _ => world.transform_point3(point),
-            }
-        };
-        let places: Vec<DVec3> = (0..primitive.positions.len()).map(place).collect();
         let faces = (0_u32..).zip(primitive.indices.chunks_exact(3));
         all.extend(faces.map(|(index, face)| {
             let corner = |corner: usize| places[face[corner] as usize];

@@ -413,6 +413,9 @@ impl Executor {
         frame: &Frame<'_>,
     ) -> Result<(), Diagnostics> {
         reject(self.late.known())?;
+        if let Some(source) = frame.draws {
+            inputs::provide(&mut self.instantiated, source)?;
+        }
         let mut diagnostics = inputs::check(&self.instantiated, frame);
         diagnostics.extend(Switches::check(&self.instantiated.plan, frame.toggles));
         reject(diagnostics)?;

@@ -10,11 +10,15 @@
 //!
 //! Each draw of a skinned mesh has its own vertices, which are transformed when the pose changes; every pass draws them
 //! like any other mesh. The device transforms them, or the CPU if the device cannot ([`SceneResources::update`]).
+//!
+//! Pipelines that trace rays import the buffer [`RAYS`](crate::interface::RAYS): the triangles, and boxes around them
+//! ([`crate::trace`]). It is made when a plan first asks for it.
 
 mod draws;
 mod geometry;
 mod materials;
 mod objects;
+mod rays;
 mod skinning;
 
 use std::sync::Mutex;
@@ -31,6 +35,7 @@ use draws::Item;
 use geometry::Geometry;
 use materials::Materials;
 use objects::Objects;
+use rays::Rays;
 use skinning::Skinning;
 
 /// A scene's buffers and textures on one device.
@@ -45,6 +50,7 @@ pub struct SceneResources {
     pose: (Pose, u64),
     /// Transparent items of the view being drawn with their distance, kept to be used again.
     sorted: Mutex<Vec<(f64, u32)>>,
+    rays: Rays,
 }
 
 impl std::fmt::Debug for SceneResources {
@@ -73,8 +79,9 @@ impl SceneResources {
         let sorted = Mutex::new(Vec::with_capacity(items.len()));
         let interface = interface(scene);
         let pose_held = (pose.clone(), 0);
+        let rays = Rays::new(device, scene);
         let mut resources =
-            Self { interface, geometry, materials, objects, skinning, items, pose: pose_held, sorted };
+            Self { interface, geometry, materials, objects, skinning, items, pose: pose_held, sorted, rays };
         for item in &mut resources.items {
             item.place(scene, pose);
         }
@@ -96,6 +103,7 @@ impl SceneResources {
         let (held, moves) = &mut self.pose;
         self.objects.write_motion(queue, scene, held);
         *moves += u64::from(scene.draws_of_all_details().any(|draw| scene.moves(draw, held, pose)));
+        self.rays.follow(queue, pose, |draw| scene.moves(draw, held, pose));
         held.clone_from(pose);
         for item in self.items.iter_mut().filter(|item| item.draw.dynamic) {
             item.place(scene, pose);
@@ -124,6 +132,10 @@ impl DrawSource for SceneResources {
 
     fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>> {
         self.objects.binding(binding)
+    }
+
+    fn buffer(&self, name: &str) -> Option<Result<&wgpu::Buffer, String>> {
+        self.rays.buffer(name, &self.pose.0)
     }
 
     fn draw(&self, pass: &mut dyn DrawPass) {

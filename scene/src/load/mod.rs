@@ -42,6 +42,7 @@ pub use limits::MAX_FILE_BYTES;
 pub use resource::{Folder, NoFiles, ResolveError, Resolver};
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use umbragraph_pipeline::compose::{Roots, meant_beside};
 use umbragraph_pipeline::diagnostic::Diagnostics;
 
@@ -113,10 +114,10 @@ fn read(name: &str, bytes: &[u8], resolver: &dyn Resolver, report: &mut Report) 
     let animations = animations::read(&accessors, &hierarchy, report);
     let mut scene = Scene {
         name: name.to_owned(),
-        meshes,
+        meshes: Arc::new(meshes),
         materials,
         textures,
-        images,
+        images: Arc::new(images),
         nodes: hierarchy.nodes,
         cameras: Vec::new(),
         lights: Vec::new(),

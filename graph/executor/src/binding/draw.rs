@@ -72,6 +72,16 @@ pub trait DrawSource: wgpu::WasmNotSend + wgpu::WasmNotSync {
         None
     }
 
+    /// The buffer for an import of this name that was not given with `Executor::give`; asked for in each record, and only
+    /// if the plan imports it. `None` if the host has none.
+    ///
+    /// # Errors
+    /// The reason why the host cannot make it, which the record reports.
+    fn buffer(&self, name: &str) -> Option<Result<&wgpu::Buffer, String>> {
+        let _ = name;
+        None
+    }
+
     /// Issues the draws of one view.
     fn draw(&self, pass: &mut dyn DrawPass);
 }

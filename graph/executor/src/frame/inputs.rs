@@ -4,7 +4,8 @@
 //! lie within the attachments that they are drawn into. A frame without diagnostics allocates nothing.
 
 use super::input::Frame;
-use crate::binding::draw::Host;
+use crate::binding::draw::{DrawSource, Host};
+use crate::binding::groups::Group;
 use crate::drawing::attachments::Attachments;
 use crate::instance::instantiate::{Instantiated, InstantiatedWork};
 use crate::instance::requirements::{lacks_source, scenes};
@@ -72,6 +73,41 @@ pub(crate) fn check(instantiated: &Instantiated, frame: &Frame<'_>) -> Diagnosti
         }
     }
     diagnostics
+}
+
+/// Asks the draw source for the buffers of imports that nobody gave by handle.
+///
+/// # Errors
+/// A buffer that the source cannot make, or one that the plan was not made for.
+pub(crate) fn provide(instantiated: &mut Instantiated, source: &dyn DrawSource) -> Result<(), Diagnostic> {
+    let Instantiated { resources, plan, .. } = &instantiated;
+    let mut others = Vec::new();
+    for (import, name) in resources.imports.open_buffers() {
+        let Some(resource) = plan.resources.get(name) else { continue };
+        let provided = source.buffer(name).transpose();
+        let error = match &provided {
+            Ok(buffer) => buffer.and_then(|buffer| buffer_error(plan, name, resource, buffer)),
+            Err(reason) => Some(format!("the host cannot make the buffer for \"{name}\": {reason}")),
+        };
+        if let Some(error) = error {
+            let declared = plan.pipeline.resource(resource.handle);
+            let diagnostic = Diagnostic::error(codes::IMPORT, declared.place, error).pointer(&declared.pointer);
+            return Err(diagnostic.help("switch the feature off that imports it, or give another with Executor::give"));
+        }
+        let provided = provided.ok().flatten();
+        if resources.imports.buffer(import) != provided {
+            others.push((import, provided.cloned()));
+        }
+    }
+    let mut is_other = false;
+    for (import, buffer) in others {
+        is_other |= instantiated.resources.imports.provide(import, buffer.as_ref());
+    }
+    if is_other {
+        let groups = instantiated.passes.iter_mut().flat_map(|pass| &mut pass.groups);
+        groups.for_each(Group::forget);
+    }
+    Ok(())
 }
 
 /// A texture that the host gives for nothing.

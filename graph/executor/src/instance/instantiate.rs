@@ -25,12 +25,12 @@ use crate::memory::transfer::{Counts, Transfer};
 use crate::objects::creation::Creation;
 use crate::objects::shared::Objects;
 
-use umbragraph_compiler::{CpuPasses, Parameters, Plan, PlannedPass, Switches};
+use umbragraph_compiler::{CpuPasses, Parameters, Physical, Plan, PlannedPass, Switches};
 use umbragraph_pipeline::data::View;
 use umbragraph_pipeline::diagnostic::Diagnostic;
 use umbragraph_pipeline::draw::{HostInterface, MATERIAL_GROUP, OBJECT_GROUP, PropertySet};
 use umbragraph_pipeline::expression::Value;
-use umbragraph_pipeline::pipeline::{IndexRange, Pass, Program};
+use umbragraph_pipeline::pipeline::{IndexRange, Pass, Program, Usage};
 use umbragraph_pipeline::work::{
     AttachmentTarget, Byte, Color, Depth, Dispatch, Draw, Live, ResourceHandle, SceneDraw, SlotSource,
     TextureView, Work,
@@ -337,11 +337,14 @@ impl Instantiated {
                     SlotSource::Sampler(sampler) => {
                         Some(Bound::Sampler(objects.sampler(creation, &slot.name, *sampler)))
                     }
-                    SlotSource::Buffer { buffer: named, .. } => {
+                    SlotSource::Buffer { buffer: named, usage } => {
                         Bound::switched(Fallbacks::new(&plan, named.resource, |resource| {
                             let buffer = self.resources.buffer(&plan, resource)?;
-                            // What stands for it may be larger, and shaders can ask for the length.
-                            let all = IndexRange { first: 0, count: plan.resource(resource)?.bytes };
+                            let planned = plan.resource(resource)?;
+                            // What stands for it may be larger, and shaders can ask for the length. A storage buffer of
+                            // the host's is bound to its end, which 0 stands for.
+                            let is_whole = planned.physical == Physical::Imported && *usage != Usage::Uniform;
+                            let all = IndexRange { first: 0, count: if is_whole { 0 } else { planned.bytes } };
                             Some(Bound::Buffer(buffer, named.range.bytes.unwrap_or(all)))
                         }))
                     }

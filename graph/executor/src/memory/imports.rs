@@ -447,6 +447,23 @@ impl Imports {
         is_other
     }
 
+    /// The buffers that nobody gave by handle, by name, for the draw source to provide.
+    pub(crate) fn open_buffers(&self) -> impl Iterator<Item = (ImportedTexture, &str)> {
+        let is_open = |import: &Imported| !import.is_texture && self.kept_buffer(&import.name).is_none();
+        let open = self.imports.iter().enumerate().filter(move |(_, import)| is_open(import));
+        open.map(|(at, import)| (ImportedTexture(at), import.name.as_str()))
+    }
+
+    /// Takes a buffer of the draw source's, or none, for this record and those to come. Whether it is another than before.
+    pub(crate) fn provide(&mut self, import: ImportedTexture, buffer: Option<&wgpu::Buffer>) -> bool {
+        let Some(imported) = self.imports.get_mut(import.0) else { return false };
+        let is_other = imported.buffer.as_ref() != buffer;
+        if is_other {
+            imported.buffer = buffer.cloned();
+        }
+        is_other
+    }
+
     /// Takes over what another plan was given, of buffers those of which `fits` says by name that they are right here.
     pub(crate) fn go_on_from(&mut self, before: &mut Self, fits: impl Fn(&str, &wgpu::Buffer) -> bool) {
         self.kept = std::mem::take(&mut before.kept);

@@ -1,5 +1,6 @@
 use glam::{DQuat, DVec3};
 use std::path::Path;
+use std::sync::Arc;
 use umbragraph_pipeline::frame::Bounds;
 use umbragraph_test_support::gpu::{self, Gpu};
 
@@ -136,12 +137,12 @@ fn target(primitive: &Primitive, by: [f32; 3]) -> MorphTarget {
 #[test]
 fn joints_move_morphed_vertices_others_morph_in_place() {
     let (mut morphed, mut modelled) = (figure(), figure());
-    for mesh in &mut morphed.meshes {
+    for mesh in Arc::make_mut(&mut morphed.meshes) {
         mesh.primitives.iter_mut().for_each(|one| one.targets = vec![target(one, [0.0, 0.5, 0.25])]);
     }
     morphed.nodes.iter_mut().filter(|node| node.mesh.is_some()).for_each(|node| node.weights = vec![2.0]);
     for position in
-        modelled.meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives).flat_map(|one| &mut one.positions)
+        Arc::make_mut(&mut modelled.meshes).iter_mut().flat_map(|mesh| &mut mesh.primitives).flat_map(|one| &mut one.positions)
     {
         *position = [position[0], position[1] + 1.0, position[2] + 0.5];
     }

@@ -1,0 +1,294 @@
+//! A scene as one array of words that shaders trace rays through.
+//!
+//! Rows of four words, by the template `lib/shadow/rays`:
+//!
+//! | rows | content |
+//! |---|---|
+//! | 1 | number of nodes, row of the first triangle, row of the first texel, number of triangles |
+//! | 2 for each node | minimum of the box, row of the node to go on with; maximum, triangle of a leaf |
+//! | 3 for each triangle | corners in the world; in the fourth words flags, the row of its texture coordinates, that of its mask |
+//! | 2 for each masked triangle | six texture coordinates |
+//! | 2 for each masked draw | first texel, width, height, sampling; factor of alpha, cutoff |
+//! | the rest | alpha of the base level of masks, four texels to a word |
+//!
+//! Triangles are those of the finest level of detail, without blended materials. A scene takes 112 bytes for each triangle,
+//! 32 more for one with a mask, and one for each texel of a mask.
+//!
+//! Blended draws are left out, and masked ones without a picture are either there or not.
+
+use std::collections::BTreeMap;
+
+use bytemuck::cast_slice;
+use glam::DVec3;
+use umbragraph_pipeline::wgpu_types::{AddressMode, FilterMode};
+
+use super::hierarchy::{Box32, Hierarchy};
+use super::places::place;
+use crate::material::AlphaMode;
+use crate::pose::Pose;
+use crate::scene::{Draw, Scene};
+use crate::texture::Sampler;
+
+/// Flags of a triangle, as the template has them.
+const CASTS: u32 = 1;
+const DOUBLE_SIDED: u32 = 2;
+const MASKED: u32 = 4;
+const MIRRORED: u32 = 8;
+
+/// Sampling of a mask: one interpolated texel of four, and how coordinates beyond 0..1 are taken.
+const LINEAR: u32 = 1;
+const CLAMP_U: u32 = 2;
+const MIRROR_U: u32 = 4;
+const CLAMP_V: u32 = 8;
+const MIRROR_V: u32 = 16;
+
+/// The minimum number of rows, so that the buffer of an empty scene is one that can be bound.
+const MIN_ROWS: usize = 4;
+
+/// The rows of a block that is written as a whole: 4 KiB.
+const BLOCK: usize = 256;
+
+/// A scene that needs more bytes than fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{triangles} triangles and their masks need {needed} bytes, which is more than {max}")]
+pub struct TooLarge {
+    /// The number of triangles.
+    pub triangles: u64,
+    /// The number of bytes that they need.
+    pub needed: u64,
+    /// The number of bytes that there may be.
+    pub max: u64,
+}
+
+/// A scene in a pose, packed for shaders.
+#[derive(Clone, Debug)]
+pub struct PackedScene {
+    rows: Vec<[u32; 4]>,
+    boxes: Vec<Box32>,
+    hierarchy: Hierarchy,
+    parts: Vec<Part>,
+    /// The row of the first triangle.
+    first: usize,
+    /// The blocks that have changed since they were taken.
+    changed: Vec<bool>,
+    places: Vec<DVec3>,
+}
+
+/// The triangles of a draw.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    draw: Draw,
+    /// Its first triangle.
+    first: usize,
+    flags: u32,
+    /// The row of its first texture coordinates, and of its mask; 0 without.
+    texcoords: usize,
+    mask: usize,
+}
+
+/// The mask of a draw.
+enum Mask {
+    /// No holes.
+    Whole,
+    /// Nothing but a hole.
+    Hole,
+    /// Holes where the texture at this index has little alpha.
+    Texture { texture: usize, factor: f32, cutoff: f32 },
+}
+
+fn mask_of(scene: &Scene, draw: Draw) -> Mask {
+    let material = scene.material(draw);
+    let AlphaMode::Mask { cutoff } = material.alpha_mode else { return Mask::Whole };
+    let factor = material.base_color[3];
+    match material.base_color_map.map(|map| map.texture).filter(|texture| *texture < scene.textures.len()) {
+        Some(texture) => Mask::Texture { texture, factor, cutoff },
+        None if factor < cutoff => Mask::Hole,
+        None => Mask::Whole,
+    }
+}
+
+fn sampling(sampler: Sampler) -> u32 {
+    let linear = if sampler.magnify == FilterMode::Linear { LINEAR } else { 0 };
+    let wrap = |mode: AddressMode, clamp: u32, mirror: u32| match mode {
+        AddressMode::Repeat => 0,
+        AddressMode::MirrorRepeat => mirror,
+        AddressMode::ClampToEdge | AddressMode::ClampToBorder => clamp,
+    };
+    linear | wrap(sampler.wrap_u, CLAMP_U, MIRROR_U) | wrap(sampler.wrap_v, CLAMP_V, MIRROR_V)
+}
+
+impl PackedScene {
+    /// Packs a scene in a pose.
+    ///
+    /// # Errors
+    /// A scene that needs more than `max` bytes.
+    pub fn new(scene: &Scene, pose: &Pose, max: u64) -> Result<Self, TooLarge> {
+        let mut parts = Vec::new();
+        let (mut triangles, mut masked, mut masks) = (0_usize, 0_usize, 0_usize);
+        let mut images: BTreeMap<usize, usize> = BTreeMap::new();
+        let mut texels = 0_usize;
+        for draw in scene.draws() {
+            let material = scene.material(draw);
+            let mask = mask_of(scene, draw);
+            if material.alpha_mode == AlphaMode::Blend || matches!(mask, Mask::Hole) {
+                continue;
+            }
+            let casts = if draw.cast_shadow { CASTS } else { 0 };
+            let sides = if material.double_sided { DOUBLE_SIDED } else { 0 };
+            let count = scene.primitive(draw).indices.len() / 3;
+            let mut part = Part { draw, first: triangles, flags: casts | sides, texcoords: 0, mask: 0 };
+            if let Mask::Texture { texture, .. } = mask {
+                let image = scene.textures[texture].image;
+                images.entry(image).or_insert_with(|| {
+                    let first = texels;
+                    texels += scene.images[image].rgba.len() / 4;
+                    first
+                });
+                part.flags |= MASKED;
+                (part.texcoords, part.mask) = (masked, masks);
+                (masked, masks) = (masked + count, masks + 1);
+            }
+            parts.push(part);
+            triangles += count;
+        }
+        let nodes = (2 * triangles).saturating_sub(1);
+        let first = 1 + 2 * nodes;
+        let texcoords = first + 3 * triangles;
+        let first_mask = texcoords + 2 * masked;
+        let first_texel = first_mask + 2 * masks;
+        let rows = (first_texel + texels.div_ceil(16)).max(MIN_ROWS);
+        let needed = 16 * rows as u64;
+        if needed > max || rows > i32::MAX as usize {
+            return Err(TooLarge { triangles: triangles as u64, needed, max });
+        }
+        for part in &mut parts {
+            if part.flags & MASKED != 0 {
+                (part.texcoords, part.mask) = (texcoords + 2 * part.texcoords, first_mask + 2 * part.mask);
+            }
+        }
+        let mut packed = Self {
+            rows: vec![[0; 4]; rows],
+            boxes: vec![Box32::EMPTY; triangles],
+            hierarchy: Hierarchy::default(),
+            parts,
+            first,
+            changed: vec![false; rows.div_ceil(BLOCK)],
+            places: Vec::new(),
+        };
+        packed.rows[0] = [nodes as u32, first as u32, first_texel as u32, triangles as u32];
+        packed.pack_masks(scene, &images, first_texel);
+        packed.place(scene, pose, |_| true);
+        packed.hierarchy = Hierarchy::build(&packed.boxes);
+        packed.write_nodes();
+        packed.changed.fill(false);
+        Ok(packed)
+    }
+
+    /// Texture coordinates, masks and their alpha, which no pose changes.
+    fn pack_masks(&mut self, scene: &Scene, images: &BTreeMap<usize, usize>, first_texel: usize) {
+        for part in &self.parts {
+            let Mask::Texture { texture, factor, cutoff } = mask_of(scene, part.draw) else { continue };
+            let texture = scene.textures[texture];
+            let image = &scene.images[texture.image];
+            let first = images.get(&texture.image).copied().unwrap_or(0);
+            self.rows[part.mask] = [first as u32, image.width, image.height, sampling(texture.sampler)];
+            self.rows[part.mask + 1] = [factor.to_bits(), cutoff.to_bits(), 0, 0];
+            let primitive = scene.primitive(part.draw);
+            for (at, face) in primitive.indices.chunks_exact(3).enumerate() {
+                let of = |corner: usize| {
+                    let texcoord = primitive.texcoords.get(face[corner] as usize).copied();
+                    texcoord.unwrap_or_default().map(|part| if part.is_finite() { part.to_bits() } else { 0 })
+                };
+                let [[a, b], [c, d], [e, f]] = [of(0), of(1), of(2)];
+                self.rows[part.texcoords + 2 * at] = [a, b, c, d];
+                self.rows[part.texcoords + 2 * at + 1] = [e, f, 0, 0];
+            }
+        }
+        for (image, first) in images {
+            for (at, texel) in scene.images[*image].rgba.chunks_exact(4).enumerate() {
+                let at = first + at;
+                self.rows[first_texel + at / 16][at / 4 % 4] |= u32::from(texel[3]) << (8 * (at % 4));
+            }
+        }
+    }
+
+    /// Places the triangles of some draws.
+    fn place(&mut self, scene: &Scene, pose: &Pose, wanted: impl Fn(Draw) -> bool) {
+        let mut places = std::mem::take(&mut self.places);
+        for at in 0..self.parts.len() {
+            let part = self.parts[at];
+            if !wanted(part.draw) {
+                continue;
+            }
+            place(scene, part.draw, pose, &mut places);
+            // Joints place skinned vertices, whatever the node does.
+            let is_mirrored = part.draw.skin.is_none() && pose.world(part.draw.node).determinant() < 0.0;
+            let flags = part.flags | if is_mirrored { MIRRORED } else { 0 };
+            for (at, face) in scene.primitive(part.draw).indices.chunks_exact(3).enumerate() {
+                let corners = [0, 1, 2].map(|corner| places[face[corner] as usize]);
+                let bounds = Box32::around(corners);
+                self.boxes[part.first + at] = bounds;
+                let texcoords = if part.texcoords == 0 { 0 } else { part.texcoords + 2 * at };
+                let words = [flags, texcoords as u32, part.mask as u32];
+                for (corner, word) in words.into_iter().enumerate() {
+                    // No ray meets an empty box.
+                    let place = if bounds == Box32::EMPTY { DVec3::ZERO } else { corners[corner] };
+                    let [x, y, z] = place.as_vec3().to_array().map(f32::to_bits);
+                    self.write(self.first + 3 * (part.first + at) + corner, [x, y, z, word]);
+                }
+            }
+        }
+        self.places = places;
+    }
+
+    fn write_nodes(&mut self) {
+        let hierarchy = std::mem::take(&mut self.hierarchy);
+        for (at, node) in hierarchy.nodes().iter().enumerate() {
+            let [x, y, z] = node.min.map(f32::to_bits);
+            self.write(1 + 2 * at, [x, y, z, 1 + 2 * node.exit]);
+            let [x, y, z] = node.max.map(f32::to_bits);
+            self.write(2 + 2 * at, [x, y, z, node.triangle]);
+        }
+        self.hierarchy = hierarchy;
+    }
+
+    fn write(&mut self, row: usize, words: [u32; 4]) {
+        if self.rows[row] != words {
+            self.rows[row] = words;
+            self.changed[row / BLOCK] = true;
+        }
+    }
+
+    /// Follows the draws that `moved` names to a pose. Costs nothing if none moved.
+    pub fn follow(&mut self, scene: &Scene, pose: &Pose, moved: impl Fn(Draw) -> bool) {
+        if self.parts.iter().any(|part| moved(part.draw)) {
+            self.place(scene, pose, moved);
+            self.hierarchy.refit(&self.boxes);
+            self.write_nodes();
+        }
+    }
+
+    /// The number of triangles.
+    pub fn triangles(&self) -> usize {
+        self.boxes.len()
+    }
+
+    /// All bytes.
+    pub fn bytes(&self) -> &[u8] {
+        cast_slice(&self.rows)
+    }
+
+    /// Hands out the bytes that have changed since the last call, with the offset of each run.
+    pub fn changes(&mut self, mut each: impl FnMut(u64, &[u8])) {
+        let mut at = 0;
+        while at < self.changed.len() {
+            let run = self.changed[at..].iter().take_while(|changed| **changed).count();
+            if run > 0 {
+                let (begin, end) = (BLOCK * at, (BLOCK * (at + run)).min(self.rows.len()));
+                each(16 * begin as u64, cast_slice(&self.rows[begin..end]));
+                self.changed[at..at + run].fill(false);
+            }
+            at += run.max(1);
+        }
+    }
+}
