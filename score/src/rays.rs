@@ -7,8 +7,8 @@
 //! Memory: about 170 bytes per triangle, about 230 while the hierarchy is built.
 
 use glam::DVec3;
-use umbragraph_scene::trace::hierarchy::{Box32, Hierarchy, INNER};
 use umbragraph_scene::trace::Node;
+use umbragraph_scene::trace::hierarchy::{Box32, Hierarchy, INNER};
 use umbragraph_scene::{Pose, Scene};
 
 use crate::triangles::{Hit, Surface, Triangle, surface_of, triangles_of};

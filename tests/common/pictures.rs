@@ -72,7 +72,8 @@ pub fn of_lessons() -> Vec<Case> {
         change: Some(table::glowing),
         ..lesson(format!("learn_{name}_glowing"), name, Some("courtyard"), &map)
     });
-    usual.chain(glowing).chain([dark, overlay]).collect()
+    let rays = lesson("learn_35-rays".to_owned(), "35-rays", Some("courtyard"), &[("ray_samples", "8")]);
+    usual.chain(glowing).chain([dark, overlay, rays]).collect()
 }
 
 /// The pictures of pipelines that extend a system.

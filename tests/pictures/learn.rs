@@ -27,7 +27,7 @@ fn names() -> Vec<String> {
 #[test]
 fn every_lesson_opens_with_a_comment_and_is_valid() {
     let names = names();
-    assert_eq!(names.len(), 34, "a new lesson needs a test of its own here");
+    assert_eq!(names.len(), 35, "a new lesson needs a test of its own here");
     for name in names {
         let text = std::fs::read_to_string(root().join(format!("pipelines/learn/{name}.json"))).unwrap();
         assert!(text.starts_with("// "), "{name}");
@@ -55,6 +55,11 @@ fn motion_is_drawn_between_what_is_seen_and_the_mean() {
     let order: Vec<_> = lesson("34-motion").order().into_iter().map(str::to_owned).collect();
     let at = |name: &str| order.iter().position(|pass| pass == name).expect("a pass");
     assert!(at("shade") < at("move") && at("move") < at("gather"), "{order:?}");
+}
+
+#[test]
+fn rays_need_no_pass_but_the_one_that_traces() {
+    assert_eq!(lesson("35-rays").order(), ["eye", "list", "trace"]);
 }
 
 #[test]

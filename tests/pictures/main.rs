@@ -25,6 +25,7 @@ mod motion;
 mod nebula;
 mod penumbrae;
 mod picture_effects;
+mod rays;
 mod scores;
 mod second_compiler;
 mod systems_pictures;

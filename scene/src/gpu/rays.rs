@@ -55,7 +55,8 @@ impl Made {
         let packed = PackedScene::new(scene, pose, max).map_err(|error| format!("{error} of the device"))?;
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
         let label = Some("scene rays");
-        let buffer = device.create_buffer_init(&BufferInitDescriptor { label, contents: packed.bytes(), usage });
+        let buffer =
+            device.create_buffer_init(&BufferInitDescriptor { label, contents: packed.bytes(), usage });
         Ok(Self { packed, buffer })
     }
 }

@@ -47,7 +47,8 @@ impl Box32 {
         if !is_finite {
             return Self::EMPTY;
         }
-        let round = |corner: DVec3, round: fn(f32) -> f32| Vec3::from_array(corner.as_vec3().to_array().map(round));
+        let round =
+            |corner: DVec3, round: fn(f32) -> f32| Vec3::from_array(corner.as_vec3().to_array().map(round));
         let (min, max) = (round(min, f32::next_down), round(max, f32::next_up));
         Self { min: min.max(Vec3::MIN), max: max.min(Vec3::MAX) }
     }
@@ -307,7 +308,8 @@ mod tests {
     #[test]
     fn bad_coordinates_make_empty_boxes_that_are_finite() {
         for bad in [f64::NAN, f64::INFINITY, f64::MAX] {
-            let boxes = [triangle(DVec3::ZERO, 1.0), triangle(DVec3::splat(bad), 1.0), triangle(DVec3::X, bad)];
+            let boxes =
+                [triangle(DVec3::ZERO, 1.0), triangle(DVec3::splat(bad), 1.0), triangle(DVec3::X, bad)];
             assert_eq!(boxes[1..], [Box32::EMPTY; 2]);
             let hierarchy = Hierarchy::build(&boxes);
             assert_sound(&hierarchy, &boxes);
@@ -328,8 +330,7 @@ mod tests {
         };
         let equal = vec![triangle(DVec3::ONE, 1.0); 4096];
         assert_eq!(depth(&Hierarchy::build(&equal)), 13);
-        let spread: Vec<Box32> =
-            (0..4096).map(|at| triangle(DVec3::X * (1.02_f64).powi(at), 1e-3)).collect();
+        let spread: Vec<Box32> = (0..4096).map(|at| triangle(DVec3::X * (1.02_f64).powi(at), 1e-3)).collect();
         assert!(depth(&Hierarchy::build(&spread)) <= MAX_SAH_DEPTH as usize + 13);
     }
 }

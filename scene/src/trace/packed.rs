@@ -292,3 +292,153 @@ impl PackedScene {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trace::Node;
+
+    /// Nodes with a triangle each; the last ones move over a second, by as many metres as their number.
+    fn scene(still: usize, moving: usize, corner: f32) -> Scene {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, corner]];
+        let mut bytes: Vec<u8> = corners.iter().flatten().flat_map(|part: &f32| part.to_le_bytes()).collect();
+        bytes.extend([0.0_f32, 1.0].iter().flat_map(|time| time.to_le_bytes()));
+        let count = still + moving;
+        for at in 0..count {
+            bytes.extend([0.0, at as f32].iter().flat_map(|x| [*x, 0.0, 0.0]).flat_map(f32::to_le_bytes));
+        }
+        let uri = base64::Engine::encode(&base64::engine::general_purpose::STANDARD, &bytes);
+        let list = |each: &dyn Fn(usize) -> String| (0..count).map(each).collect::<Vec<_>>().join(",");
+        let nodes = list(&|at| format!(r#"{{ "mesh": 0, "translation": [0, {at}, 0] }}"#));
+        let accessors = list(&|at| {
+            format!(
+                r#"{{ "bufferView": 2, "byteOffset": {}, "componentType": 5126, "count": 2, "type": "VEC3" }}"#,
+                24 * at
+            )
+        });
+        let moved = |each: &dyn Fn(usize) -> String| (still..count).map(each).collect::<Vec<_>>().join(",");
+        let samplers = moved(&|at| format!(r#"{{ "input": 1, "output": {} }}"#, 2 + at));
+        let channels = moved(&|at| {
+            let (sampler, path) = (at - still, "translation");
+            format!(r#"{{ "sampler": {sampler}, "target": {{ "node": {at}, "path": "{path}" }} }}"#)
+        });
+        let animations = if moving == 0 {
+            String::new()
+        } else {
+            format!(r#""animations": [{{ "samplers": [{samplers}], "channels": [{channels}] }}],"#)
+        };
+        let shown = list(&|at| at.to_string());
+        let text = format!(
+            r#"{{ "asset": {{ "version": "2.0" }}, {animations} "scenes": [{{ "nodes": [{shown}] }}], "nodes": [{nodes}],
+            "meshes": [{{ "primitives": [{{ "attributes": {{ "POSITION": 0 }} }}] }}],
+            "accessors": [
+                {{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1] }},
+                {{ "bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [1] }}, {accessors}],
+            "bufferViews": [{{ "buffer": 0, "byteLength": 36 }}, {{ "buffer": 0, "byteOffset": 36, "byteLength": 8 }},
+                {{ "buffer": 0, "byteOffset": 44, "byteLength": {} }}],
+            "buffers": [{{ "byteLength": {}, "uri": "data:application/octet-stream;base64,{uri}" }}] }}"#,
+            24 * count,
+            bytes.len()
+        );
+        crate::from_slice("many.gltf", text.as_bytes(), &crate::NoFiles).expect("a scene")
+    }
+
+    fn packed(scene: &Scene, time: f64) -> PackedScene {
+        PackedScene::new(scene, &scene.pose(time), u64::MAX).expect("a scene that fits")
+    }
+
+    /// The scene in the pose of a time after that of another, and the number of bytes that changed.
+    fn followed(scene: &Scene, from: f64, to: f64) -> (PackedScene, usize) {
+        let (before, after) = (scene.pose(from), scene.pose(to));
+        let mut packed = packed(scene, from);
+        packed.follow(scene, &after, |draw| scene.moves(draw, &before, &after));
+        let mut changed = 0;
+        packed.changes(|_, bytes| changed += bytes.len());
+        packed.changes(|_, _| panic!("changes are handed out once"));
+        (packed, changed)
+    }
+
+    fn triangles(packed: &PackedScene) -> &[[u32; 4]] {
+        &packed.rows[packed.first..packed.first + 3 * packed.triangles()]
+    }
+
+    #[test]
+    fn triangles_that_move_are_those_of_a_scene_packed_there() {
+        let scene = scene(20, 5, 0.0);
+        let (moved, changed) = followed(&scene, 0.0, 0.75);
+        assert!(changed > 0);
+        assert_eq!(triangles(&moved), triangles(&packed(&scene, 0.75)));
+        let bounds = |packed: &PackedScene| packed.hierarchy.nodes()[0];
+        let [root, new] = [&moved, &packed(&scene, 0.75)].map(bounds);
+        assert_eq!((root.min, root.max), (new.min, new.max));
+    }
+
+    #[test]
+    fn a_scene_at_rest_writes_nothing() {
+        let (_, changed) = followed(&scene(20, 5, 0.0), 0.5, 0.5);
+        assert_eq!(changed, 0);
+        assert_eq!(followed(&scene(20, 0, 0.0), 0.0, 0.5).1, 0);
+    }
+
+    #[test]
+    fn one_mover_of_many_writes_a_part_of_the_bytes() {
+        let scene = scene(4000, 1, 0.0);
+        let (moved, changed) = followed(&scene, 0.0, 1e-3);
+        assert!(changed > 0 && changed < moved.bytes().len() / 8, "{changed} of {}", moved.bytes().len());
+    }
+
+    #[test]
+    fn ten_thousand_movers_are_followed_in_one_walk_over_nodes() {
+        let scene = scene(0, 10_000, 0.0);
+        let poses = [scene.pose(0.0), scene.pose(0.5)];
+        let mut packed = packed(&scene, 0.0);
+        let start = std::time::Instant::now();
+        packed.follow(&scene, &poses[1], |_| true);
+        println!("{} triangles follow in {:?}", packed.triangles(), start.elapsed());
+        assert_eq!(packed.hierarchy.nodes().len(), 19_999);
+    }
+
+    #[test]
+    fn triangles_without_area_or_with_huge_corners_are_kept_out_of_the_way() {
+        // Beyond 32 bits once the node has scaled it.
+        let mut scene = scene(3, 0, 1.0);
+        let positions = &mut std::sync::Arc::make_mut(&mut scene.meshes)[0].primitives[0].positions;
+        positions[2] = [0.0, f32::NAN, 1.0];
+        let bad = packed(&scene, 0.0);
+        assert!(bad.boxes.iter().all(|bounds| *bounds == Box32::EMPTY));
+        let is_finite = |rows: &[[u32; 4]]| {
+            rows.iter().flat_map(|row| &row[..3]).all(|word| f32::from_bits(*word).is_finite())
+        };
+        assert!(is_finite(triangles(&bad)) && is_finite(&bad.rows[1..bad.first]));
+        let empty = &mut std::sync::Arc::make_mut(&mut scene.meshes)[0].primitives[0].positions;
+        *empty = vec![[1.0; 3]; 3];
+        let flat = packed(&scene, 0.0);
+        assert!(is_finite(&flat.rows[1..flat.first]));
+    }
+
+    #[test]
+    fn a_scene_without_triangles_can_be_bound() {
+        let mut scene = scene(1, 0, 0.0);
+        std::sync::Arc::make_mut(&mut scene.meshes)[0].primitives[0].indices.clear();
+        let packed = packed(&scene, 0.0);
+        assert_eq!((packed.triangles(), packed.bytes().len(), packed.rows[0]), (0, 64, [0, 1, 1, 0]));
+    }
+
+    #[test]
+    fn a_scene_that_is_too_large_says_what_it_needs() {
+        let scene = scene(10, 0, 0.0);
+        let needed = 16 * (1 + 2 * 19 + 3 * 10);
+        let error = PackedScene::new(&scene, &scene.rest_pose(), needed - 1).unwrap_err();
+        assert_eq!(error, TooLarge { triangles: 10, needed, max: needed - 1 });
+        assert!(PackedScene::new(&scene, &scene.rest_pose(), needed).is_ok());
+    }
+
+    #[test]
+    fn nodes_have_the_bytes_that_shaders_read() {
+        let packed = packed(&scene(2, 0, 0.0), 0.0);
+        let nodes: &[Node] = cast_slice(&packed.rows[1..packed.first]);
+        assert_eq!(nodes.len(), 3);
+        assert_eq!((nodes[0].exit, nodes[0].triangle), (7, u32::MAX));
+        assert_eq!((nodes[1].exit, nodes[2].exit), (5, 7));
+    }
+}

@@ -514,7 +514,7 @@ fn weights_of_morph_targets_follow_their_keys() {
 
 /// The texels of an image file, as a scene has them.
 fn texels(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
-    let image = Document::pictured(bytes).load().unwrap().images.swap_remove(0);
+    let image = Document::pictured(bytes).load().unwrap().images[0].clone();
     (image.width, image.height, image.rgba)
 }
 

@@ -47,7 +47,7 @@ fn every_own_scene_has_camera_lights_and_things_in_view() {
 #[test]
 fn faces_of_own_scenes_turn_the_way_their_normals_point() {
     for (path, scene) in scenes() {
-        for mesh in &scene.meshes {
+        for mesh in scene.meshes.iter() {
             for primitive in &mesh.primitives {
                 let corner = |index: u32| Vec3::from(primitive.positions[index as usize]);
                 let normal = |index: u32| Vec3::from(primitive.normals[index as usize]);

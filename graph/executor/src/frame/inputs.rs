@@ -91,8 +91,10 @@ pub(crate) fn provide(instantiated: &mut Instantiated, source: &dyn DrawSource) 
         };
         if let Some(error) = error {
             let declared = plan.pipeline.resource(resource.handle);
-            let diagnostic = Diagnostic::error(codes::IMPORT, declared.place, error).pointer(&declared.pointer);
-            return Err(diagnostic.help("switch the feature off that imports it, or give another with Executor::give"));
+            let diagnostic =
+                Diagnostic::error(codes::IMPORT, declared.place, error).pointer(&declared.pointer);
+            return Err(diagnostic
+                .help("switch the feature off that imports it, or give another with Executor::give"));
         }
         let provided = provided.ok().flatten();
         if resources.imports.buffer(import) != provided {

@@ -344,7 +344,8 @@ impl Instantiated {
                             // What stands for it may be larger, and shaders can ask for the length. A storage buffer of
                             // the host's is bound to its end, which 0 stands for.
                             let is_whole = planned.physical == Physical::Imported && *usage != Usage::Uniform;
-                            let all = IndexRange { first: 0, count: if is_whole { 0 } else { planned.bytes } };
+                            let all =
+                                IndexRange { first: 0, count: if is_whole { 0 } else { planned.bytes } };
                             Some(Bound::Buffer(buffer, named.range.bytes.unwrap_or(all)))
                         }))
                     }

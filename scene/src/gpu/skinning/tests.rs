@@ -141,8 +141,10 @@ fn joints_move_morphed_vertices_others_morph_in_place() {
         mesh.primitives.iter_mut().for_each(|one| one.targets = vec![target(one, [0.0, 0.5, 0.25])]);
     }
     morphed.nodes.iter_mut().filter(|node| node.mesh.is_some()).for_each(|node| node.weights = vec![2.0]);
-    for position in
-        Arc::make_mut(&mut modelled.meshes).iter_mut().flat_map(|mesh| &mut mesh.primitives).flat_map(|one| &mut one.positions)
+    for position in Arc::make_mut(&mut modelled.meshes)
+        .iter_mut()
+        .flat_map(|mesh| &mut mesh.primitives)
+        .flat_map(|one| &mut one.positions)
     {
         *position = [position[0], position[1] + 1.0, position[2] + 0.5];
     }
