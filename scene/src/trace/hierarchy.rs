@@ -1,15 +1,16 @@
 //! A bounding volume hierarchy over triangles.
 //!
-//! It is built top-down: of 16 bins along each axis the split with the least surface area (I. Wald, "On fast Construction of
-//! SAH-based Bounding Volume Hierarchies", 2007). A leaf is one triangle. Nodes lie in depth-first order, and each names the
-//! node that follows its subtree, so that a ray needs no stack: it goes on to the next node if it meets a box, else to that
-//! one. Both are behind the node, so a walk ends after at most as many steps as there are nodes.
+//! It is built top-down: of 16 bins along each axis the split with the least surface area (I. Wald, "On fast
+//! Construction of SAH-based Bounding Volume Hierarchies", 2007). A leaf is one triangle. Nodes lie in depth-first
+//! order, and each names the node that follows its subtree. So a ray needs no stack: it goes on to the next node if it
+//! meets a box, else to that one. Both are behind the node, so a walk takes at most as many steps as there are nodes.
 //!
-//! A hierarchy that is refitted keeps its order. If triangles moved so far apart that its boxes have twice the surface of
-//! when it was built, it is built anew.
+//! A hierarchy that is refitted keeps its order. If the boxes grew to twice their surface since it was built, it is
+//! built anew.
 //!
 //! Bounds: below [`MAX_SAH_DEPTH`] levels a node is split in the middle of its triangles, so `n` triangles take
-//! O(n log n) steps, however they lie. A triangle with a coordinate that is not finite has an empty box, which no ray meets.
+//! O(n log n) steps, however they lie. A triangle with a coordinate that is not finite has an empty box, which no ray
+//! meets.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
@@ -188,8 +189,8 @@ impl Hierarchy {
     }
 }
 
-/// Sorts a part so that the split with the least surface area falls behind its first triangles, whose number is returned;
-/// `None` if all middles are the same.
+/// Sorts a part by the split with the least surface area, and returns the number of triangles before it; `None` if all
+/// middles are the same.
 fn split_by_area(part: &mut [u32], boxes: &[Box32], middles: &[Vec3]) -> Option<usize> {
     let mut low = Vec3::MAX;
     let mut high = Vec3::MIN;

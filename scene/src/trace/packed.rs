@@ -6,13 +6,13 @@
 //! |---|---|
 //! | 1 | number of nodes, row of the first triangle, row of the first texel, number of triangles |
 //! | 2 for each node | minimum of the box, row of the node to go on with; maximum, triangle of a leaf |
-//! | 3 for each triangle | corners in the world; in the fourth words flags, the row of its texture coordinates, that of its mask |
+//! | 3 for each triangle | corners in the world; in the fourth words flags, row of its texture coordinates, row of its mask |
 //! | 2 for each masked triangle | six texture coordinates |
 //! | 2 for each masked draw | first texel, width, height, sampling; factor of alpha, cutoff |
 //! | the rest | alpha of the base level of masks, four texels to a word |
 //!
-//! Triangles are those of the finest level of detail, without blended materials. A scene takes 112 bytes for each triangle,
-//! 32 more for one with a mask, and one for each texel of a mask.
+//! Triangles are those of the finest level of detail, without blended materials. A triangle takes 112 bytes, one with
+//! a mask 144, and a texel of a mask one.
 //!
 //! Blended draws are left out, and masked ones without a picture are either there or not.
 

@@ -187,8 +187,6 @@ pub const VARIANTS: &[Variant] = &[
     ),
     variant(["umbra", "courtyard", "whole_range"], &[], &[("whole_range", "true")]),
     variant(["umbra", "interior", "hard"], &[], &[("light_filter", "\"hard\"")]),
-    variant(["umbra", "figure", "rays"], &[], &[("light_filter", "\"rays\"")]),
-    variant(["umbra", "foliage", "hybrid"], &[("ray_samples", "8")], &[("light_filter", "\"hybrid\"")]),
     variant(["umbra", "interior", "deferred"], &[], &[("deferred", "true")]),
     variant(["umbra", "figure", "spheres"], &[("fit", "\"sphere\"")], &[("msaa", "true")]),
     variant(
