@@ -399,8 +399,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_without_area_or_with_huge_corners_are_kept_out_of_the_way() {
-        // Beyond 32 bits once the node has scaled it.
+    fn bad_triangles_are_packed_as_finite_numbers() {
         let mut scene = scene(3, 0, 1.0);
         let positions = &mut std::sync::Arc::make_mut(&mut scene.meshes)[0].primitives[0].positions;
         positions[2] = [0.0, f32::NAN, 1.0];
