@@ -128,7 +128,8 @@ fn rays_draw_the_masks_of_the_other_tracers_scenes() {
 fn bulging_net() -> Scene {
     let mut scene = scene(&root().join("examples/scenes/figure.glb"));
     let side = 16;
-    let texel = |at: u32| [200, 180, 90, if (at % side / 4 + at / side / 4) % 2 == 0 { 255 } else { 0 }];
+    let texel =
+        |at: u32| [200, 180, 90, if (at % side / 4 + at / side / 4).is_multiple_of(2) { 255 } else { 0 }];
     let rgba = (0..side * side).flat_map(texel).collect();
     Arc::make_mut(&mut scene.images).push(Image { name: String::new(), width: side, height: side, rgba });
     scene.textures.push(Texture { image: scene.images.len() - 1, sampler: Sampler::default() });

@@ -68,7 +68,7 @@ impl<'a> Words<'a> {
                 // A name of the user's own stands between.
                 "additionalProperties" => self.walk(rule, &format!("{}.*", below.trim_end_matches(".*"))),
                 "allOf" | "anyOf" | "oneOf" | "items" | "prefixItems" | "then" | "else" => {
-                    self.walk(rule, below)
+                    self.walk(rule, below);
                 }
                 _ => {}
             }
