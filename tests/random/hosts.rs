@@ -1,6 +1,6 @@
 //! Hosts that do anything: random live values, toggles, sizes and imports, on wgpu's backend without a driver.
 //!
-//! What a host gives may be wrong, and is an error value then. A frame with all that is right succeeds, whatever came
+//! A host may give something wrong, and gets an error value then. A frame with all that is right succeeds, whatever came
 //! before it, and wgpu has nothing to say.
 
 use std::sync::{Arc, Mutex};

@@ -18,7 +18,7 @@ const MISTAKES: &[Mistake] = &[
     Mistake("01-smallest", "rgba8unorm", "rgba8unrom", "UG0322", "rgba8unrom", "rgba8unorm"),
     Mistake("01-smallest", "\"lifetime\": \"imported\"", "\"lifetime\": \"import\"", "UG0107", "import", "imported"),
     Mistake("01-smallest", "\"=viewport\"", "\"=vieport\"", "UG0311", "vieport", "viewport"),
-    Mistake("01-smallest", "\"format\": 1", "\"format\": 2", "UG0108", "2", "1"),
+    Mistake("01-smallest", "\"format\": 1", "\"format\": 2", "UG0110", "2", "1"),
     Mistake("01-smallest", ", \"lifetime\": \"imported\"", "", "UG0407", "fill", "imported"),
     Mistake("01-smallest", "\"name\": \"smallest\",", "\"name\": \"smallest\"", "UG0101", "", ","),
     Mistake("02-resources", "\"source\": \"&kept\"", "\"sorce\": \"&kept\"", "UG0603", "sorce", "source"),
