@@ -245,7 +245,7 @@ impl Session {
     /// [`Cancel::set`](crate::Cancel::set).
     pub fn definition(&mut self, cursor: &Cursor<'_>) -> Result<Vec<Span>, Cancelled> {
         let found = self.around(cursor, |context| {
-            if let Some((id, _)) = declaration_at(context) {
+            if let Some(id) = declared_at(context) {
                 return Some((vec![context.model.declaration(id).place], None));
             }
             Some(definition_besides(context))
@@ -263,7 +263,7 @@ impl Session {
     /// [`Cancel::set`](crate::Cancel::set).
     pub fn references(&mut self, cursor: &Cursor<'_>) -> Result<Vec<Span>, Cancelled> {
         let found = self.around(cursor, |context| {
-            let (id, _) = declaration_at(context)?;
+            let id = declared_at(context)?;
             let uses = context.model.uses_of(id).map(|one| one.place);
             let mut places = vec![context.model.declaration(id).place];
             places.extend(uses);
@@ -305,6 +305,23 @@ fn declaration_at(context: &Context<'_>) -> Option<(Id, Span)> {
     let uses = context.model.uses_of(id).map(|one| one.place);
     let places = uses.chain([context.model.declaration(id).place]).filter(is_here);
     Some((id, places.min_by_key(|place| place.end - place.start)?))
+}
+
+/// The declaration whose name stands at the cursor, also where a file that is laid over this one declares it again.
+fn declared_at(context: &Context<'_>) -> Option<Id> {
+    declaration_at(context).map(|(id, _)| id).or_else(|| {
+        let site = context.site();
+        let Spot::Key { entry: Some(entry), .. } = &site.spot else { return None };
+        let kind = match context.position(&site).way.as_slice() {
+            ["parameters"] => DeclarationKind::Parameter,
+            ["features"] => DeclarationKind::Feature,
+            ["derived"] => DeclarationKind::Derived,
+            ["resources"] => DeclarationKind::Resource,
+            ["passes"] => DeclarationKind::Pass,
+            _ => return None,
+        };
+        context.model.find(kind, &entry.key)
+    })
 }
 
 /// The answer of [`why`] about a declaration.
