@@ -37,7 +37,8 @@ export class Details {
       if (number !== this.#number) return;
       const is_drawn = found && own?.is_on !== false;
       this.parent.replaceChildren(...(is_drawn ? this.#pass(found, own, slots) : this.#absent(own, slots)));
-      if (is_drawn) this.#contents(found.writes, found.name);
+      const colors = found?.attachments.filter(({ kind }) => kind.startsWith("color")).map(({ resource }) => resource) ?? [];
+      if (is_drawn) this.#contents([...new Set([...colors, ...found.writes])], found.name);
     } else if (found && kind === "resource") {
       this.parent.replaceChildren(...this.#resource(found));
       this.#contents([found.name]);
@@ -46,16 +47,22 @@ export class Details {
     }
   }
 
-  /** The contents of textures that are drawn, the first at once. */
+  /** The contents of textures that are drawn, the first at once, others when they are asked for. */
   #contents(names, after) {
     const { shows, report } = this.#graph;
-    const textures = report.resources.filter((one) => names.includes(one.name) && one.kind === "texture" && one.live);
+    const found = names.map((name) => report.resources.find((one) => one.name === name));
+    const textures = found.filter((one) => one?.kind === "texture" && one.live);
     if (!shows.is_drawn() || !textures.length) return;
-    textures.slice(0, 1).forEach((one) => {
-      const contents = new Contents(shows, one.name, one.written_in.map((column) => report.passes[column].name), after);
-      this.parent.append(contents.element);
-      contents.show();
-    });
+    const made = (one) => new Contents(shows, one.name, one.written_in.map((column) => report.passes[column].name), after);
+    const [first, ...others] = textures;
+    const contents = made(first);
+    const buttons = others.map((one) => button(`Contents of ${one.name}`, (event) => {
+      const other = made(one);
+      event.target.replaceWith(other.element);
+      other.show();
+    }));
+    this.parent.append(contents.element, ...buttons);
+    contents.show();
   }
 
   #links(kind, names) {
