@@ -9,12 +9,13 @@ use umbragraph::low_level::expression::Value;
 use umbragraph::low_level::shader::TargetProfile;
 use umbragraph::scene::Scene;
 use umbragraph::scene::gpu::SceneResources;
-use umbragraph::{Executor, Frame, Library, Options, Pipeline, Plan};
+use umbragraph::{Executor, Frame, Library, Options, Pipeline};
 use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
 
-use crate::common::gpu::{import_on, scene};
+use crate::common::gpu::scene;
 use crate::common::root;
+use crate::random_pipelines::imports;
 
 /// Steps in ordinary tests.
 const STEPS: usize = 300;
@@ -173,19 +174,6 @@ fn wrong(
             imports[at].1 = gone;
         }
     }
-}
-
-/// A texture for each of the host's own.
-fn imports(device: &wgpu::Device, plan: &Plan) -> Vec<(String, wgpu::Texture)> {
-    let is_import = |name: &&String| {
-        let resource = &plan.resources[*name];
-        resource.format.is_some() && resource.lifetime == umbragraph::low_level::language::Lifetime::Imported
-    };
-    plan.resources
-        .keys()
-        .filter(is_import)
-        .map(|name| (name.clone(), import_on(device, plan, name)))
-        .collect()
 }
 
 #[test]

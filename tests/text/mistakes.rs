@@ -141,3 +141,18 @@ fn what_authors_get_wrong_is_named_where_it_is_with_a_way_out() {
     assert!(MISTAKES.len() >= 60);
     assert!(short.is_empty(), "{} fall short:\n{}", short.len(), short.join("\n"));
 }
+
+/// The words of a feature's enumeration, on the command line: the one that was meant, or all of them.
+#[test]
+fn a_word_that_a_feature_does_not_have_leads_to_those_it_has() {
+    for (value, way_out) in [
+        ("\"ray\"", "did you mean \"rays\"?"),
+        ("\"nothing\"", "known are hard, grid_pcf, poisson9, poisson16, poisson64, vogel, pcss, hybrid and rays"),
+        ("3", "its words are hard, grid_pcf, poisson9"),
+    ] {
+        let features = &[("light_filter", value)];
+        let path = "pipelines/awsm.json";
+        let outcome = check_with(path, &read(path), &With { features, ..With::default() });
+        assert!(outcome.text().contains(way_out), "{value}: {}", outcome.text());
+    }
+}

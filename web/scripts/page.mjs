@@ -51,7 +51,7 @@ const steps = {
     assert.ok(shown.colors > 100, `the contents of ${shown.of} have ${shown.colors} colors`);
     await picture.hover({ position: { x: 40, y: 40 } });
     await page.waitForFunction(() => /^\d+, \d+: [-\d.e]+/.test(document.querySelector("#graph .contents output").textContent), null, WAIT);
-    await page.locator("#graph .contents select").first().selectOption({ index: 0 });
+    await page.locator("#graph .contents select").first().selectOption("color");
     await page.waitForFunction((of) => document.querySelector("#graph .contents canvas").dataset.shows !== of, shown.of, WAIT);
     await page.click("#tab-frame");
   },

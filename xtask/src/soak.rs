@@ -71,16 +71,8 @@ pub(crate) fn run(options: &Options) -> Result<bool, String> {
             let at_most = |most: u64| options.seconds.map_or(most, |seconds| seconds.min(most));
             println!("\n==> a long run: UMBRAGRAPH_SEED={seed}");
             let mut command = process::program("cargo");
-            command.args([
-                "test",
-                "--package",
-                "umbragraph",
-                "--test",
-                "device",
-                "--",
-                "a_long_run",
-                "--nocapture",
-            ]);
+            command.args(["test", "--workspace", "--features", "umbragraph/watch", "--test", "device"]);
+            command.args(["--", "a_long_run", "--nocapture"]);
             command.env("UMBRAGRAPH_SEED", seed.to_string());
             command.env("UMBRAGRAPH_LONG_RUN", at_most(LONG_SECONDS).to_string());
             if !process::cargo(&mut command)? {

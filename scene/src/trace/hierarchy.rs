@@ -2,8 +2,9 @@
 //!
 //! It is built top-down: of 16 bins along each axis the split with the least surface area (I. Wald, "On fast
 //! Construction of SAH-based Bounding Volume Hierarchies", 2007). A leaf is one triangle. Nodes lie in depth-first
-//! order, and each names the node that follows its subtree. So a ray needs no stack: it goes on to the next node if it
-//! meets a box, else to that one. Both are behind the node, so a walk takes at most as many steps as there are nodes.
+//! order, and each has the index of the first node after its subtree, its exit. A ray that meets the box of a node goes
+//! on to the next node; a ray that misses it goes on to the exit. This needs no stack. Both lie behind the node, so a walk
+//! takes at most as many steps as there are nodes.
 //!
 //! A hierarchy that is refitted keeps its order. If the boxes grew to twice their surface since it was built, it is
 //! built anew.
@@ -69,7 +70,7 @@ impl Box32 {
     }
 }
 
-/// A node: a box, and where a ray goes on from it. Its bytes are those that shaders read.
+/// A box with the node that follows its subtree. Shaders read it as it lies in memory.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Node {
@@ -160,7 +161,7 @@ impl Hierarchy {
         self.area = self.surface();
     }
 
-    /// Fits the boxes to those of the triangles, children before parents.
+    /// Computes all boxes from those of the triangles: leaves first, the root last.
     fn fit(&mut self, boxes: &[Box32]) {
         for at in (0..self.nodes.len()).rev() {
             let node = self.nodes[at];
@@ -178,7 +179,7 @@ impl Hierarchy {
         self.nodes.iter().map(|node| node.bounds().area()).sum()
     }
 
-    /// Follows triangles that have moved. Their number is that of the build.
+    /// Takes new boxes of the same triangles, after they have moved.
     pub fn refit(&mut self, boxes: &[Box32]) -> Refit {
         self.fit(boxes);
         if self.surface() <= MAX_GROWTH * self.area {

@@ -25,7 +25,7 @@ use umbragraph::low_level::pipeline::{Overrides, TypedPipeline};
 use umbragraph::low_level::shader::permutations::{self, Request};
 use umbragraph::low_level::shader::{TargetProfile, TemplateSet};
 use umbragraph::low_level::source::Sources;
-use umbragraph_test_support::gpu::{self, Gpu};
+use umbragraph_test_support::gpu;
 use umbragraph_test_support::property;
 use umbragraph_test_support::random::Random;
 
@@ -124,9 +124,9 @@ fn what_wgpu_rejects_of_random_pipelines_check_rejects() {
 }
 
 /// A texture for each of the host's own.
-fn imports(gpu: &Gpu, plan: &Plan) -> Vec<(String, wgpu::Texture)> {
+pub(crate) fn imports(device: &wgpu::Device, plan: &Plan) -> Vec<(String, wgpu::Texture)> {
     let more = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING;
-    let texture = |name| imported_texture(&gpu.device, plan, name, more);
+    let texture = |name| imported_texture(device, plan, name, more);
     plan.resources.keys().filter_map(|name| Some((name.clone(), texture(name)?))).collect()
 }
 
@@ -145,7 +145,7 @@ fn random_pipelines_draw_as_the_simulation_says() {
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let plan = outcome.checked.plan.as_ref().expect("a plan");
         let mut executor = executor(&gpu, plan, None);
-        let textures = imports(&gpu, plan);
+        let textures = imports(&gpu.device, plan);
         let imports: Vec<_> = textures.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         executor

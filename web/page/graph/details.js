@@ -47,21 +47,15 @@ export class Details {
     }
   }
 
-  /** The contents of textures that are drawn, the first at once, others when they are asked for. */
+  /** The contents of those of some resources that are textures and drawn. */
   #contents(names, after) {
     const { shows, report } = this.#graph;
     const found = names.map((name) => report.resources.find((one) => one.name === name));
-    const textures = found.filter((one) => one?.kind === "texture" && one.live);
+    const textures = found.filter((one) => one?.kind === "texture" && one.live)
+      .map(({ name, written_in }) => ({ name, writers: written_in.map((column) => report.passes[column].name) }));
     if (!shows.is_drawn() || !textures.length) return;
-    const made = (one) => new Contents(shows, one.name, one.written_in.map((column) => report.passes[column].name), after);
-    const [first, ...others] = textures;
-    const contents = made(first);
-    const buttons = others.map((one) => button(`Contents of ${one.name}`, (event) => {
-      const other = made(one);
-      event.target.replaceWith(other.element);
-      other.show();
-    }));
-    this.parent.append(contents.element, ...buttons);
+    const contents = new Contents(shows, textures, after);
+    this.parent.append(contents.element);
     contents.show();
   }
 

@@ -12,8 +12,8 @@ use super::graph::{Graph, one};
 use crate::graph::edit::Item;
 use crate::graph::model::{DeclarationKind, Id};
 
-/// Keys of a resource that say whose it is and how long it lives.
-const OWN: [&str; 4] = ["lifetime", "frames", "initial", "exposed"];
+/// Keys that say what a resource is for, whose it is and how long it lives.
+const OWN: [&str; 5] = ["description", "lifetime", "frames", "initial", "exposed"];
 
 impl Graph<'_, '_> {
     pub(super) fn declare(&self, like: Option<&str>) -> Changes {

@@ -119,10 +119,8 @@ pub(crate) fn features(
         let (value, place) = match decode(value) {
             Ok(value) => (value, place),
             Err(errors) => {
-                let help = "features are booleans, or words of their enumeration";
-                let errors = errors.into_iter().map(|one| one.help(help));
-                let declared = "the feature is declared here";
-                diagnostics.extend(errors.map(|one| one.related(entry.key_span, declared)));
+                let declared = |one: Diagnostic| one.related(entry.key_span, "the feature is declared here");
+                diagnostics.extend(errors.into_iter().map(declared));
                 let Ok(value) = decode(default) else { continue };
                 (value, default_place)
             }
@@ -532,9 +530,12 @@ pub(crate) fn decode_feature(
             Err(vec![document::schema::unknown_word(value, &words(&declaration.values))])
         }
         (kind, _) => {
-            let wanted = if kind == FeatureType::Bool { "a boolean" } else { "a word" };
+            let (wanted, help) = match kind {
+                FeatureType::Bool => ("a boolean", "write true or false".to_owned()),
+                FeatureType::Enum => ("a word", format!("its words are {}", list_of(words(&declaration.values)))),
+            };
             let message = format!("the feature \"{name}\" is {wanted}, this is {}", value.kind_name());
-            Err(vec![Diagnostic::error(codes::SETTING_TYPE, value.span, message)])
+            Err(vec![Diagnostic::error(codes::SETTING_TYPE, value.span, message).help(help)])
         }
     }
 }
