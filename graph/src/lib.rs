@@ -55,7 +55,8 @@ pub mod draw {
 pub mod pipeline {
     pub use umbragraph_pipeline::pipeline::*;
     pub use umbragraph_tools::{
-        AxisProduct, Configuration, Configurations, Cover, MAX_CONFIGURATIONS, Reached, ReachedProgram, reach,
+        AxisProduct, Configuration, Configurations, Cover, MAX_CONFIGURATIONS, Reached, ReachedProgram,
+        Surveyed, reach,
     };
 }
 

@@ -147,7 +147,10 @@ fn what_authors_get_wrong_is_named_where_it_is_with_a_way_out() {
 fn a_word_that_a_feature_does_not_have_leads_to_those_it_has() {
     for (value, way_out) in [
         ("\"ray\"", "did you mean \"rays\"?"),
-        ("\"nothing\"", "known are hard, grid_pcf, poisson9, poisson16, poisson64, vogel, pcss, hybrid and rays"),
+        (
+            "\"nothing\"",
+            "known are hard, grid_pcf, poisson9, poisson16, poisson64, vogel, pcss, hybrid, rays",
+        ),
         ("3", "its words are hard, grid_pcf, poisson9"),
     ] {
         let features = &[("light_filter", value)];

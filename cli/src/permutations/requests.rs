@@ -1,13 +1,14 @@
 //! The variants to prove: what the configurations of pipelines reach, or all that templates can express.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::low_level::compiler::PlanOptions;
 use umbragraph::low_level::document::Document;
-use umbragraph::low_level::pipeline::{self, Configurations, Overrides};
-use umbragraph::low_level::shader::TargetProfile;
+use umbragraph::low_level::pipeline::{self, Configurations, Overrides, Surveyed};
 use umbragraph::low_level::shader::permutations::Request;
+use umbragraph::low_level::shader::{ShaderCache, TargetProfile};
 use umbragraph::low_level::source::Span;
 
 use super::shard::{self, Owned};
@@ -31,6 +32,7 @@ pub(super) fn requests(
     let shares = arguments.shard.map(|shard| (shard, shard.pieces(&costs(arguments, session, &asked))));
     let mut pieces = shares.iter().flat_map(|(_, pieces)| pieces);
     let bar = Bar::of_pipelines(arguments.pipelines.len());
+    let mut shaders: Option<Arc<ShaderCache>> = None;
     for (at, path) in arguments.pipelines.iter().enumerate() {
         bar.step(at, path);
         let Some(loaded) = session.open(path, &arguments.files.extension) else { continue };
@@ -56,14 +58,16 @@ pub(super) fn requests(
             } else {
                 Configurations::all(understood, &session.templates, first)
             };
-            let mut judge = dry_run(first);
-            let reached = pipeline::reach(
-                understood,
-                &options,
-                (&configurations, &mut judge),
-                session.sources(),
-                &mut diagnostics,
-            );
+            let before = shaders.take().filter(|one| Arc::ptr_eq(one.templates(), &session.templates));
+            let own = Arc::new(match before {
+                Some(before) => ShaderCache::beside(&before, first),
+                None => ShaderCache::of_survey(&session.templates, first),
+            });
+            let surveyed =
+                Surveyed { configurations: &configurations, shaders: &own, judge: &mut dry_run(first) };
+            let reached =
+                pipeline::reach(understood, &options, surveyed, session.sources(), &mut diagnostics);
+            shaders = Some(own);
             session.add_new(diagnostics);
             // The counts are those of the first profile.
             if std::mem::take(&mut is_first) {

@@ -10,9 +10,9 @@ use std::sync::Arc;
 use umbragraph::Plan;
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::low_level::compiler::PlanOptions;
-use umbragraph::low_level::pipeline::{self, Configurations, Overrides};
-use umbragraph::low_level::shader::TargetProfile;
+use umbragraph::low_level::pipeline::{self, Configurations, Overrides, Surveyed};
 use umbragraph::low_level::shader::permutations::Request;
+use umbragraph::low_level::shader::{ShaderCache, TargetProfile};
 
 use super::find::{self, TestFile};
 use crate::session::{Session, profiles};
@@ -33,10 +33,11 @@ pub(super) fn of_pipeline(
     let configurations = Configurations::all(understood, &session.templates, &profile);
     let mut diagnostics = Diagnostics::new();
     let mut accept = |_: &Arc<Plan>| Diagnostics::new();
+    let shaders = Arc::new(ShaderCache::of_survey(&session.templates, &profile));
     let reached = pipeline::reach(
         understood,
         &options,
-        (&configurations, &mut accept),
+        Surveyed { configurations: &configurations, shaders: &shaders, judge: &mut accept },
         session.sources(),
         &mut diagnostics,
     );

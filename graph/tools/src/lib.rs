@@ -17,6 +17,6 @@ pub mod why;
 pub use check::{CheckOptions, CheckReport, check, check_document, check_sharing};
 pub use configurations::{
     AxisProduct, Configuration, Configurations, Cover, Coverage, Examination, Judge,
-    MAX as MAX_CONFIGURATIONS, Reached, ReachedProgram, Verify, check_configurations, reach,
+    MAX as MAX_CONFIGURATIONS, Reached, ReachedProgram, Surveyed, Verify, check_configurations, reach,
 };
 pub use remarks::Remarks;

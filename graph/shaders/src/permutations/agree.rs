@@ -67,7 +67,10 @@ pub(super) fn disagreements(
             .collect();
         let mut said = BTreeSet::new();
         for (conflict, one, other) in conflicts(&members, &own) {
-            if !said.insert(conflict.message.clone()) {
+            // Two layouts can show the same, each from its side.
+            let mut words: Vec<String> = conflict.message.split(' ').map(str::to_owned).collect();
+            words.sort_unstable();
+            if !said.insert(words) {
                 continue;
             }
             let (one, other) = closest(&members, &own, &conflict, one, other);
@@ -128,7 +131,11 @@ fn conflicts<'a>(members: &[Member<'a>], own: &[&str]) -> Vec<(InterfaceConflict
         together.extend(others.flat_map(in_order));
         let (_, conflicts) = interface::unite(together.iter().map(|member| member.reflection.as_ref()));
         for conflict in conflicts {
-            if let (Some(one), Some(other)) = (together.get(conflict.first), together.get(conflict.second)) {
+            let pair = (together.get(conflict.first), together.get(conflict.second));
+            // Two that meet this layout need not meet each other.
+            if let (Some(one), Some(other)) = pair
+                && meet(&self::layout(one, own), &self::layout(other, own))
+            {
                 found.push((conflict, *one, *other));
             }
         }

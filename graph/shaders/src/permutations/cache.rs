@@ -3,16 +3,20 @@
 //! Configurations of one pipeline mostly want the same shaders, and so do pipelines that are loaded one after the
 //! other. Profiles share modules: one that is valid with few capabilities, and about which nothing is to be said, is
 //! the same for each profile that has these and more.
+//!
+//! A survey of all configurations asks for reflections alone, since a proof of all variants follows. For it a text is
+//! rendered once for the axes that it is rendered from, and compiled once for all values of its overrides.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use naga::valid::Capabilities;
 
 use super::declares;
+use crate::rendering::render;
 use crate::rendering::templates::TemplateSet;
 use crate::targets::profile::TargetProfile;
-use crate::variant::compile::{ShaderModule, compile};
+use crate::variant::compile::{self, Rendered, ShaderModule};
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
 type Made = Result<Arc<ShaderModule>, Vec<Diagnostic>>;
@@ -20,6 +24,15 @@ type Made = Result<Arc<ShaderModule>, Vec<Diagnostic>>;
 type Shared = BTreeMap<(String, AxisValues), Vec<(Capabilities, Arc<ShaderModule>)>>;
 /// Template, fixed values of axes, binding, member of it.
 type Question = (String, AxisValues, String, Option<String>);
+
+/// The texts of a survey.
+#[derive(Debug, Default)]
+struct Texts {
+    /// By template and values of the axes that are no overrides.
+    rendered: HashMap<(String, AxisValues), Arc<Rendered>>,
+    /// By the hash of the text, the capabilities with which each is valid beside it.
+    modules: HashMap<[u8; 32], Vec<(Capabilities, Arc<ShaderModule>)>>,
+}
 
 /// Shader modules by template and values of axes. Threads can share it.
 #[derive(Debug)]
@@ -30,19 +43,33 @@ pub struct ShaderCache {
     /// The modules of all profiles.
     shared: Arc<Mutex<Shared>>,
     declared: Arc<Mutex<BTreeMap<Question, Option<AxisValues>>>>,
+    /// The texts of all profiles, for a survey.
+    texts: Option<Arc<Mutex<Texts>>>,
 }
 
 impl ShaderCache {
     /// An empty cache.
     pub fn new(templates: &Arc<TemplateSet>, profile: &TargetProfile) -> Self {
         let (templates, profile) = (templates.clone(), profile.clone());
-        Self { templates, profile, made: Mutex::default(), shared: Arc::default(), declared: Arc::default() }
+        Self {
+            templates,
+            profile,
+            made: Mutex::default(),
+            shared: Arc::default(),
+            declared: Arc::default(),
+            texts: None,
+        }
+    }
+
+    /// An empty cache for a survey of configurations, whose variants are all proven afterwards.
+    pub fn of_survey(templates: &Arc<TemplateSet>, profile: &TargetProfile) -> Self {
+        Self { texts: Some(Arc::default()), ..Self::new(templates, profile) }
     }
 
     /// The modules of the same templates for another profile, which the two share as far as they can.
     pub fn beside(other: &Self, profile: &TargetProfile) -> Self {
-        let (shared, declared) = (other.shared.clone(), other.declared.clone());
-        Self { shared, declared, ..Self::new(&other.templates, profile) }
+        let (shared, declared, texts) = (other.shared.clone(), other.declared.clone(), other.texts.clone());
+        Self { shared, declared, texts, ..Self::new(&other.templates, profile) }
     }
 
     /// A cache that keeps the modules of unchanged templates from an earlier one. Rejections are made again: they may
@@ -77,7 +104,7 @@ impl ShaderCache {
     /// The module of a template with values of its axes.
     ///
     /// # Errors
-    /// As of [`compile`].
+    /// As of [`compile`](crate::compile).
     pub fn module(&self, template: &str, values: AxisValues) -> Made {
         let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         let key = (template.to_owned(), values);
@@ -92,7 +119,10 @@ impl ShaderCache {
         let module = match of_others {
             Some(known) => Ok(known),
             None => {
-                let new = compile(&self.templates, template, &key.1, &self.profile).map(Arc::new);
+                let new = match &self.texts {
+                    Some(texts) => self.surveyed(texts, template, &key.1),
+                    None => compile::compile(&self.templates, template, &key.1, &self.profile).map(Arc::new),
+                };
                 if let Some(new) = new.as_ref().ok().filter(|new| new.warnings.is_empty()) {
                     shared().entry(key.clone()).or_default().push((own, new.clone()));
                 }
@@ -101,6 +131,36 @@ impl ShaderCache {
         };
         made.insert(key, module.clone());
         module
+    }
+
+    /// The module of a text that is proven later.
+    fn surveyed(&self, texts: &Mutex<Texts>, template: &str, values: &AxisValues) -> Made {
+        let (templates, own) = (&self.templates, self.profile.capabilities);
+        let values = compile::complete(templates, template, values)?;
+        let read = compile::template_values(templates, template, &values);
+        let mut texts = texts.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = (template.to_owned(), read);
+        let rendered = match texts.rendered.get(&key) {
+            Some(known) => known.clone(),
+            None => {
+                let new = Arc::new(render::render(templates, template, &key.1)?);
+                texts.rendered.insert(key, new.clone());
+                new
+            }
+        };
+        let hash = *blake3::hash(rendered.0.wgsl.as_bytes()).as_bytes();
+        let known = texts.modules.entry(hash).or_default();
+        let of_text = known.iter().find(|(needed, one)| own.contains(*needed) && one.template == template);
+        let with_values = |(_, one): &(_, Arc<ShaderModule>)| compile::with_values(one, &values, &rendered.1);
+        if let Some(module) = of_text.and_then(with_values) {
+            return Ok(Arc::new(module));
+        }
+        let new = compile::of_rendered(templates, template, &values, &rendered, &self.profile)?;
+        let new = Arc::new(new);
+        if new.warnings.is_empty() {
+            known.push((own, new.clone()));
+        }
+        Ok(new)
     }
 
     /// The values with which some variant of a template in which these axes are fixed declares a binding, with a member

@@ -25,10 +25,10 @@ pub(super) struct Chosen {
 }
 
 impl Composition<'_> {
-    /// The texts that are to be proven next; none if all is known.
-    pub(super) fn choose(&mut self, exhaustive: bool) -> Chosen {
+    /// The texts that are to be proven next, of each `step`th text; none if all is known of these.
+    pub(super) fn choose(&mut self, exhaustive: bool, step: usize) -> Chosen {
         let (mut alone, mut open) = (Vec::new(), Vec::new());
-        for at in 0..self.texts.len() {
+        for at in (0..self.texts.len()).step_by(step) {
             if self.texts[at].state.is_settled {
                 continue;
             }

@@ -45,6 +45,9 @@ use crate::targets::profile::TargetProfile;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic, Place};
 use umbragraph_text::source::Span;
 
+/// The number of texts from which on a few are proven first.
+const MANY_TEXTS: usize = 1 << 10;
+
 /// A distinct text.
 pub(super) struct Text<'a> {
     pub(super) subject: Arc<Subject<'a>>,
@@ -192,17 +195,25 @@ impl<'a> Composition<'a> {
         self.explored.get(text.at.0).map_or("", |each| each.request.template.as_str())
     }
 
-    /// Proves as many texts as it takes to know of all.
+    /// Proves as many texts as it takes to know of all: first of a few, from which most functions of the others are known.
     pub(super) fn prove(&mut self, options: &Options<'_>) {
+        let steps: &[usize] = if self.texts.len() > MANY_TEXTS { &[64, 8, 1] } else { &[1] };
+        steps.iter().for_each(|step| self.prove_each(*step, options));
+    }
+
+    /// Proves as many texts as it takes to know of each `step`th.
+    fn prove_each(&mut self, step: usize, options: &Options<'_>) {
         loop {
-            let Chosen { of_units, alone } = self.choose(options.exhaustive);
+            let Chosen { of_units, alone } = self.choose(options.exhaustive, step);
             let of_units = of_units.into_iter().map(|at| (at, true));
             let chosen: Vec<(usize, bool)> =
                 of_units.chain(alone.into_iter().map(|at| (at, false))).collect();
             let settled = self.texts.iter().filter(|text| text.state.is_settled).count();
             let (done, count) = (AtomicUsize::new(settled), self.texts.len());
             if chosen.is_empty() {
-                (options.progress)(count, count);
+                if step == 1 {
+                    (options.progress)(count, count);
+                }
                 return;
             }
             let prove = |(at, is_of_units): &(usize, bool)| {

@@ -65,7 +65,7 @@ pub(crate) struct Text {
     /// All paths that lead to it.
     pub(crate) leaves: Vec<usize>,
     /// Its declarations; `None` for a text that is proven by itself.
-    pub(crate) declarations: Option<Box<[u32]>>,
+    pub(crate) declarations: Option<Arc<[u32]>>,
 }
 
 /// All paths and texts of one template.

@@ -35,10 +35,10 @@ impl Declarations {
     /// The declarations of a text, given those of the one `before`, and whether it can be proven by them: not if it
     /// declares a name twice, has a directive behind others or a declaration that says something of the whole, or is
     /// too large.
-    pub(super) fn of(&mut self, split: &Split, common: Common, before: &[Id]) -> (Box<[Id]>, bool) {
+    pub(super) fn of(&mut self, split: &Split, common: Common, before: &[Id]) -> (Arc<[Id]>, bool) {
         let new = split.ranges.len() - common.first - common.last;
         let ranges = split.ranges.iter().skip(common.first).take(new);
-        let found: Box<[Id]> = before[..common.first]
+        let found: Arc<[Id]> = before[..common.first]
             .iter()
             .copied()
             .chain(ranges.map(|range| self.id(&split.text[range.clone()])))

@@ -60,7 +60,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use cause::{Causes, Failure, Ground};
 use dead::Examined;
 pub(crate) use explore::Explorer;
-use interned::Declarations;
+use interned::{Declarations, Id};
 use proven::{Explored, Verdict};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 
@@ -147,22 +147,31 @@ fn explore<'a>(
         .filter(|_| can_be_joined)
         .map(|request| (request.template.as_str(), OnceLock::new()))
         .collect();
+    // Requests of one template mostly share texts.
+    let known_texts: Mutex<HashMap<[u8; 32], Arc<[Id]>>> = Mutex::default();
+    let known = || known_texts.lock().unwrap_or_else(PoisonError::into_inner);
     let work = |request: &&'a Request| {
         let space = Arc::new(space_of(templates, request)?);
         let parts = parts.get(request.template.as_str());
         let mut explorer =
             Explorer::new(templates, &request.template, &space, options.report_dead).of_parts(parts);
-        let (mut split, mut before) = (Split::default(), Box::default());
+        let (mut split, mut before) = (Split::default(), Arc::default());
         while !options.is_cancelled()
             && let Some(text) = explorer.next_text()
         {
             (options.progress)(0, texts.fetch_add(1, Ordering::Relaxed) + 1);
+            let Some(new) = explorer.exploration.texts.last_mut() else { continue };
+            if let Some(found) = known().get(&new.hash) {
+                new.declarations = Some(found.clone());
+                continue;
+            }
             let Some(common) = split.go_on(text) else { continue };
             let mut declarations = declarations.lock().unwrap_or_else(PoisonError::into_inner);
             let (found, can_be_taken_apart) = declarations.of(&split, common, &before);
             drop(declarations);
-            if let Some(known) = explorer.exploration.texts.last_mut().filter(|_| can_be_taken_apart) {
-                known.declarations = Some(found.clone());
+            if can_be_taken_apart {
+                known().insert(new.hash, found.clone());
+                new.declarations = Some(found.clone());
             }
             before = found;
         }

@@ -84,7 +84,7 @@ fn values_of(exploration: &Exploration) -> BTreeMap<String, BTreeSet<AxisValue>>
 /// Hashes of the distinct declarations; they do not depend on the order in which threads found them.
 fn declarations_of(exploration: &Exploration, declarations: &Declarations) -> BTreeSet<u64> {
     let ids: BTreeSet<Id> =
-        exploration.texts.iter().flat_map(|text| text.declarations.iter().flatten()).copied().collect();
+        exploration.texts.iter().filter_map(|text| text.declarations.as_deref()).flatten().copied().collect();
     let all = ids.into_iter().filter_map(|id| declarations.all.get(id as usize));
     let hash = |text: &str| blake3::hash(text.as_bytes()).as_bytes().first_chunk().copied();
     all.filter_map(|declared| hash(&declared.text)).map(u64::from_le_bytes).collect()

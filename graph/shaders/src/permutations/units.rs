@@ -20,7 +20,6 @@ use super::overrides;
 use crate::axes::Axes;
 use crate::reflection::{Binding, EntryPoint, Reflection};
 use crate::rules::summary::Summary;
-use crate::rules::uniform_branches::Branches;
 use crate::written::declarations::Kind;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
@@ -343,18 +342,5 @@ impl Units {
     pub(super) fn position(&self, declarations: &Declarations, text: &[Id], unit: Id) -> Option<usize> {
         let name = self.all.get(unit as usize)?.name?;
         text.iter().position(|id| declarations.all[*id as usize].name == Some(name))
-    }
-
-    /// The functions among units with branches that matter: name and branches of each.
-    pub(super) fn branches<'u>(
-        &'u self,
-        declarations: &'u Declarations,
-        units: &'u [Id],
-    ) -> impl Iterator<Item = (Id, (&'u str, &'u Branches))> {
-        units.iter().filter_map(|id| {
-            let unit = &self.all[*id as usize];
-            let branches = Some(&unit.summary.as_ref()?.branches).filter(|branches| !branches.is_empty())?;
-            Some((*id, (declarations.name(unit.name?), branches)))
-        })
     }
 }

@@ -7,16 +7,25 @@ use super::Options;
 use super::cause::Failure;
 use super::compose::{Composition, Text};
 use super::failure::place_rejection;
+use super::interned::Id;
 use super::proven::{Explored, Verdict};
 use super::units::{Profiles, Refusal, bit};
 use crate::codes;
-use crate::rules::uniform_branches;
+use crate::rules::uniform_branches::{self, Branches};
 use crate::targets::profile::TargetProfile;
 use crate::written::declarations;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 
-/// Advice about branches, where functions come together: by units.
-type Advised = HashMap<Vec<u32>, Vec<(u32, usize)>>;
+/// Advice about branches, where functions come together.
+#[derive(Default)]
+struct Advised<'u> {
+    /// Functions that are alike in it: by name and branches.
+    kinds: HashMap<(Id, &'u Branches), u32>,
+    /// The kind of each unit that is a function with branches.
+    kind_of: HashMap<u32, Option<u32>>,
+    /// By sorted kinds: the position of a function among them, and the index of its condition.
+    found: HashMap<Vec<u32>, Vec<(usize, usize)>>,
+}
 
 impl<'a> Composition<'a> {
     /// The bits of the profiles of a request.
@@ -55,7 +64,7 @@ impl<'a> Composition<'a> {
 
     /// The failures of the texts of each request.
     pub(super) fn failures(&self) -> Vec<Vec<Failure>> {
-        let (mut advised, mut advice) = (Advised::new(), HashMap::new());
+        let (mut advised, mut advice) = (Advised::default(), HashMap::new());
         let of = |each: &Explored<'a>| {
             let mut found: BTreeMap<Blamed, (Refusal, BTreeSet<usize>)> = BTreeMap::new();
             let wanted = self.wanted(each);
@@ -97,20 +106,35 @@ impl<'a> Composition<'a> {
     }
 
     /// The branches of a text whose condition depends on uniforms alone: unit, and index of the condition.
-    fn conditions(&self, units: &[u32], known: &mut Advised) -> Vec<(u32, usize)> {
-        let known_units = &self.units.all;
-        let branches = |unit: &&u32| {
-            let summary = known_units[**unit as usize].summary.as_ref();
-            summary.is_some_and(|summary| !summary.branches.is_empty())
+    fn conditions<'u>(&'u self, units: &[u32], known: &mut Advised<'u>) -> Vec<(u32, usize)> {
+        let Advised { kinds, kind_of, found } = known;
+        let mut kind = |unit: u32| {
+            let new = || {
+                let of = self.units.all.get(unit as usize)?;
+                let branches = &of.summary.as_ref()?.branches;
+                let next = kinds.len() as u32;
+                (!branches.is_empty())
+                    .then(|| *kinds.entry((of.name.unwrap_or(Id::MAX), branches)).or_insert(next))
+            };
+            *kind_of.entry(unit).or_insert_with(new)
         };
-        let mut key: Vec<u32> = units.iter().filter(branches).copied().collect();
-        key.sort_unstable();
+        let mut functions: Vec<(u32, u32)> =
+            units.iter().filter_map(|unit| Some((kind(*unit)?, *unit))).collect();
+        functions.sort_unstable();
         let work = || {
-            let (ids, functions): (Vec<u32>, Vec<_>) = self.units.branches(&self.declarations, units).unzip();
-            let decided = uniform_branches::decided(&functions).into_iter();
-            decided.filter_map(|(function, at)| Some((*ids.get(function)?, at))).collect()
+            let branches = functions.iter().filter_map(|(_, unit)| self.branches(*unit));
+            let branches: Vec<(&str, &Branches)> = branches.collect();
+            uniform_branches::decided(&branches).into_iter().collect()
         };
-        known.entry(key).or_insert_with(work).clone()
+        let key = functions.iter().map(|(kind, _)| *kind).collect();
+        let found: &Vec<(usize, usize)> = found.entry(key).or_insert_with(work);
+        found.iter().filter_map(|(at, condition)| Some((functions.get(*at)?.1, *condition))).collect()
+    }
+
+    /// The name and the branches of a function.
+    fn branches(&self, unit: u32) -> Option<(&str, &Branches)> {
+        let unit = self.units.all.get(unit as usize)?;
+        Some((self.declarations.name(unit.name?), &unit.summary.as_ref()?.branches))
     }
 
     /// The advice about a condition, as a text shows it.

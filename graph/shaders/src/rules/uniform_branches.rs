@@ -32,7 +32,7 @@ const UNIFORM: Sources = 1;
 const OTHER: Sources = 2;
 
 /// Something that a function leaves open.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 enum Open {
     Argument(u32),
     /// The result of the function of this name.
@@ -40,7 +40,7 @@ enum Open {
 }
 
 /// The dependencies of a value.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 struct Dependencies {
     known: Sources,
     /// Bits of what its function leaves open.
@@ -62,7 +62,7 @@ impl Dependencies {
 }
 
 /// The branches of a function, and what it passes on.
-#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Branches {
     /// The values that are left open, by bits of dependencies.
     open: Vec<Open>,

@@ -476,6 +476,34 @@ fn variants_agree_on_bindings_unless_an_axis_picks_the_layout() {
 }
 
 #[test]
+fn variants_that_read_no_layout_axis_agree_with_each_layout() {
+    // Without maps nothing depends on how they are stored, so that both layouts stand beside the variant without maps.
+    let main = "{% if maps %}{% if packed %}@group(0) @binding(0) var image: texture_2d<u32>;\n\
+                {% else %}@group(0) @binding(0) var image: texture_2d<f32>;\n{% endif %}{% endif %}\
+                @group(0) @binding(1) var other: texture_2d<{{ 'u32' if not maps and wide else 'f32' }}>;\n\
+                @fragment fn main() -> @location(0) vec4<f32> {\
+                 return vec4<f32>(f32(textureLoad(other, vec2<i32>(), 0).x)\
+                 {% if maps %} + f32(textureLoad(image, vec2<i32>(), 0).x){% endif %}); }\n";
+    let lines = |wide: bool| {
+        let axes = format!(
+            r#"{{ "axes": {{ "maps": {{ "type": "bool", "default": true }},
+                "wide": {{ "type": "bool", "default": {wide} }},
+                "packed": {{ "type": "bool", "default": false, "own_layout": true }} }} }}"#
+        );
+        let fixture = Fixture::sound(&[("main.wgsl.jinja", main), ("main.axes.json", &axes)]);
+        let mut request = Request::all("main.wgsl.jinja", &[TargetProfile::webgpu()]);
+        request.allowed.insert("wide".to_owned(), vec![wide.into()]);
+        fixture.lines(&check(&fixture.set, &[request], &Options::default()).diagnostics)
+    };
+    assert_eq!(lines(false), Vec::<String>::new());
+    assert_eq!(
+        lines(true),
+        ["UG0540 main.wgsl.jinja:3:49 two variants of \"main.wgsl.jinja\" disagree: \
+          \"other\" is a texture_2d<u32> in one and a texture_2d<f32> in the other"]
+    );
+}
+
+#[test]
 fn what_lies_within_a_block_may_differ() {
     let main = "struct Block { {% for i in range(n) %}m{{ i }}: vec4<f32>, {% endfor %} }\n\
                 @group(0) @binding(0) var<uniform> block: Block;\n\

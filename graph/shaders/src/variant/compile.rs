@@ -10,7 +10,7 @@ use crate::axes::{Axes, AxisMode};
 use crate::codes;
 use crate::module::wgsl;
 use crate::reflection;
-use crate::reflection::Reflection;
+use crate::reflection::{EntryPoint, Reflection, Stage};
 use crate::rendering::markers;
 use crate::rendering::render;
 use crate::rendering::templates::TemplateSet;
@@ -43,6 +43,9 @@ pub struct ShaderModule {
     pub warnings: Vec<Diagnostic>,
 }
 
+/// A text, and the axes that it was rendered from.
+pub(crate) type Rendered = (Source, BTreeSet<String>);
+
 /// Generates, parses, validates and reflects one variant.
 ///
 /// `values` may name any of the template's axes; the others have their defaults.
@@ -58,7 +61,39 @@ pub fn compile(
 ) -> Result<ShaderModule, Vec<Diagnostic>> {
     let values = complete(templates, template, values)?;
     let rendered = render::render(templates, template, &template_values(templates, template, &values))?;
-    wgsl::with_stack(|| check(templates, template, &values, &rendered, profile))
+    of_rendered(templates, template, &values, &rendered, profile)
+}
+
+/// The module of a variant that was rendered, with values for all axes.
+pub(crate) fn of_rendered(
+    templates: &TemplateSet,
+    template: &str,
+    values: &AxisValues,
+    rendered: &Rendered,
+    profile: &TargetProfile,
+) -> Result<ShaderModule, Vec<Diagnostic>> {
+    wgsl::with_stack(|| check(templates, template, values, rendered, profile))
+}
+
+/// The same text with other values of its overrides, of which nothing is proven; `None` where values may change more than
+/// constants. The text was rendered from the axes `read`.
+pub(crate) fn with_values(
+    known: &ShaderModule,
+    values: &AxisValues,
+    read: &BTreeSet<String>,
+) -> Option<ShaderModule> {
+    let is_compute = |entry: &EntryPoint| entry.stage == Stage::Compute;
+    // Overrides can be the sizes of workgroups.
+    if !known.constants.is_empty() && known.reflection.entry_points.iter().any(is_compute) {
+        return None;
+    }
+    let constant = |name: &String| match values.get(name)? {
+        AxisValue::Bool(value) => Some((name.clone(), f64::from(u8::from(*value)))),
+        AxisValue::Integer(value) => Some((name.clone(), *value as f64)),
+        _ => None,
+    };
+    let constants = known.constants.keys().map(constant).collect::<Option<BTreeMap<_, _>>>()?;
+    Some(ShaderModule { axes: select_axes(values, |name| read.contains(name)), constants, ..known.clone() })
 }
 
 /// The text of one variant, also where naga rejects it; `None` where the template does not render.
@@ -135,7 +170,7 @@ pub(crate) fn check(
     templates: &TemplateSet,
     template: &str,
     values: &AxisValues,
-    (source, read): &(Source, BTreeSet<String>),
+    (source, read): &Rendered,
     profile: &TargetProfile,
 ) -> Result<ShaderModule, Vec<Diagnostic>> {
     let (Some(axes), Some(file)) = (templates.axes(template), templates.file(template)) else {

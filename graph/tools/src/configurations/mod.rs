@@ -30,7 +30,7 @@ mod witness;
 
 pub use cover::Cover;
 pub use coverage::{Coverage, Examination, Judge, Verify, check_configurations};
-pub use reach::{AxisProduct, Reached, ReachedProgram, reach};
+pub use reach::{AxisProduct, Reached, ReachedProgram, Surveyed, reach};
 
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
@@ -367,13 +367,20 @@ fn free_axes(mentions: &Mentions<'_>, settings: &Settings<'_>, sampled: bool) ->
         if is_tried && !named.iter().any(open) {
             continue;
         }
-        let condition = mention.pass.and_then(|pass| mentions.condition_of(pass));
-        free.push(FreeAxis {
-            name: axis.to_owned(),
-            pass: mention.pass.map(str::to_owned),
-            values: expression.and_then(|each| values_yielded(wide, each, condition.as_ref())),
-            reason: format!("\"{}\"", mention.text),
-        });
+        // A value by name alone reaches the passes that say nothing of the axis themselves.
+        let passes: Vec<Option<&str>> = match mention.is_derived {
+            true => mentions.passes_without(axis).map(Some).collect(),
+            false => vec![mention.pass],
+        };
+        free.extend(passes.into_iter().map(|pass| {
+            let condition = pass.and_then(|pass| mentions.condition_of(pass));
+            FreeAxis {
+                name: axis.to_owned(),
+                pass: pass.map(str::to_owned),
+                values: expression.and_then(|each| values_yielded(wide, each, condition.as_ref())),
+                reason: format!("\"{}\"", mention.text),
+            }
+        }));
     }
     let is_open = |each: &&Varied| !each.exhaustive && mentions.axes.contains(each.name.as_str());
     for each in settings.varied.iter().filter(is_open) {

@@ -57,6 +57,16 @@ pub struct ReachedProgram {
     pub place: Span,
 }
 
+/// The configurations that are loaded, and what they are loaded with.
+pub struct Surveyed<'a> {
+    /// The configurations.
+    pub configurations: &'a Configurations,
+    /// The modules, of [`ShaderCache::of_survey`].
+    pub shaders: &'a Arc<ShaderCache>,
+    /// The judge of plans.
+    pub judge: Judge<'a>,
+}
+
 /// Loads the configurations of a document one after the other.
 ///
 /// Diagnostics of shaders themselves are left to the proof of all variants
@@ -73,7 +83,7 @@ pub struct ReachedProgram {
 pub fn reach(
     (document, model): (&Document, &Model),
     options: &CheckOptions<'_>,
-    (configurations, judge): (&Configurations, Judge<'_>),
+    Surveyed { configurations, shaders, judge }: Surveyed<'_>,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Reached {
@@ -85,7 +95,7 @@ pub fn reach(
         document,
         Loading {
             registry: options.registry,
-            shaders: &Arc::new(ShaderCache::new(options.templates, options.profile)),
+            shaders,
             is_surveyed: true,
             cancelled: &AtomicBool::new(false),
         },

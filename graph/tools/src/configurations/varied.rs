@@ -38,6 +38,8 @@ pub(super) struct Mention<'m> {
     pub(super) pass: Option<&'m str>,
     /// The key of the axis that it is about.
     pub(super) axis: Option<&'m str>,
+    /// Whether it is a derived value, which an axis follows by its name.
+    pub(super) is_derived: bool,
     pub(super) deciding: bool,
 }
 
@@ -51,6 +53,7 @@ impl<'m> Mention<'m> {
             settings: settings.map(|id| model.declaration(id).name.as_str()).collect(),
             pass,
             axis: axis.map(String::as_str),
+            is_derived: false,
             deciding: DECIDING.iter().any(|key| text.is_under(key)),
         }
     }
@@ -122,6 +125,7 @@ impl<'d> Mentions<'d> {
         {
             let of_axis = |text| Mention {
                 axis: Some(derived.name.as_str()),
+                is_derived: true,
                 deciding: true,
                 ..Mention::of(model, text, None)
             };
@@ -138,6 +142,16 @@ impl<'d> Mentions<'d> {
         let pass = self.model.find(DeclarationKind::Pass, pass)?;
         let condition = self.model.texts_in(pass).find(|text| text.keys == ["when"])?;
         self.model.closed(condition)
+    }
+
+    /// The passes of the document that give an axis no value of their own.
+    pub(super) fn passes_without(&self, axis: &str) -> impl Iterator<Item = &'d str> {
+        let is_given = move |pass: &Entry| {
+            let nodes = pass.value.entries().unwrap_or_default().iter();
+            nodes.flat_map(|node| node.value.entries_of("axes")).any(|given| given.key == axis)
+        };
+        let passes = self.document.root.entries_of("passes").iter();
+        passes.filter(move |pass| !is_given(pass)).map(|pass| pass.key.as_str())
     }
 
     /// The settings that decide about shaders and passes; a range of over `limit` whole numbers is not gone through.

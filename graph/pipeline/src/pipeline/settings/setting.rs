@@ -532,7 +532,9 @@ pub(crate) fn decode_feature(
         (kind, _) => {
             let (wanted, help) = match kind {
                 FeatureType::Bool => ("a boolean", "write true or false".to_owned()),
-                FeatureType::Enum => ("a word", format!("its words are {}", list_of(words(&declaration.values)))),
+                FeatureType::Enum => {
+                    ("a word", format!("its words are {}", list_of(words(&declaration.values))))
+                }
             };
             let message = format!("the feature \"{name}\" is {wanted}, this is {}", value.kind_name());
             Err(vec![Diagnostic::error(codes::SETTING_TYPE, value.span, message).help(help)])
