@@ -33,6 +33,6 @@ pub(crate) fn run(options: &Options) -> Result<bool, String> {
 
 fn program() -> std::process::Command {
     let mut command = process::program("cargo");
-    command.args(["run", "--quiet", "--package", "umbragraph-fuzz", "--"]);
+    command.args(["run", "--quiet", "--profile", "fuzz", "--package", "umbragraph-fuzz", "--"]);
     command
 }

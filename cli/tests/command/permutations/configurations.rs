@@ -249,3 +249,61 @@ fn an_axis_has_only_the_values_that_its_expression_yields() {
         );
     }
 }
+
+/// A pipeline with one pass, and a template that breaks where the axis `n` is 22. `k` has more values than are tried.
+fn one_pass(name: &str, derived: &str, subgraphs: &str, pass: &str) -> Project {
+    let pipeline = format!(
+        r#"{{ "format": 1, "name": "small", {}, {derived}
+          "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "=viewport", "lifetime": "imported" }} }} }},
+          {subgraphs} "passes": {{ "fill": {{ {pass} }} }} }}"#,
+        number("u32", 300)
+    );
+    let axes = r#"{ "axes": { "n": { "type": "integer", "min": 0, "max": 1000, "default": 1 } } }"#;
+    Project::new(
+        name,
+        &pipeline,
+        axes,
+        &TEMPLATE.replace("{{ 1.0 if warm else 0.0 }}", "{{ 'oops' if n == 22 else 0.0 }}"),
+    )
+}
+
+const FILL: &str = r#""shader": "fill.wgsl.jinja", "color": [{ "to": "&target" }]"#;
+
+#[test]
+fn a_derived_value_reaches_passes_that_say_nothing_themselves() {
+    let derived = r#""derived": { "n": "=k * 1" },"#;
+    let by_name = format!("\"fullscreen\": {{ {FILL} }}");
+    one_pass("permutations-by-name", derived, "", &by_name).rejected(&[], &["`oops`", "n=22"]);
+    let own = format!("\"fullscreen\": {{ {FILL}, \"axes\": {{ \"n\": 3 }} }}");
+    let never = format!("\"when\": \"=k != 22\", {by_name}");
+    for (name, pass, combinations) in
+        [("own", &own, "1 combination,"), ("never", &never, "300 combinations,")]
+    {
+        let output =
+            one_pass(&format!("permutations-by-name-{name}"), derived, "", pass).run("permutations", &[]);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let said = text(&output.stdout);
+        assert!(said.contains(&format!("small.fill (fill.wgsl.jinja): {combinations}")), "{said}");
+    }
+    // The condition says nothing of the values that the axis has.
+    let undecided = format!("\"when\": \"=k != 23\", {by_name}");
+    one_pass("permutations-by-name-undecided", derived, "", &undecided).rejected(&[], &["`oops`", "n=22"]);
+}
+
+#[test]
+fn an_axis_follows_numbers_through_loops_and_subgraphs() {
+    let looped = format!(
+        "\"for_each\": {{ \"i\": \"=[k, 7]\" }}, \"fullscreen\": {{ {}, \"axes\": {{ \"n\": \"=i\" }} }}",
+        FILL.replace("&target\"", "&target\", \"blend\": \"add\"")
+    );
+    let part = format!(
+        r#""subgraphs": {{ "part": {{ "parameters": {{ "level": {{ "type": "u32", "default": 0 }} }}, "inputs": {{ "to": "where it draws" }},
+           "passes": {{ "inner": {{ "fullscreen": {{ {}, "axes": {{ "n": "=level + 0" }} }} }} }} }} }},"#,
+        FILL.replace("&target", "&to")
+    );
+    let used = r#""use": "part", "with": { "level": "=k", "to": "&target" }"#;
+    for derived in ["", "\"derived\": { \"n\": \"=k * 1\" },"] {
+        one_pass("permutations-through-loop", derived, "", &looped).rejected(&[], &["`oops`", "n=22"]);
+        one_pass("permutations-through-subgraph", derived, &part, used).rejected(&[], &["`oops`", "n=22"]);
+    }
+}

@@ -67,7 +67,7 @@ pub(super) fn disagreements(
             .collect();
         let mut said = BTreeSet::new();
         for (conflict, one, other) in conflicts(&members, &own) {
-            // Two layouts can show the same, each from its side.
+            // Two layouts can show the same conflict, each from its side.
             let mut words: Vec<String> = conflict.message.split(' ').map(str::to_owned).collect();
             words.sort_unstable();
             if !said.insert(words) {

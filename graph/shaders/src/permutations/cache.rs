@@ -30,7 +30,7 @@ type Question = (String, AxisValues, String, Option<String>);
 struct Texts {
     /// By template and values of the axes that are no overrides.
     rendered: HashMap<(String, AxisValues), Arc<Rendered>>,
-    /// By the hash of the text, the capabilities with which each is valid beside it.
+    /// By the hash of the text, with the capabilities that each module was validated with.
     modules: HashMap<[u8; 32], Vec<(Capabilities, Arc<ShaderModule>)>>,
 }
 
@@ -151,7 +151,7 @@ impl ShaderCache {
         let hash = *blake3::hash(rendered.0.wgsl.as_bytes()).as_bytes();
         let known = texts.modules.entry(hash).or_default();
         let of_text = known.iter().find(|(needed, one)| own.contains(*needed) && one.template == template);
-        let with_values = |(_, one): &(_, Arc<ShaderModule>)| compile::with_values(one, &values, &rendered.1);
+        let with_values = |(_, one): &(_, Arc<ShaderModule>)| compile::with_values(one, &values, &rendered);
         if let Some(module) = of_text.and_then(with_values) {
             return Ok(Arc::new(module));
         }

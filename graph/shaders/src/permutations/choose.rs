@@ -25,7 +25,7 @@ pub(super) struct Chosen {
 }
 
 impl Composition<'_> {
-    /// The texts that are to be proven next, of each `step`th text; none if all is known of these.
+    /// The texts that are to be proven next, of every `step`th text; none if all is known of these.
     pub(super) fn choose(&mut self, exhaustive: bool, step: usize) -> Chosen {
         let (mut alone, mut open) = (Vec::new(), Vec::new());
         for at in (0..self.texts.len()).step_by(step) {

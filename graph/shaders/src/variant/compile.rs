@@ -76,11 +76,11 @@ pub(crate) fn of_rendered(
 }
 
 /// The same text with other values of its overrides, of which nothing is proven; `None` where values may change more than
-/// constants. The text was rendered from the axes `read`.
+/// constants.
 pub(crate) fn with_values(
     known: &ShaderModule,
     values: &AxisValues,
-    read: &BTreeSet<String>,
+    (source, read): &Rendered,
 ) -> Option<ShaderModule> {
     let is_compute = |entry: &EntryPoint| entry.stage == Stage::Compute;
     // Overrides can be the sizes of workgroups.
@@ -93,7 +93,8 @@ pub(crate) fn with_values(
         _ => None,
     };
     let constants = known.constants.keys().map(constant).collect::<Option<BTreeMap<_, _>>>()?;
-    Some(ShaderModule { axes: select_axes(values, |name| read.contains(name)), constants, ..known.clone() })
+    let (axes, map) = (select_axes(values, |name| read.contains(name)), source.map.clone());
+    Some(ShaderModule { axes, constants, map, ..known.clone() })
 }
 
 /// The text of one variant, also where naga rejects it; `None` where the template does not render.

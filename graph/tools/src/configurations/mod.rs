@@ -16,6 +16,9 @@
 //! otherwise). Axes that depend on a number of which not all values are tried are free: they have the values that their
 //! expressions yield, of which up to 4,096 are evaluated, or all of their own, whatever values the other axes have.
 //!
+//! Limits: where passes are sampled, an axis that follows several settings through a parameter of a subgraph or a variable
+//! of a loop has the values that the tried configurations give it.
+//!
 //! Each preset is one configuration more, with its own parameters; of the second wish, where not everything is gone
 //! through anyway.
 
@@ -100,7 +103,7 @@ pub struct Configurations {
 #[derive(Clone, Debug)]
 pub(super) struct FreeAxis {
     pub(super) name: String,
-    /// The pass that says so, by its name in the document; all where it is said in a subgraph, or by a name alone.
+    /// The pass that has it, by its name in the document; all where a subgraph says so, or a setting by its name.
     pub(super) pass: Option<String>,
     /// All values that its expression yields; `None` if these are not known, and every value of the axis counts.
     pub(super) values: Option<BTreeSet<AxisValue>>,
@@ -364,9 +367,14 @@ fn free_axes(mentions: &Mentions<'_>, settings: &Settings<'_>, sampled: bool) ->
         let expression = mention.expression.as_ref();
         let named = expression.map(|each| settings.named(each)).unwrap_or_default();
         let is_tried = !sampled || named.len() <= 1;
-        if is_tried && !named.iter().any(open) {
+        let behind = mentions.behind_locals(mention);
+        let is_open = |each: &Varied| !each.exhaustive && behind.contains(each.name.as_str());
+        let follows_open = settings.varied.iter().any(is_open);
+        if is_tried && !follows_open && !named.iter().any(open) {
             continue;
         }
+        // Through parameters of subgraphs and variables of loops no value is followed.
+        let expression = expression.filter(|_| !follows_open);
         // A value by name alone reaches the passes that say nothing of the axis themselves.
         let passes: Vec<Option<&str>> = match mention.is_derived {
             true => mentions.passes_without(axis).map(Some).collect(),

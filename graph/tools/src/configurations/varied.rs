@@ -40,6 +40,8 @@ pub(super) struct Mention<'m> {
     pub(super) axis: Option<&'m str>,
     /// Whether it is a derived value, which an axis follows by its name.
     pub(super) is_derived: bool,
+    /// The parameters of subgraphs and the variables of loops that it names.
+    pub(super) locals: BTreeSet<String>,
     pub(super) deciding: bool,
 }
 
@@ -47,9 +49,17 @@ impl<'m> Mention<'m> {
     fn of(model: &'m Model, text: &'m Text, pass: Option<&'m str>) -> Self {
         let axis = text.keys.iter().position(|key| key == "axes").and_then(|at| text.keys.get(at + 1));
         let settings = model.settings_behind(model.named_in(text)).into_iter();
+        let (expression, mut locals) = (model.closed(text), BTreeSet::new());
+        let mut look = |inner: &Expression| {
+            if let ExpressionKind::Name(name) = &inner.kind {
+                locals.extend(name.strip_prefix('^').map(str::to_owned));
+            }
+        };
+        expression.iter().for_each(|expression| expression.visit(&mut look));
         Self {
             text: &text.text,
-            expression: model.closed(text),
+            expression,
+            locals,
             settings: settings.map(|id| model.declaration(id).name.as_str()).collect(),
             pass,
             axis: axis.map(String::as_str),
@@ -97,6 +107,8 @@ pub(super) struct Mentions<'d> {
     pub(super) list: Vec<Mention<'d>>,
     /// The axes of all templates that they name.
     pub(super) axes: BTreeSet<&'d str>,
+    /// The strings that give values to parameters of subgraphs and variables of loops, by their indices in the list.
+    given: BTreeMap<&'d str, Vec<usize>>,
     /// The declared defaults of features and parameters.
     pub(super) defaults: BTreeMap<String, expression::Value>,
 }
@@ -119,6 +131,12 @@ impl<'d> Mentions<'d> {
         }
         texts.retain(|(text, _)| !text.is_under("bind"));
         let axes = axes_named(texts.iter().map(|(text, _)| *text), templates);
+        let mut given: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+        for (at, (text, _)) in texts.iter().enumerate() {
+            for keys in text.keys.windows(2).filter(|keys| ["with", "for_each"].contains(&&*keys[0])) {
+                given.entry(&keys[1]).or_default().push(at);
+            }
+        }
         let mut list: Vec<Mention<'d>> =
             texts.into_iter().map(|(text, pass)| Mention::of(model, text, pass)).collect();
         for (id, derived) in at_the_top(DeclarationKind::Derived).filter(|(_, one)| axes.contains(&*one.name))
@@ -134,7 +152,7 @@ impl<'d> Mentions<'d> {
         let entries = |section: &str| document.root.entries_of(section);
         let settings = entries("features").iter().chain(entries("parameters"));
         let default = |entry: &Entry| Some((entry.key.clone(), value_of(entry.value.get("default")?)?));
-        Self { document, model, profile, list, axes, defaults: settings.filter_map(default).collect() }
+        Self { document, model, profile, list, axes, given, defaults: settings.filter_map(default).collect() }
     }
 
     /// The condition of a pass of the document.
@@ -152,6 +170,21 @@ impl<'d> Mentions<'d> {
         };
         let passes = self.document.root.entries_of("passes").iter();
         passes.filter(move |pass| !is_given(pass)).map(|pass| pass.key.as_str())
+    }
+
+    /// The settings from which the parameters of subgraphs and the variables of loops that a string names can follow.
+    pub(super) fn behind_locals(&self, mention: &Mention<'d>) -> BTreeSet<&'d str> {
+        let (mut found, mut seen) = (BTreeSet::new(), BTreeSet::new());
+        let mut open: Vec<&str> = mention.locals.iter().map(String::as_str).collect();
+        while let Some(name) = open.pop() {
+            if seen.insert(name) {
+                for given in self.given.get(name).into_iter().flatten().filter_map(|at| self.list.get(*at)) {
+                    found.extend(&given.settings);
+                    open.extend(given.locals.iter().map(String::as_str));
+                }
+            }
+        }
+        found
     }
 
     /// The settings that decide about shaders and passes; a range of over `limit` whole numbers is not gone through.
