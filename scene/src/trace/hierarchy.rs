@@ -2,9 +2,8 @@
 //!
 //! It is built top-down: of 16 bins along each axis the split with the least surface area (I. Wald, "On fast
 //! Construction of SAH-based Bounding Volume Hierarchies", 2007). A leaf is one triangle. Nodes lie in depth-first
-//! order, and each has the index of the first node after its subtree, its exit. A ray that meets the box of a node goes
-//! on to the next node; a ray that misses it goes on to the exit. This needs no stack. Both lie behind the node, so a walk
-//! takes at most as many steps as there are nodes.
+//! order. Each has an exit: the index of the first node after its subtree. A ray that meets a node's box goes on to the
+//! next node; a ray that misses it jumps to the exit. So a ray needs no stack, and visits each node at most once.
 //!
 //! A hierarchy that is refitted keeps its order. If the boxes grew to twice their surface since it was built, it is
 //! built anew.
@@ -161,7 +160,7 @@ impl Hierarchy {
         self.area = self.surface();
     }
 
-    /// Computes all boxes from those of the triangles: leaves first, the root last.
+    /// Computes the box of each node from its triangle, or from the boxes of its children.
     fn fit(&mut self, boxes: &[Box32]) {
         for at in (0..self.nodes.len()).rev() {
             let node = self.nodes[at];

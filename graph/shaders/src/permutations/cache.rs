@@ -111,26 +111,27 @@ impl ShaderCache {
         if let Some(known) = made.get(&key) {
             return known.clone();
         }
-        let shared = || self.shared.lock().unwrap_or_else(PoisonError::into_inner);
-        let own = self.profile.capabilities;
-        let of_others = shared().get(&key).and_then(|all| {
-            all.iter().find(|(needed, _)| own.contains(*needed)).map(|(_, module)| module.clone())
-        });
-        let module = match of_others {
-            Some(known) => Ok(known),
-            None => {
-                let new = match &self.texts {
-                    Some(texts) => self.surveyed(texts, template, &key.1),
-                    None => compile::compile(&self.templates, template, &key.1, &self.profile).map(Arc::new),
-                };
-                if let Some(new) = new.as_ref().ok().filter(|new| new.warnings.is_empty()) {
-                    shared().entry(key.clone()).or_default().push((own, new.clone()));
-                }
-                new
-            }
+        let module = match &self.texts {
+            Some(texts) => self.surveyed(texts, template, &key.1),
+            None => self.compiled(&key),
         };
         made.insert(key, module.clone());
         module
+    }
+
+    /// A module of another profile that is valid for this one too, or else a new one.
+    fn compiled(&self, key: &(String, AxisValues)) -> Made {
+        let own = self.profile.capabilities;
+        let mut shared = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        let of_others = shared.get(key).and_then(|all| all.iter().find(|(needed, _)| own.contains(*needed)));
+        if let Some((_, module)) = of_others {
+            return Ok(module.clone());
+        }
+        let new = Arc::new(compile::compile(&self.templates, &key.0, &key.1, &self.profile)?);
+        if new.warnings.is_empty() {
+            shared.entry(key.clone()).or_default().push((own, new.clone()));
+        }
+        Ok(new)
     }
 
     /// The module of a text that is proven later.

@@ -45,7 +45,7 @@ use crate::targets::profile::TargetProfile;
 use umbragraph_text::diagnostic::{AxisValues, Diagnostic, Place};
 use umbragraph_text::source::Span;
 
-/// The largest number of texts of which none is proven before the others. Tests have fewer texts than pipelines.
+/// The number of texts above which a sample of them is proven first. Tests have fewer texts than pipelines.
 const MANY_TEXTS: usize = if cfg!(test) { 320 } else { 1 << 10 };
 
 /// A distinct text.

@@ -19,7 +19,7 @@ use umbragraph_text::diagnostic::{AxisValues, Diagnostic};
 /// Advice about branches, where functions come together.
 #[derive(Default)]
 struct Advised<'u> {
-    /// The kinds of functions: those of one name with the same branches.
+    /// A number for each function name with its branches.
     kinds: HashMap<(Id, &'u Branches), u32>,
     /// The kind of each unit that is a function with branches.
     kind_of: HashMap<u32, Option<u32>>,

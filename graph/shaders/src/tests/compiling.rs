@@ -1,7 +1,9 @@
 //! Variants that compile: what they contain, what they are known by, how their text maps back.
 
-use super::{FRAGMENT, Fixture};
-use crate::{AxisValue, TargetLanguage, TargetProfile};
+use std::sync::Arc;
+
+use super::{FRAGMENT, Fixture, values};
+use crate::{AxisValue, ShaderCache, TargetLanguage, TargetProfile};
 
 const AXES: &str = r#"{ "axes": {
   "tint":   { "type": "bool", "default": false },
@@ -166,4 +168,37 @@ fn a_binding_number_of_several_pieces_moves_as_one() {
     assert_eq!(fixture.sources.text(module.map.place(offset).unwrap()), "1");
     let own = module.map.place(module.wgsl.find("b: f32").unwrap()).unwrap();
     assert_eq!(fixture.sources.text(own), "b");
+}
+
+#[test]
+fn a_survey_finds_the_modules_that_compiling_makes() {
+    let main = "override taps: u32 = 4u;\n{% if wide %}const WIDE = {{ wide }};{% endif %}\n{% if double %}{% endif %}\
+                @fragment fn main() -> @location(0) vec4<f32> { return vec4<f32>(f32(taps)); }\n";
+    let wave = "override taps: u32 = 4u;\n@compute @workgroup_size(taps) fn main() {}\n";
+    let axes = r#"{ "axes": {
+        "taps": { "type": "integer", "min": 1, "max": 16, "default": 4, "as": "override" },
+        "wide": { "type": "bool", "default": false }, "double": { "type": "bool", "default": false } } }"#;
+    let fixture = Fixture::sound(&[
+        ("main.wgsl.jinja", main),
+        ("main.axes.json", axes),
+        ("wave.wgsl.jinja", wave),
+        ("wave.axes.json", axes),
+    ]);
+    let set = Arc::new(fixture.set);
+    let first = ShaderCache::of_survey(&set, &TargetProfile::webgpu());
+    let second = ShaderCache::beside(&first, &TargetProfile::webgpu_compat());
+    for template in ["main.wgsl.jinja", "wave.wgsl.jinja"] {
+        for (taps, wide, double) in [(4, false, false), (9, false, false), (9, true, false), (2, false, true)]
+        {
+            let given = values(&[
+                ("taps", AxisValue::Integer(taps)),
+                ("wide", wide.into()),
+                ("double", double.into()),
+            ]);
+            let wanted = crate::compile(&set, template, &given, &TargetProfile::webgpu()).unwrap();
+            for survey in [&first, &second] {
+                assert_eq!(*survey.module(template, given.clone()).unwrap(), wanted, "{template} {given:?}");
+            }
+        }
+    }
 }

@@ -75,15 +75,14 @@ pub(crate) fn of_rendered(
     wgsl::with_stack(|| check(templates, template, values, rendered, profile))
 }
 
-/// The same text with other values of its overrides, of which nothing is proven; `None` where values may change more than
-/// constants.
+/// A module of the same text with other values of its overrides, which is not proven. `None` for a compute stage, whose
+/// workgroup size can follow them.
 pub(crate) fn with_values(
     known: &ShaderModule,
     values: &AxisValues,
     (source, read): &Rendered,
 ) -> Option<ShaderModule> {
     let is_compute = |entry: &EntryPoint| entry.stage == Stage::Compute;
-    // Overrides can be the sizes of workgroups.
     if !known.constants.is_empty() && known.reflection.entry_points.iter().any(is_compute) {
         return None;
     }
