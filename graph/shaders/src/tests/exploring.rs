@@ -504,6 +504,20 @@ fn variants_that_read_no_layout_axis_agree_with_each_layout() {
 }
 
 #[test]
+fn a_fault_in_one_of_many_texts_is_found() {
+    let axes = r#"{ "axes": { "n": { "type": "integer", "min": 0, "max": 599, "default": 0 } } }"#;
+    for broken in [0, 1, 333, 599] {
+        let main = format!(
+            "const N = {{{{ 'oops' if n == {broken} else n }}}};\n@compute @workgroup_size(1) fn main() {{}}\n"
+        );
+        let fixture = Fixture::sound(&[("main.wgsl.jinja", &main), ("main.axes.json", axes)]);
+        let request = Request::all("main.wgsl.jinja", &[TargetProfile::webgpu()]);
+        let found = check(&fixture.set, &[request], &Options::default());
+        assert_eq!((found.texts, fixture.lines(&found.diagnostics).len()), (600, 1), "{broken}");
+    }
+}
+
+#[test]
 fn what_lies_within_a_block_may_differ() {
     let main = "struct Block { {% for i in range(n) %}m{{ i }}: vec4<f32>, {% endfor %} }\n\
                 @group(0) @binding(0) var<uniform> block: Block;\n\
