@@ -61,8 +61,10 @@ pub(crate) fn steps(nextest: bool, wasm: bool, second: Option<&'static str>) -> 
     let second = second.map(|manifest| {
         let run = if nextest { "nextest run" } else { "test" };
         let mut step = Step::cargo("second driver", run).with("VK_DRIVER_FILES", manifest);
-        step.arguments
-            .extend("--package umbragraph --test device --test pictures --no-fail-fast --".split(' '));
+        // The packages and features of the step `tests`: others would build the dependencies a second time.
+        step.arguments.extend(
+            "--workspace --features umbragraph/watch --test device --test pictures --no-fail-fast --".split(' '),
+        );
         step.arguments.extend(ON_SECOND_DRIVER.split(' '));
         step
     });
@@ -144,7 +146,7 @@ mod tests {
         let steps = steps(true, true, Some("/driver.json"));
         let line = line(&steps, "second driver");
         assert!(
-            line.starts_with("VK_DRIVER_FILES=\"/driver.json\" cargo nextest run --package umbragraph "),
+            line.starts_with("VK_DRIVER_FILES=\"/driver.json\" cargo nextest run --workspace --features umbragraph/watch "),
             "{line}"
         );
         assert!(
