@@ -20,7 +20,8 @@
 //!
 //! [`Library`], [`Pipeline`], [`Options`], `Renderer`, `Executor` and `Frame` are the facade. Modules add to it:
 //! [`draw`] and [`frame`] for a host's meshes, cameras and lights, [`node`] and [`work`] for node kinds of your own.
-//! Every type has one path; the [`prelude`] repeats the common ones. [`low_level`] holds the interiors.
+//! Every type has one path; the [`prelude`] repeats the common ones. [`low_level`] holds the interiors, and repeats
+//! some of [`node`].
 //!
 //! Features: `gpu` (on by default) adds [`executor`] and re-exports wgpu; `gltf` (on by default) adds [`scene`];
 //! `watch` adds `Watcher`, with which a pipeline follows its files.
@@ -33,7 +34,7 @@ mod front;
 pub use bundled::{Bundled, PIPELINES};
 pub use front::{DiskStorage, Library, Options, Pipeline, Setting, with_templates};
 pub use umbragraph_graph::compiler::Plan;
-pub use umbragraph_graph::{Error, data, diagnostic, draw, frame, glam, node, wgpu_types, work};
+pub use umbragraph_graph::{Error, data, diagnostic, draw, frame, glam, wgpu_types, work};
 pub use umbragraph_passes as passes;
 pub use umbragraph_passes::registry;
 #[cfg(feature = "gltf")]
@@ -48,6 +49,13 @@ pub use umbragraph_graph::executor::{Executor, Frame, Parameter};
 #[cfg(feature = "gpu")]
 pub use umbragraph_graph::wgpu;
 
+/// Node kinds of your own: the trait, the settings that a kind reads, and the pass that it declares.
+pub mod node {
+    pub use umbragraph_graph::language::{Expr, Ref};
+    pub use umbragraph_graph::node::{Node, NodeKind, Registry, Settings};
+    pub use umbragraph_graph::pipeline::{Evaluate, LiveSettings, PassBuilder, Produced};
+}
+
 /// Imports of a frame, read-backs, timings and plans prepared on another thread: everything about an [`Executor`] but
 /// itself.
 #[cfg(feature = "gpu")]
@@ -60,7 +68,7 @@ pub mod executor {
     };
 }
 
-/// The interiors, for tools and node kinds of your own. **Unstable**: names here may change with any version.
+/// The interiors, for tools. **Unstable**: names here may change with any version.
 ///
 /// ```text
 ///  text ──parse──▶ Document ──load──▶ TypedPipeline ──build──▶ Graph ──plan──▶ Plan

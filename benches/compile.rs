@@ -35,30 +35,39 @@ fn main() {
     // A large block taken and given back teaches the C library's allocator to keep freed memory, as it does in any
     // program that has run for a while; otherwise the first shapes pay for page faults that the later ones do not.
     drop(std::hint::black_box(vec![1u8; 24 << 20]));
-    println!("microseconds a pass for graph and plan");
-    println!("{:<12} {:>10} {:>10} {:>10} {:>10}   slope   verify at 1,000", "shape", 10, 100, 1_000, 10_000);
+    let mut rows = Vec::new();
     // `cargo bench ... -- layered` measures this shape only.
     let named = |name: &str| arguments.iter().any(|argument| argument == name);
     let all = !SHAPES.iter().any(|(name, _)| named(name));
     for (name, shape) in SHAPES.into_iter().filter(|(name, _)| all || named(name)) {
         let mut points = Vec::new();
-        let mut line = format!("{name:<12}");
+        let mut row = vec![name.to_owned()];
         for count in [10, 100, 1_000, 10_000] {
             let (pipeline, sources) = pipeline(&shape(count));
             let time = min_time(&pipeline, &sources, if count > 1_000 { 7 } else { 25 });
             let micros = time.as_secs_f64() * 1e6 / count as f64;
             points.push(((count as f64).ln(), time.as_secs_f64().ln()));
-            line.push_str(&format!(" {micros:>10.3}"));
+            if count >= 1_000 {
+                row.push(format!("{micros:.2} µs"));
+            }
         }
         let slope = slope(&points);
         let last = points[3].1.exp() * 1e6 / 10_000.0;
-        println!("{line} {slope:>7.3} {:>10.1} ms", verify_time(&shape(1_000)).as_secs_f64() * 1e3);
+        let resize = resize_ratio(&shape(1_000));
+        let verify = verify_time(&shape(1_000));
+        let memory = memory(name);
+        let mebibytes = memory.map_or_else(String::new, |kibibytes| format!("{} MiB", kibibytes / 1024));
+        row.extend([
+            format!("{slope:.2}"),
+            format!("{resize:.2}"),
+            format!("{:.1} ms", verify.as_secs_f64() * 1e3),
+            mebibytes,
+        ]);
+        rows.extend(<[String; 7]>::try_from(row));
         println!("ratio compile/{name}/time_of_10000_passes_to_3us_each {:.3}", last / 3.0);
         println!("ratio compile/{name}/slope_to_1.1 {:.3}", slope / 1.1);
-        println!("ratio compile/{name}/resize/full {:.3}", resize_ratio(&shape(1_000)));
-    }
-    for (name, _) in SHAPES.into_iter().filter(|(name, _)| all || named(name)) {
-        match memory(name) {
+        println!("ratio compile/{name}/resize/full {resize:.3}");
+        match memory {
             Some(kibibytes) => println!(
                 "ratio compile/{name}/peak_memory_of_10000_passes_to_100MiB {:.3}",
                 kibibytes as f64 / 102_400.0
@@ -66,6 +75,16 @@ fn main() {
             None => println!("skipped: the peak memory of a process is not known on this system"),
         }
     }
+    let heads = [
+        "shape of the graph",
+        "a pass of 1,000",
+        "a pass of 10,000",
+        "log-log slope",
+        "another size, times a plan from scratch",
+        "the verifier, of 1,000 passes",
+        "memory, 10,000 passes",
+    ];
+    measure::table(heads, &rows);
 }
 
 const SIZE: [u32; 2] = [64, 64];

@@ -13,6 +13,8 @@
 
 #[path = "../tests/common/mod.rs"]
 mod common;
+#[path = "measure.rs"]
+mod measure;
 
 use std::time::Duration;
 
@@ -62,35 +64,40 @@ fn main() {
         println!("there is no graphics adapter");
         return;
     };
-    println!("milliseconds on {} at {} by {}", gpu.name, SIZE[0], SIZE[1]);
-    println!("{:8} {:12} {:>9} {:>9} {:>9} {:>9}", "light", "filter", "maps", "moments", "shading", "claim");
+    println!("on {}", gpu.name);
     let scene = scene(&root().join("examples/scenes/figure.glb"));
     let kinds = [
         ("spot", LightKind::Spot { inner_angle: 0.45, outer_angle: 0.6 }),
         ("point", LightKind::Point),
         ("sun", LightKind::Directional),
     ];
-    for (kind_name, kind) in kinds {
+    let mut rows = FILTERS.map(|(name, .., claim)| {
+        let claim = claim.map_or_else(String::new, |claim| format!("{claim:.1}"));
+        [name.to_owned(), String::new(), String::new(), String::new(), claim]
+    });
+    for (at, (kind_name, kind)) in kinds.into_iter().enumerate() {
         let mut hard = None;
-        for (name, features, parameters, claim) in FILTERS {
+        for (row, (name, features, parameters, _)) in rows.iter_mut().zip(FILTERS) {
             // Cubes have no moments.
             if kind == LightKind::Point && parameters == MOMENTS {
                 continue;
             }
-            let Some(Times(times)) = measure(&gpu, &scene, kind, features, parameters) else {
+            let Some(Times(times)) = times(&gpu, &scene, kind, features, parameters) else {
                 println!("the adapter has no timestamps");
                 return;
             };
-            let [maps, moments, shading] = times.map(|time| time.as_secs_f64() * 1e3);
-            let claim = claim.map_or(String::new(), |claim| format!("{claim:.1}"));
-            println!("{kind_name:8} {name:12} {maps:9.3} {moments:9.3} {shading:9.3} {claim:>9}");
+            let [_, moments, shading] = times.map(|time| time.as_secs_f64() * 1e3);
             let least = *hard.get_or_insert(shading);
-            println!("ratio filters/{kind_name}/{name} {:.2}", (moments + shading) / least);
+            let ratio = (moments + shading) / least;
+            println!("ratio filters/{kind_name}/{name} {ratio:.2}");
+            let moments = if moments > 0.0 { format!("{moments:.2} + ") } else { String::new() };
+            row[1 + at] = format!("{moments}{shading:.2} ({ratio:.1})");
         }
     }
+    measure::table(["filter", "spot", "point light", "sun, four cascades", "claimed"], &rows);
 }
 
-fn measure(
+fn times(
     gpu: &Gpu,
     scene: &Scene,
     kind: LightKind,

@@ -1,7 +1,8 @@
 //! A frame of each of the five systems and of the flagship at 1920 × 1080: the GPU's time of each pass, by timestamps,
 //! and the processor's, on whatever adapter there is.
 //!
-//! Each pipeline draws `examples/scenes/courtyard.glb` with its defaults, `lore` with each of its presets as well;
+//! Each pipeline draws `examples/scenes/courtyard.glb` with its defaults, `lore` with each of its presets as well, and
+//! `umbra` with rays beside maps (`hybrid`) and in place of them (`rays`);
 //! times are the minimum of several frames after the first. Passes that take less than a hundredth of a millisecond on
 //! both are summed in one line. Beside them are what the systems claim of themselves, on a desktop GPU (`lore`: an RTX
 //! 3070, maps and lighting; `mantis`: fitting on the processor, casters, and the part of shading that filters with nine
@@ -14,6 +15,8 @@
 
 #[path = "../tests/common/mod.rs"]
 mod common;
+#[path = "measure.rs"]
+mod measure;
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -28,8 +31,37 @@ const SIZE: [u32; 2] = [1920, 1080];
 /// Below it a pass has no line of its own.
 const SMALL: Duration = Duration::from_micros(10);
 
-/// A pipeline, a preset, and what is claimed of passes: the processor's time or the GPU's in milliseconds.
-type Subject = (&'static str, Option<&'static str>, &'static [(&'static str, Clock, f64)]);
+/// A pipeline that is measured.
+struct Subject {
+    pipeline: &'static str,
+    preset: Option<&'static str>,
+    /// The filter of lights, where it is not the default.
+    filter: Option<&'static str>,
+    /// The time in milliseconds that the original system claims of passes.
+    claims: &'static [(&'static str, Clock, f64)],
+}
+
+impl Subject {
+    const fn new(pipeline: &'static str) -> Self {
+        Self { pipeline, preset: None, filter: None, claims: &[] }
+    }
+
+    const fn preset(self, preset: &'static str) -> Self {
+        Self { preset: Some(preset), ..self }
+    }
+
+    const fn filter(self, filter: &'static str) -> Self {
+        Self { filter: Some(filter), ..self }
+    }
+
+    const fn claims(self, claims: &'static [(&'static str, Clock, f64)]) -> Self {
+        Self { claims, ..self }
+    }
+
+    fn name(&self) -> String {
+        [Some(self.pipeline), self.preset, self.filter].into_iter().flatten().collect::<Vec<_>>().join("_")
+    }
+}
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Clock {
@@ -37,22 +69,27 @@ enum Clock {
     Gpu,
 }
 
-const SUBJECTS: [Subject; 10] = [
-    (
-        "mantis",
-        None,
-        &[("fit", Clock::Processor, 0.02), ("casters", Clock::Gpu, 2.5), ("shade", Clock::Gpu, 0.3)],
-    ),
-    ("awsm", None, &[]),
-    ("nebula", None, &[]),
-    ("caracal", None, &[]),
-    ("lore", None, &[]),
-    ("lore", Some("low"), &[("casters", Clock::Gpu, 0.8), ("shade", Clock::Gpu, 0.3)]),
-    ("lore", Some("medium"), &[("casters", Clock::Gpu, 1.2), ("shade", Clock::Gpu, 0.5)]),
-    ("lore", Some("high"), &[("casters", Clock::Gpu, 1.8), ("shade", Clock::Gpu, 0.9)]),
-    ("lore", Some("ultra"), &[("casters", Clock::Gpu, 1.5), ("shade", Clock::Gpu, 1.2)]),
-    ("umbra", None, &[]),
+const SUBJECTS: [Subject; 12] = [
+    Subject::new("mantis").claims(&[
+        ("fit", Clock::Processor, 0.02),
+        ("casters", Clock::Gpu, 2.5),
+        ("shade", Clock::Gpu, 0.3),
+    ]),
+    Subject::new("awsm"),
+    Subject::new("nebula"),
+    Subject::new("caracal"),
+    Subject::new("lore"),
+    Subject::new("lore").preset("low").claims(&[("casters", Clock::Gpu, 0.8), ("shade", Clock::Gpu, 0.3)]),
+    Subject::new("lore").preset("medium").claims(&[("casters", Clock::Gpu, 1.2), ("shade", Clock::Gpu, 0.5)]),
+    Subject::new("lore").preset("high").claims(&[("casters", Clock::Gpu, 1.8), ("shade", Clock::Gpu, 0.9)]),
+    Subject::new("lore").preset("ultra").claims(&[("casters", Clock::Gpu, 1.5), ("shade", Clock::Gpu, 1.2)]),
+    Subject::new("umbra"),
+    Subject::new("umbra").filter("hybrid"),
+    Subject::new("umbra").filter("rays"),
 ];
+
+/// Beginnings of the names of passes that draw maps.
+const MAPS: [&str; 4] = ["casters", "spot_casters", "point_casters", "directional_casters"];
 
 /// The times of a pass: of the processor and of the GPU.
 type Times = [Duration; 2];
@@ -62,11 +99,18 @@ fn main() {
         println!("there is no graphics adapter");
         return;
     };
-    println!("milliseconds on {} at {} by {}", gpu.name, SIZE[0], SIZE[1]);
+    println!("on {}", gpu.name);
+    let mut rows = Vec::new();
     let scene = scene(&root().join("examples/scenes/courtyard.glb"));
-    for (pipeline, preset, claims) in SUBJECTS {
-        let (order, passes) = measure(&gpu, &scene, pipeline, preset);
-        let name = preset.map_or_else(|| pipeline.to_owned(), |preset| format!("{pipeline}_{preset}"));
+    // `cargo bench --bench frame -- umbra` measures what has the word in its name.
+    let only = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
+    for subject in SUBJECTS {
+        let name = subject.name();
+        if only.as_ref().is_some_and(|only| !name.contains(only)) {
+            continue;
+        }
+        let (order, passes) = times(&gpu, &scene, &subject);
+        let claims = subject.claims;
         println!("\n{name:28}{:>12}{:>12}", "processor", "GPU");
         let line = |name: &str, [processor, gpu]: Times, claim: &str| {
             let [processor, gpu] = [processor, gpu].map(|time| time.as_secs_f64() * 1e3);
@@ -89,24 +133,41 @@ fn main() {
         if small.clone().next().is_some() {
             line("others", sum(&mut small.map(|pass| passes[pass])), "");
         }
-        line("all", sum(&mut passes.values().copied()), "");
+        let all = sum(&mut passes.values().copied());
+        line("all", all, "");
+        let part = |begins: &[&str]| {
+            let named = |pass: &&String| begins.iter().any(|begin| pass.starts_with(begin));
+            let milliseconds = sum(&mut passes.keys().filter(named).map(|pass| passes[pass]))
+                .map(|time| time.as_secs_f64() * 1e3);
+            (milliseconds, claims.iter().find(|(pass, ..)| begins.contains(pass)))
+        };
+        let gpu_time = |begins: &[&str]| match part(begins) {
+            ([_, time], Some((.., Clock::Gpu, claim))) => format!("{time:.2} ({:.1})", time / claim),
+            ([_, time], _) => format!("{time:.2}"),
+        };
+        rows.push([
+            name.replace('_', ", "),
+            format!("{:.2}", all[0].as_secs_f64() * 1e3),
+            gpu_time(&MAPS),
+            gpu_time(&["shade"]),
+            format!("{:.2}", all[1].as_secs_f64() * 1e3),
+        ]);
         for (begin, _, claim) in claims.iter().filter(|(_, clock, _)| *clock == Clock::Processor) {
             let named = passes.iter().filter(|(pass, _)| pass.starts_with(begin));
             let [processor, _] = sum(&mut named.map(|(_, times)| *times));
             println!("ratio frame/{name}/{begin} {:.2}", processor.as_secs_f64() * 1e3 / claim);
         }
     }
+    measure::table(["pipeline", "CPU, all", "maps", "surfaces and lighting", "all"], &rows);
 }
 
 /// The passes in their order, and the least time of each.
-fn measure(
-    gpu: &Gpu,
-    scene: &Scene,
-    pipeline: &str,
-    preset: Option<&str>,
-) -> (Vec<String>, BTreeMap<String, Times>) {
-    let with = With { preset, size: Some(SIZE), ..With::default() };
-    let outcome = check_file(&format!("pipelines/{pipeline}.json"), &with);
+fn times(gpu: &Gpu, scene: &Scene, subject: &Subject) -> (Vec<String>, BTreeMap<String, Times>) {
+    let word = subject.filter.map(|filter| format!("\"{filter}\""));
+    let filter = word.as_deref().map(|word| ("light_filter", word));
+    let with =
+        With { preset: subject.preset, features: filter.as_slice(), size: Some(SIZE), ..With::default() };
+    let outcome = check_file(&format!("pipelines/{}.json", subject.pipeline), &with);
     let mut host = Host::new(gpu, &outcome, scene);
     let input = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);
     host.picture(&input);

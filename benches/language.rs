@@ -57,10 +57,12 @@ fn main() {
     drop(black_box(vec![1u8; 24 << 20]));
     let (first, ..) = bench.resolve(&flat(10));
     println!("first pipeline, of 10 passes: {:.3} ms\n", first.as_secs_f64() * 1e3);
-    println!("{:<12} {:>8} {:>10} {:>12} {:>12}", "pipeline", "passes", "ms", "us a pass", "serde_json ms");
-    let flat_slope = bench.series("flat", flat);
-    let instanced_slope = bench.series("instanced", instanced);
-    let extended_slope = bench.series("extended", extended);
+    let mut rows = Vec::new();
+    let flat_slope = bench.series("passes written out", flat, &mut rows);
+    let instanced_slope = bench.series("one subgraph, instanced for each", instanced, &mut rows);
+    let extended_slope = bench.series("passes that another file extends", extended, &mut rows);
+    let heads = ["pipeline", "1,000 passes", "times `serde_json` alone", "10,000 passes", "log-log slope"];
+    measure::table(heads, &rows);
     let thousand = bench.min_time(&flat(1_000), 1_000, 25);
     let ratio = |name: &str, value: f64| println!("ratio language/{name} {value:.3}");
     ratio("time_of_1000_passes_to_10ms", thousand.as_secs_f64() / 0.010);
@@ -74,22 +76,28 @@ fn main() {
 }
 
 impl Bench {
-    /// Prints one pipeline at all sizes; the log-log slope from 100 passes on, where what is done once no longer shows.
-    fn series(&self, name: &str, text_of: fn(usize) -> Files) -> f64 {
+    /// Measures one pipeline at all sizes; the log-log slope from 100 passes on, where what is done once no longer
+    /// shows.
+    fn series(&self, name: &str, text_of: fn(usize) -> Files, rows: &mut Vec<[String; 5]>) -> f64 {
         let mut points = Vec::new();
+        let mut row = vec![name.to_owned()];
         for count in SIZES {
             let files = text_of(count);
             let time = self.min_time(&files, count, if count > 1_000 { 5 } else { 25 }).as_secs_f64();
             if count >= 100 {
                 points.push(((count as f64).ln(), time.ln()));
             }
-            let (millis, micros) = (time * 1e3, time * 1e6 / count as f64);
-            println!(
-                "{name:<12} {count:>8} {millis:>10.3} {micros:>12.3} {:>12.3}",
-                tree(&files.text).as_secs_f64() * 1e3
-            );
+            if count >= 1_000 {
+                row.push(format!("{:.1} ms", time * 1e3));
+            }
+            if count == 1_000 {
+                row.push(format!("{:.1}", time / (tree(&files.text) + tree(&files.base)).as_secs_f64()));
+            }
         }
-        measure::slope(&points)
+        let slope = measure::slope(&points);
+        row.push(format!("{slope:.2}"));
+        rows.extend(row.try_into());
+        slope
     }
 
     fn min_time(&self, files: &Files, passes: usize, runs: usize) -> Duration {
@@ -123,10 +131,12 @@ impl Bench {
     }
 
     fn hopeless(&self) {
-        println!("\n{:<34} {:>10} {:>10}  first diagnostic", "hopeless text", "MB", "ms");
+        println!("{:<34} {:>10} {:>10}  first diagnostic", "hopeless text", "MB", "ms");
+        let mut slowest = (Duration::ZERO, "");
         for (name, text) in hopeless::texts() {
             let files = Files::from(text);
             let (time, _, diagnostics) = self.resolve(&files);
+            slowest = slowest.max((time, name));
             let first: String = diagnostics.lines().next().unwrap_or("none").chars().take(60).collect();
             println!(
                 "{name:<34} {:>10.3} {:>10.3}  {first}",
@@ -134,11 +144,16 @@ impl Bench {
                 time.as_secs_f64() * 1e3
             );
         }
+        let row = [slowest.1.to_owned(), format!("{:.0} ms", slowest.0.as_secs_f64() * 1e3)];
+        measure::table(["the hopeless text that takes longest", "is rejected after"], &[row]);
     }
 }
 
-/// Time for `serde_json` to make an untyped tree of a text.
+/// Time for `serde_json` to make an untyped tree of a text; none for an empty one.
 fn tree(text: &str) -> Duration {
+    if text.is_empty() {
+        return Duration::ZERO;
+    }
     let run = || {
         let start = Instant::now();
         black_box(serde_json::from_str::<serde_json::Value>(text).expect("JSON"));

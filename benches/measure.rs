@@ -1,4 +1,7 @@
-//! Statistics that several benches compute from their measurements.
+//! Statistics of measurements, and their tables, which `cargo xtask figures` puts into pages.
+
+// Each bench uses a part of it.
+#![allow(dead_code)]
 
 /// The slope of a line through points, by least squares.
 pub(crate) fn slope(points: &[(f64, f64)]) -> f64 {
@@ -7,4 +10,13 @@ pub(crate) fn slope(points: &[(f64, f64)]) -> f64 {
     let (x, y) = (mean(|point| point.0), mean(|point| point.1));
     let up: f64 = points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum();
     up / points.iter().map(|point| (point.0 - x).powi(2)).sum::<f64>()
+}
+
+/// Prints a table: the heads of its columns, and its rows.
+pub(crate) fn table<const N: usize>(heads: [&str; N], rows: &[[String; N]]) {
+    println!("\n| {} |\n|{}", heads.join(" | "), "---|".repeat(N));
+    for row in rows {
+        println!("| {} |", row.join(" | "));
+    }
+    println!();
 }

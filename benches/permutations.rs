@@ -52,6 +52,7 @@ fn main() {
         ("overhead", &|| overheads(&synthetic, &project)),
     ];
     // `cargo bench ... -- overhead threads` runs these parts only.
+    println!("| what | ours | beside | ratio | goal |\n|---|---|---|---|---|");
     let is_named = |part: &str| arguments.iter().any(|argument| argument == part);
     let all = !parts.iter().any(|(part, _)| is_named(part));
     for (_, run) in parts.iter().filter(|(part, _)| all || is_named(part)) {
@@ -133,8 +134,9 @@ fn min_time(runs: usize, mut ours: impl FnMut(), mut rival: impl FnMut()) -> (Du
 }
 
 fn report(name: &str, goal: &str, ours: Duration, rival: Duration, of: &str) {
-    println!("{name}: {ours:.2?} against {rival:.2?} {of} (goal {goal})");
-    println!("ratio {name} {:.4}", ours.as_secs_f64() / rival.as_secs_f64());
+    let ratio = ours.as_secs_f64() / rival.as_secs_f64();
+    println!("| {} | {ours:.2?} | {rival:.2?} {of} | {ratio:.3} | {goal} |", name.replace('_', " "));
+    println!("ratio {name} {ratio:.4}");
 }
 
 /// The work that naga alone does with a text.
@@ -274,7 +276,11 @@ fn memory() {
         .lines()
         .find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.parse::<f64>().ok());
     if let Some(kib) = peak {
-        println!("peak_memory: {:.1} MiB (goal at most 200)", kib / 1024.0);
+        let mebibytes = kib / 1024.0;
+        println!(
+            "| peak memory | {mebibytes:.1} MiB | 200 MiB allowed | {:.3} | at most 1 |",
+            mebibytes / 200.0
+        );
         println!("ratio peak_memory {:.4}", kib / 1024.0 / 200.0);
     }
 }

@@ -16,6 +16,9 @@ use umbragraph::low_level::session::{Choice, Session, Target};
 use umbragraph::low_level::shader::{ShaderCache, TargetProfile};
 use umbragraph::{DiskStorage, with_templates};
 
+#[path = "measure.rs"]
+mod measure;
+
 const RUNS: usize = 15;
 
 fn main() {
@@ -24,17 +27,18 @@ fn main() {
     let comment = |at: usize| format!("// {at}\n{awsm}");
     let many = chain(10_000);
     let pass = |at: usize| many.replacen("one of a chain", &format!("one of {at}"), 1);
-    println!(
-        "{:<12} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10} {:>10}",
-        "edit", "first ms", "ms", "read", "compose", "schema", "load", "plan"
-    );
-    edits("string", "pipelines/awsm.json", &awsm, &string, 20);
-    edits("comment", "pipelines/awsm.json", &awsm, &comment, 2);
-    edits("10000_passes", "chain.json", &many, &pass, 100);
+    let edited = [
+        edits("one string of `awsm.json`", "pipelines/awsm.json", &awsm, &string, 20),
+        edits("a comment of `awsm.json`", "pipelines/awsm.json", &awsm, &comment, 2),
+        edits("one pass of 10,000", "chain.json", &many, &pass, 100),
+    ];
+    let heads =
+        ["edit", "first answer", "answer after an edit", "aim", "read", "compose", "schema", "load", "plan"];
+    measure::table(heads, &edited);
 }
 
-/// Prints the time of the first answer and the least of those after edits, and the ratio to what is aimed at.
-fn edits(name: &str, path: &str, text: &str, edit: &dyn Fn(usize) -> String, aim_ms: u64) {
+/// The time of the first answer, the least of those after edits, and what is aimed at.
+fn edits(name: &str, path: &str, text: &str, edit: &dyn Fn(usize) -> String, aim_ms: u64) -> [String; 9] {
     let mut session = Session::new(DiskStorage, umbragraph::registry(), with_templates([]));
     let target = Target::new(path);
     let choice = Choice::new(TargetProfile::webgpu(), PlanOptions::new(1280, 720));
@@ -49,12 +53,21 @@ fn edits(name: &str, path: &str, text: &str, edit: &dyn Fn(usize) -> String, aim
     let first = answer(text);
     let time = (0..RUNS).map(|at| answer(&edit(at))).min().unwrap_or_default();
     let millis = |time: Duration| time.as_secs_f64() * 1e3;
-    println!("{name:<12} {:>10.3} {:>10.3} {}", millis(first), millis(time), steps(path, text, edit));
-    println!("ratio session/{name} {:.3}", millis(time) / aim_ms as f64);
+    println!("ratio session/{} {:.3}", name.replace(' ', "_"), millis(time) / aim_ms as f64);
+    let [read, composed, checked, typed, planned] = steps(path, text, edit).map(shown);
+    let name = name.to_owned();
+    let [first, time] = [first, time].map(|time| shown(millis(time)));
+    [name, first, time, format!("{aim_ms} ms"), read, composed, checked, typed, planned]
+}
+
+/// Milliseconds with two digits that count.
+fn shown(millis: f64) -> String {
+    let digits = if millis < 1.0 { 2 } else { usize::from(millis < 10.0) };
+    format!("{millis:.digits$} ms")
 }
 
 /// The times of the steps of an answer, each by itself, in milliseconds.
-fn steps(path: &str, text: &str, edit: &dyn Fn(usize) -> String) -> String {
+fn steps(path: &str, text: &str, edit: &dyn Fn(usize) -> String) -> [f64; 5] {
     let mut session = Session::new(DiskStorage, umbragraph::registry(), with_templates([]));
     let (target, profile) = (Target::new(path), TargetProfile::webgpu());
     let shaders = Arc::new(ShaderCache::new(&session.templates(), &profile));
@@ -88,7 +101,7 @@ fn steps(path: &str, text: &str, edit: &dyn Fn(usize) -> String) -> String {
             *least = least.min(time);
         }
     }
-    least.map(|time| format!("{time:>10.3}")).join(" ")
+    least
 }
 
 /// A chain of full-screen passes, each of which reads what the one before it wrote.

@@ -49,8 +49,7 @@ fn main() {
         return draw(*setting.expect("a setting"));
     }
     println!(
-        "{:20} {:>7} {:>9} {:>9} {:>14} {:>14} {:>14}",
-        "", "modules", "WGSL", "SPIR-V", "pipelines", "first frame", "processor"
+        "| filter | modules | WGSL | SPIR-V | pipelines | first frame | CPU time |\n|---|---|---|---|---|---|---|"
     );
     for (name, ..) in SETTINGS {
         let itself = std::env::current_exe().expect("this program");
@@ -86,12 +85,17 @@ fn draw((name, features, parameters): (&str, Settings, Settings)) {
     let bytes: usize = modules.values().map(|module| module.wgsl.len()).sum();
     let words: usize = modules.values().map(spirv_bytes).sum();
     let count = modules.len();
+    let kilobytes = |bytes: usize| format!("{} kB", bytes / 1000);
     println!(
-        "{name:20} {count:7} {bytes:9} {words:9} {:>11.0} ms {:>11.0} ms {processor:>14}",
+        "| {} | {count} | {} | {} | {:.0} ms | {:.0} ms | {processor} |",
+        name.replace('_', ", "),
+        kilobytes(bytes),
+        kilobytes(words),
         ms(made),
         ms(drawn)
     );
     if name == SETTINGS[SETTINGS.len() - 1].0 {
+        println!("on {}", gpu.name);
         for module in modules.values() {
             let (text, words) = (module.wgsl.len(), spirv_bytes(module));
             println!("  {:26} {text:9} {words:9}", module.template);

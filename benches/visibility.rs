@@ -10,6 +10,8 @@
 
 #[path = "../tests/common/mod.rs"]
 mod common;
+#[path = "measure.rs"]
+mod measure;
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -25,9 +27,11 @@ fn main() {
         println!("there is no graphics adapter");
         return;
     };
-    println!("{} by {} on {}", SIZE[0], SIZE[1], gpu.name);
+    println!("on {}", gpu.name);
+    let mut rows = Vec::new();
     for filter in ["hard", "poisson16", "pcss"] {
         let [together, first] = ["false", "true"].map(|first| measure(&gpu, filter, first));
+        let mut row = vec![filter.to_owned()];
         for (name, first, together) in [
             ("shading_bytes", first.shading_bytes as f64, together.shading_bytes as f64),
             ("bytes", first.bytes as f64, together.bytes as f64),
@@ -35,8 +39,11 @@ fn main() {
             ("frame", first.frame.as_secs_f64(), together.frame.as_secs_f64()),
         ] {
             println!("ratio visibility/{name}/{filter} {:.3}", first / together);
+            row.push(format!("{:.2}", first / together));
         }
+        rows.extend(row.try_into());
     }
+    measure::table(["filter", "WGSL of the shading", "all WGSL", "naga's time", "time of a frame"], &rows);
 }
 
 struct Measured {

@@ -13,6 +13,8 @@
 #[path = "../../tests/common/mod.rs"]
 mod common;
 mod hand;
+#[path = "../measure.rs"]
+mod measure;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -33,7 +35,8 @@ fn main() {
         println!("there is no graphics adapter");
         return;
     };
-    println!("{} by {} on {}", SIZE[0], SIZE[1], gpu.name);
+    println!("on {}", gpu.name);
+    let mut rows = Vec::new();
     let library = Library::new();
     let start = Instant::now();
     let awsm = library.load("umbragraph:awsm.json").unwrap_or_else(|error| panic!("{error}"));
@@ -46,13 +49,16 @@ fn main() {
         let source = SceneResources::new(&gpu.device, &gpu.queue, &scene, &scene.pose(0.0))
             .expect("a scene that fits");
         let input = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);
-        compare(&gpu, name, (&awsm, options()), &source, &input);
+        rows.push(compare(&gpu, name, (&awsm, options()), &source, &input));
     }
     for count in [10, 100, 1_500, 10_000] {
         let source = Boxes::new(&gpu, count);
-        compare(&gpu, &format!("{count}_draws"), (&awsm, options()), &source, &source.input());
+        let name = format!("a floor of {count} boxes");
+        rows.push(compare(&gpu, &name, (&awsm, options()), &source, &source.input()));
     }
-    passes(&gpu);
+    measure::table(["scene", "draws of the host", "ours", "by hand", "ratio"], &rows);
+    let slope = passes(&gpu);
+    let mut rows = vec![["10 to 1,000 passes that do next to nothing, log-log slope".to_owned(), slope]];
     for (name, options) in [
         ("size", Options::new(256, 144).set("cascade_side", 256).set("cube_side", 64)),
         ("feature", options().feature("contact_shadows", true)),
@@ -62,8 +68,14 @@ fn main() {
         planned(&awsm, &Options::new(SIZE[0], SIZE[1]));
         let start = Instant::now();
         planned(&awsm, &options);
-        println!("ratio replan/{name} {:.3}", start.elapsed().as_secs_f64() / check.as_secs_f64());
+        let ratio = start.elapsed().as_secs_f64() / check.as_secs_f64();
+        println!("ratio replan/{name} {ratio:.3}");
+        rows.push([
+            format!("`awsm` planned for another {name}, over its first check"),
+            format!("{ratio:.3}"),
+        ]);
     }
+    measure::table(["what", "ratio"], &rows);
     println!("first check {check:?}");
 }
 
@@ -77,7 +89,7 @@ fn compare(
     (pipeline, mut options): (&Pipeline, Options),
     source: &dyn DrawSource,
     input: &FrameInput,
-) {
+) -> [String; 5] {
     let mut plan = planned(pipeline, &options);
     let targets = [(), ()].map(|()| common::gpu::import(gpu, &plan, "target"));
     let mut executor = Executor::new(&gpu.device, &gpu.queue, plan.clone(), Some(source))
@@ -115,11 +127,12 @@ fn compare(
     let drawn: u64 = executor.pass_counts().map(|(_, counts)| counts.draws).sum();
     let Counts { passes, draws, pipelines, groups } = by_hand.counts;
     println!(
-        "{name}: {:?} ours, {:?} by hand; {drawn} draws of the host's ours, by hand {passes} passes, {draws} draws, beside the host's {pipelines} pipelines and {groups} bind groups set",
-        median(ours),
-        median(theirs)
+        "{name}: by hand {passes} passes, {draws} draws, beside the host's {pipelines} pipelines and {groups} bind groups set"
     );
-    println!("ratio record/{name} {:.3}", ratios[ratios.len() / 2]);
+    let ratio = ratios[ratios.len() / 2];
+    println!("ratio record/{} {ratio:.3}", name.replace(' ', "_"));
+    let shown = |time: Duration| format!("{:.2} ms", time.as_secs_f64() * 1e3);
+    [name.to_owned(), drawn.to_string(), shown(median(ours)), shown(median(theirs)), format!("{ratio:.2}")]
 }
 
 /// The time to record a frame, which is drawn then.
@@ -138,8 +151,8 @@ fn median(mut times: Vec<Duration>) -> Duration {
     times[times.len() / 2]
 }
 
-/// Pipelines of passes that do next to nothing.
-fn passes(gpu: &Gpu) {
+/// The log-log slope of the time to record pipelines of passes that do next to nothing.
+fn passes(gpu: &Gpu) -> String {
     let mut points = Vec::new();
     for count in [10_usize, 100, 1_000] {
         let resources: String = (0..count).map(|at| format!("\"t{at}\": {{ \"texture\": {{ \"format\": \"rgba8unorm\", \"size\": [4, 4], \"exposed\": true }} }},")).collect();
@@ -166,6 +179,7 @@ fn passes(gpu: &Gpu) {
     }
     let slope = (points[2].1 / points[0].1).log10() / (points[2].0 / points[0].0).log10();
     println!("ratio passes/slope {slope:.3}");
+    format!("{slope:.2}")
 }
 
 /// Boxes on a floor, each a draw of its own, culled against the view.

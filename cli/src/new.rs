@@ -15,7 +15,7 @@ use crate::streams::{complain, print};
 /// The kinds of pipelines to begin with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Kind {
-    /// Full-screen passes behind the picture of a pipeline that comes with the command.
+    /// Full-screen passes after the picture of a pipeline that comes with the command.
     #[default]
     Post,
     /// Cascaded shadows over meshes that a template of your own lights.

@@ -1,5 +1,5 @@
 //! An application with a device, matrices and meshes of its own (500 boxes from one storage buffer), which takes its
-//! shadows from `pipelines/umbra.json` and puts a pass of its own behind them.
+//! shadows from `pipelines/umbra.json` and puts a pass of its own after them.
 //!
 //! `shadows.rs` is all of it that concerns umbragraph; `city.json` extends the pipeline, `lib/meshes.wgsl.jinja` says
 //! what a vertex and an instance are, and `vignette.wgsl.jinja` is the pass.

@@ -9,7 +9,7 @@ use crate::low_level::pipeline::{self, FileKind};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Kind {
-    /// Full-screen passes behind the picture of a pipeline that comes with the module.
+    /// Full-screen passes after the picture of a pipeline that comes with the module.
     Post,
     /// Cascaded shadows over meshes that a template of your own lights.
     Shadows,

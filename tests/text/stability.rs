@@ -32,6 +32,7 @@ mod names {
     use umbragraph::data::ValueType;
     use umbragraph::draw::{HostInterface, HostResource, HostVertexBuffer, PropertySet};
     use umbragraph::frame::{Bounds, Camera, FrameInput, Light, LightKind, Projection};
+    use umbragraph::node::{Evaluate, Expr, LiveSettings, Node, PassBuilder, Produced, Ref};
     use umbragraph::passes::words::{CAST_SHADOW, CONTACT_SHADOW, LightProperties, filters};
 }
 

@@ -115,7 +115,7 @@ impl Viewer {
         }
     }
 
-    /// The pass before or behind the selected one.
+    /// The pass before or after the selected one.
     fn select_beside(&mut self, by: isize) {
         let Some(report) = &self.report else { return };
         let at = match &self.inspector.selected {

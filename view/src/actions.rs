@@ -62,7 +62,7 @@ pub(crate) const KEYS: [(Modifiers, Key, Action, &str); 26] = [
     (Modifiers::NONE, Key::C, Action::CopyCommand, "copy a command line that draws this frame"),
     (Modifiers::NONE, Key::Slash, Action::Search, "search the values"),
     (Modifiers::NONE, Key::ArrowLeft, Action::Previous, "the pass before the selected one"),
-    (Modifiers::NONE, Key::ArrowRight, Action::Next, "the pass behind the selected one"),
+    (Modifiers::NONE, Key::ArrowRight, Action::Next, "the pass after the selected one"),
     (Modifiers::NONE, Key::Escape, Action::Close, "close the inspector"),
     (Modifiers::NONE, Key::Minus, Action::Coarser, "fewer texels per pixel"),
     (Modifiers::NONE, Key::Plus, Action::Finer, "more texels per pixel"),

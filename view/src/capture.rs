@@ -1,6 +1,6 @@
 //! Contents of textures, copied out of a frame of the running pipeline.
 //!
-//! A capture is an ordinary copy behind the pass that is looked at, in a document that extends the pipeline
+//! A capture is an ordinary copy after the pass that is looked at, in a document that extends the pipeline
 //! ([`umbragraph::low_level::capture`]). A thread plans it with the values that run; one frame is then recorded with
 //! that plan, and the plan before goes on. Histories and live values are taken over both ways, as of any change of
 //! plans: the captured frame is the next frame of what is shown.

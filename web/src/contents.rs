@@ -1,6 +1,6 @@
 //! [`Contents`]: the texels of a texture, as one frame left them after a pass.
 //!
-//! A capture is an ordinary copy behind the pass that is looked at, in a document that extends the pipeline
+//! A capture is an ordinary copy after the pass that is looked at, in a document that extends the pipeline
 //! ([`umbragraph::low_level::capture`]). One frame is recorded with the plan of that document; then the plan before goes
 //! on.
 

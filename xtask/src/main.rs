@@ -1,5 +1,5 @@
-//! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `gallery`, `cameras`, `drivers`,
-//! `validate`, `integrations`, `view`, `soak`, `fuzz`, `mutants` and `web`.
+//! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `gallery`, `cameras`, `figures`,
+//! `drivers`, `validate`, `integrations`, `view`, `soak`, `fuzz`, `mutants` and `web`.
 //!
 //! They work on a fresh clone with nothing but cargo: other tools are installed if possible, and named otherwise. There
 //! are no dependencies, so that the command itself builds in a second.
@@ -12,6 +12,7 @@ mod demo;
 mod distribution;
 mod driver_search;
 mod drivers;
+mod figures;
 mod fuzz;
 mod gallery;
 mod integrations;
@@ -43,6 +44,9 @@ usage: cargo xtask COMMAND
          render examples/gallery/ again: what each pipeline makes of each scene that suits it, in labelled sheets
   cameras [--seed N]
          print the worst errors and scores of each system and the flagship over 20 random cameras, scene by scene
+  figures [TEXT] [--gpu]
+         run the benches whose tables stand in docs/, all or those whose command contains the text, and write the tables
+         again, with the machine; --gpu takes those for real hardware, too
   drivers [--quick] [--only PIPELINE] [--minutes N]
          render the six systems with every preset, debug view and scene, and the lessons, on every driver of the machine
          (lavapipe, SwiftShader, OpenGL, GPUs), installing those that are missing, and write docs/drivers.md: what each draws,
@@ -99,6 +103,7 @@ enum Command {
     Scenes { check: bool },
     Gallery,
     Cameras { seed: u64 },
+    Figures(figures::Options),
     Drivers(drivers::Options),
     Validate { all: bool },
     Integrations { only: Option<String> },
@@ -137,6 +142,7 @@ fn run(command: Command) -> Result<bool, String> {
         Command::Scenes { check } => scenes::run(check),
         Command::Gallery => gallery::run(),
         Command::Cameras { seed } => cameras::run(seed),
+        Command::Figures(options) => figures::run(&options),
         Command::Drivers(options) => drivers::run(&options),
         Command::Validate { all } => drivers::validate(all),
         Command::Integrations { only } => integrations::run(only.as_deref()),
@@ -160,6 +166,7 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
         "scenes" => Command::Scenes { check: false },
         "gallery" => Command::Gallery,
         "cameras" => Command::Cameras { seed: 1 },
+        "figures" => return figures_options(rest),
         "drivers" => return drivers_options(rest),
         "validate" => Command::Validate { all: false },
         "integrations" => Command::Integrations { only: None },
@@ -184,6 +191,19 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
         [help] if help == "--help" || help == "-h" => Ok(Command::Help),
         [extra, ..] => Err(format!("`{name}` takes no argument `{extra}`")),
     }
+}
+
+fn figures_options(rest: &[String]) -> Result<Command, String> {
+    let mut options = figures::Options::default();
+    for word in rest {
+        match word.as_str() {
+            "--gpu" => options.gpu = true,
+            "--help" | "-h" => return Ok(Command::Help),
+            text if options.only.is_none() && !text.starts_with('-') => options.only = Some(text.to_owned()),
+            extra => return Err(format!("`figures` takes no argument `{extra}`")),
+        }
+    }
+    Ok(Command::Figures(options))
 }
 
 fn drivers_options(rest: &[String]) -> Result<Command, String> {
@@ -283,6 +303,8 @@ mod tests {
         assert_eq!(parsed("validate --all"), Ok(Command::Validate { all: true }));
         assert_eq!(parsed("gallery"), Ok(Command::Gallery));
         assert_eq!(parsed("cameras --seed 7"), Ok(Command::Cameras { seed: 7 }));
+        let figures = figures::Options { only: Some("session".to_owned()), gpu: true };
+        assert_eq!(parsed("figures session --gpu"), Ok(Command::Figures(figures)));
         assert_eq!(parsed("integrations"), Ok(Command::Integrations { only: None }));
         let only = Some("umbra".to_owned());
         let drivers = drivers::Options { only, minutes: Some(20), ..drivers::Options::default() };
@@ -308,6 +330,7 @@ mod tests {
         assert!(parsed("tset").unwrap_err().contains("`tset`"));
         assert!(parsed("test --fast").unwrap_err().contains("`--fast`"));
         assert!(parsed("test --check").unwrap_err().contains("`--check`"));
+        assert!(parsed("figures --fast").unwrap_err().contains("`--fast`"));
         assert!(parsed("drivers --only").unwrap_err().contains("`--only`"));
         assert!(parsed("soak --cases many").unwrap_err().contains("`many`"));
         assert!(parsed("web --tset").unwrap_err().contains("`--tset`"));

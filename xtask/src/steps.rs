@@ -63,7 +63,8 @@ pub(crate) fn steps(nextest: bool, wasm: bool, second: Option<&'static str>) -> 
         let mut step = Step::cargo("second driver", run).with("VK_DRIVER_FILES", manifest);
         // The packages and features of the step `tests`: others would build the dependencies a second time.
         step.arguments.extend(
-            "--workspace --features umbragraph/watch --test device --test pictures --no-fail-fast --".split(' '),
+            "--workspace --features umbragraph/watch --test device --test pictures --no-fail-fast --"
+                .split(' '),
         );
         step.arguments.extend(ON_SECOND_DRIVER.split(' '));
         step
@@ -146,7 +147,9 @@ mod tests {
         let steps = steps(true, true, Some("/driver.json"));
         let line = line(&steps, "second driver");
         assert!(
-            line.starts_with("VK_DRIVER_FILES=\"/driver.json\" cargo nextest run --workspace --features umbragraph/watch "),
+            line.starts_with(
+                "VK_DRIVER_FILES=\"/driver.json\" cargo nextest run --workspace --features umbragraph/watch "
+            ),
             "{line}"
         );
         assert!(

@@ -1,7 +1,7 @@
 //! Captures: the contents of textures at a point of the frame, for somebody to look at.
 //!
 //! A capture is an ordinary copy at the end of the document, into an imported texture of the host. The compiler orders
-//! it behind the pass whose version it names and before the next writer, keeps the contents until then, and lets
+//! it after the pass whose version it names and before the next writer, keeps the contents until then, and lets
 //! nothing that shares the memory come between; no part of the executor knows of captures. [`document`] writes the text
 //! of such copies, to be included in the pipeline
 //! ([`Composed::include`](umbragraph_pipeline::compose::Composed::include)).
@@ -91,7 +91,7 @@ pub fn document(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Di
     Ok(CaptureDocument { text: format!("{document:#}\n"), imports, overwritten })
 }
 
-/// The first pass behind a version that writes to the same mip level, or first uses a resource in the same memory.
+/// The first pass after a version that writes to the same mip level, or first uses a resource in the same memory.
 fn overwriter<'p>(plan: &'p Plan, resource: &PlannedResource, capture: &Capture) -> Option<&'p PlannedPass> {
     let version = Reference::parse(&capture.reference).ok()?.version;
     let shown = SubresourceRange::of(Some(capture.mip), None);

@@ -396,7 +396,7 @@ impl Player<'_, '_> {
         }
     }
 
-    /// Whether `after` or a read may order a pass behind another.
+    /// Whether `after` or a read may order a pass after another.
     fn may_follow(&self, pass: PassHandle, other: PassHandle) -> bool {
         let pipeline = &self.uses.plan.pipeline;
         let (mut seen, mut stack) = (HashSet::from([pass]), vec![pass]);

@@ -7,13 +7,7 @@ use crate::random::Random;
 /// An edit, which is syntactically broken half the time.
 #[must_use]
 pub fn edited(text: &str, random: &mut Random) -> String {
-    let at = |random: &mut Random| {
-        let mut at = random.below(text.len() + 1);
-        while !text.is_char_boundary(at) {
-            at -= 1;
-        }
-        at
-    };
+    let at = |random: &mut Random| text.floor_char_boundary(random.below(text.len() + 1));
     let words = |quote: bool| -> Vec<(usize, usize)> {
         let pieces: Vec<usize> = text.match_indices('"').map(|(at, _)| at).collect();
         let pairs = pieces.chunks_exact(2).map(|pair| (pair[0], pair[1] + 1));
@@ -28,7 +22,7 @@ pub fn edited(text: &str, random: &mut Random) -> String {
         }
         1 => {
             let (a, b) = (at(random), at(random));
-            replaced(a.min(b), a.max(b).min(a.min(b) + 40).max(a.min(b)), "")
+            replaced(a.min(b), text.floor_char_boundary(a.max(b).min(a.min(b) + 40)), "")
         }
         2 => text[..at(random)].to_owned(),
         3 => {

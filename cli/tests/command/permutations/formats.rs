@@ -47,7 +47,7 @@ fn a_green_run_says_one_line_for_each_pipeline() {
         assert_eq!(text(&output.stderr), "", "no bar on a pipe, no notes");
     }
     let said = text(&verbose(&["pipelines/nebula.json"]).stderr);
-    assert!(said.contains("note[UG0223]: maps scroll"), "{said}");
+    assert!(said.contains("note[UG0223]: \"scroll\" keeps what a map holds"), "{said}");
 }
 
 #[test]

@@ -86,7 +86,7 @@ impl Stated {
         Self { position: positions(&order, next.len()), next }
     }
 
-    /// The passes of some that are stated to be behind a reader.
+    /// The passes of some that are stated to be after a reader.
     pub(crate) fn followers(
         &self,
         of: PassHandle,
@@ -100,7 +100,7 @@ impl Stated {
         among.filter(|pass| followers.known.contains(pass)).collect()
     }
 
-    /// The writers that are stated to be behind a reader.
+    /// The writers that are stated to be after a reader.
     pub(crate) fn behind(&self, list: &[PassAccess<'_>], writers: &Writers, reader: PassHandle) -> Later {
         let passes = writers.list.iter().map(|at| list[*at].pass);
         let followers = self.followers(reader, passes.clone());
@@ -129,7 +129,7 @@ impl Stated {
 /// The passes that follow some others.
 struct Followers<'a> {
     stated: &'a Stated,
-    /// Passes behind this position are not collected.
+    /// Passes after this position are not collected.
     last: usize,
     known: HashSet<PassHandle>,
 }

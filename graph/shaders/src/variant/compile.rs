@@ -141,7 +141,9 @@ pub fn complete(
             let involved = select_axes(&values, |name| named.contains(name));
             let message =
                 format!("{} breaks a constraint of \"{template}\": {constraint}", describe(&involved));
+            let set = list_of(involved.keys().map(String::as_str));
             Diagnostic::error(codes::CONSTRAINT_VIOLATED, constraint.span, message)
+                .help(format!("change {set} where the pass has \"axes\", or what their expressions read"))
         }));
     }
     if diagnostics.is_empty() { Ok(values) } else { Err(diagnostics) }

@@ -13,7 +13,7 @@
 //! ```
 //!
 //! Passes put at one point run in the order in which they are given. The pipeline's own file is not changed: what is
-//! put in reads and writes its resources by name, and since references mean the newest version, the passes behind the
+//! put in reads and writes its resources by name, and since references mean the newest version, the passes after the
 //! point see what was put in.
 
 use std::collections::BTreeSet;
@@ -126,7 +126,7 @@ fn extension_point(
     Some((names("after"), names("before").into_iter().map(|(name, _)| name).collect()))
 }
 
-/// The pass that an earlier extension put last behind the same passes: the next goes behind it.
+/// The pass that an earlier extension put last after the same passes: the next goes after it.
 fn last_inserted(document: &Value, after: &Names) -> Option<(String, Span)> {
     let wanted: Vec<&str> = after.iter().map(|(name, _)| name.as_str()).collect();
     let inserted = document.entries_of("passes").iter().rev().find(|pass| {

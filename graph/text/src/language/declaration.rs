@@ -128,7 +128,7 @@ pub struct PresetDeclaration {
 pub struct ExtensionPointDeclaration {
     /// A description for people.
     pub description: Option<String>,
-    /// The passes behind which it lies.
+    /// The passes after which it lies.
     #[serde(default)]
     pub after: Vec<String>,
     /// The passes before which it lies.

@@ -6,7 +6,7 @@
 //! editors ask it, and search no text.
 //!
 //! Names are seen as the language says: a pass of a subgraph sees the subgraph's parameters, inputs, derived values,
-//! resources and passes, and behind them those of the pipeline, unless the subgraph is a file of its own. A variable of
+//! resources and passes, and after them those of the pipeline, unless the subgraph is a file of its own. A variable of
 //! a loop stands before all of them. Published data has no declaration: the first pass that names it stands for one.
 //!
 //! A document that is broken has a model as far as it is understood; what does not resolve is no use of anything.

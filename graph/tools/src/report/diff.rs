@@ -147,7 +147,7 @@ fn order(before: &Report, after: &Report, lines: &mut Vec<String>) {
     for (at, (name, position)) in common.iter().enumerate() {
         if !stayed.contains(position) {
             match at.checked_sub(1).map(|before| common[before].0) {
-                Some(before) => lines.push(format!("the pass {name} runs behind {before} now")),
+                Some(before) => lines.push(format!("the pass {name} runs after {before} now")),
                 None => lines.push(format!("the pass {name} runs first now")),
             }
         }

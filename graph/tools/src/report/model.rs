@@ -230,7 +230,7 @@ impl Report {
     }
 }
 
-/// The live passes in their order, each culled one behind the live pass that it would follow.
+/// The live passes in their order, each culled one after the live pass that it would follow.
 fn columns(plan: &Plan, graph: &Graph) -> Vec<PassHandle> {
     let mut behind: BTreeMap<Option<PassHandle>, Vec<PassHandle>> = BTreeMap::new();
     let mut last = None;

@@ -1,7 +1,7 @@
 //! Passes that become a subgraph, with a use of it in their place.
 //!
 //! Resources and data that the passes refer to become inputs of the same names, so that the passes keep their texts.
-//! The passes behind which they have to run become those of the use. Others name them by their new names, `group.pass`.
+//! The passes after which they have to run become those of the use. Others name them by their new names, `group.pass`.
 //!
 //! Limits: the passes stand in the pipeline's own file; a resource that they use in two versions of passes outside is
 //! not told apart.
@@ -148,7 +148,7 @@ impl Graph<'_, '_> {
         Ok(boundary)
     }
 
-    /// Takes a pass out of the list behind which another has to run.
+    /// Takes a pass out of the list after which another has to run.
     fn hoist(&self, place: Span, pass: &str, boundary: &mut Boundary) -> Result<(), ChangeError> {
         let root = self.document(place.file).root;
         let path = path_to(&root, place).ok_or(ChangeError::Gone)?;
@@ -188,7 +188,7 @@ impl Graph<'_, '_> {
 struct Boundary {
     /// The inputs, and what they are outside.
     inputs: BTreeMap<String, String>,
-    /// The passes behind which the group runs.
+    /// The passes after which the group runs.
     after: BTreeSet<String>,
     /// The edits of names.
     edits: BTreeMap<crate::graph::source::FileId, Vec<Edit>>,

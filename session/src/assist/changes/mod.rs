@@ -65,7 +65,7 @@ pub enum Change {
         /// The pass.
         pass: String,
     },
-    /// Moves a pass in the text before another one, or behind all.
+    /// Moves a pass in the text before another one, or after all.
     Move {
         /// The pass.
         pass: String,
@@ -76,7 +76,7 @@ pub enum Change {
     Add {
         /// The node kind, the name of a subgraph, or the path of a file that is one.
         kind: String,
-        /// The pass behind which it is written; without one it is the last.
+        /// The pass after which it is written; without one it is the last.
         after: Option<String>,
     },
     /// Adds a texture or a buffer.

@@ -119,7 +119,7 @@ pub(super) fn unordered_writers(
         .help(order_help(name(first), name(second)))
 }
 
-/// The help text that puts one pass behind the other. The names lose their common prefix: of two uses of a subgraph the
+/// The help text that puts one pass after the other. The names lose their common prefix: of two uses of a subgraph the
 /// one waits for the other, and two passes of one instance are ordered inside of the subgraph.
 fn order_help(first: &str, second: &str) -> String {
     let outer = first

@@ -2,8 +2,8 @@
 //!
 //! Both sides may be a pass, all rounds of a loop, or all passes of one use of a subgraph: `"after": ["soften"]`. One
 //! pass of a subgraph can be named alone: `"after": ["soften.half"]`. Names are those of the place where `after`
-//! stands. Every pass on the one side then runs behind every pass on the other. A pass can be absent: its `when` does
-//! not hold, its loop has no round, or the subgraph is not used. Behind an absent pass then means behind those that it
+//! stands. Every pass on the one side then runs after every pass on the other. A pass can be absent: its `when` does
+//! not hold, its loop has no round, or the subgraph is not used. "After an absent pass" then means after those that it
 //! would have followed itself.
 //!
 //! Limits: [`MAX_PAIRS`] pairs of passes, since each is an edge of the graph.
