@@ -109,6 +109,7 @@ pub(crate) enum Command {
     Fmt(FmtArguments),
     /// Prints the JSON Schema of pipelines, with every node kind, for editors.
     Schema(SchemaArguments),
+    #[cfg(feature = "lsp")]
     /// Serves editors with diagnostics, completion and more, over the Language Server Protocol on standard input and
     /// output.
     Lsp(LspArguments),
@@ -186,6 +187,7 @@ pub(crate) struct Choices {
     pub(crate) objective: Objective,
 }
 
+#[cfg(feature = "lsp")]
 #[derive(Args)]
 pub(crate) struct LspArguments {
     /// A folder with templates that replace or join those that come with the command. A relative folder is looked for

@@ -26,6 +26,7 @@ mod graph;
 mod interrupt;
 mod junit;
 mod lock;
+#[cfg(feature = "lsp")]
 mod lsp;
 mod measured;
 mod mend;
@@ -93,6 +94,7 @@ fn main() -> ExitCode {
         Command::Reference(arguments) => reference::run(&arguments),
         Command::Fmt(arguments) => fmt::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
+        #[cfg(feature = "lsp")]
         Command::Lsp(arguments) => lsp::run(&arguments),
         #[cfg(feature = "gpu")]
         Command::Adapters(arguments) => adapters::run(&arguments),

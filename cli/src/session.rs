@@ -41,6 +41,7 @@ pub(crate) struct Session {
     session: umbragraph::low_level::session::Session,
     pub(crate) diagnostics: Diagnostics,
     /// Those of folders that cannot be read.
+    #[cfg(feature = "lsp")]
     of_folders: Diagnostics,
     pub(crate) templates: Arc<TemplateSet>,
     /// The files of the folder of templates, where one is given.
@@ -78,6 +79,7 @@ impl Session {
         templates.extend(more(&templates));
         let mut session = umbragraph::low_level::session::Session::new(DiskStorage, registry, templates);
         session.set_roots(roots);
+        #[cfg(feature = "lsp")]
         let of_folders = diagnostics.clone();
         diagnostics.extend(session.template_diagnostics());
         let templates = session.templates();
@@ -85,6 +87,7 @@ impl Session {
         Self {
             session,
             diagnostics,
+            #[cfg(feature = "lsp")]
             of_folders,
             templates,
             own_files,
@@ -173,6 +176,7 @@ impl Session {
     }
 
     /// The session itself, for what keeps it. It reports the folders that are missing with every pipeline.
+    #[cfg(feature = "lsp")]
     pub(crate) fn into_session(mut self) -> umbragraph::low_level::session::Session {
         self.session.report_always(self.of_folders);
         self.session
